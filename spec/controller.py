@@ -115,7 +115,7 @@ class Safety(Model):
         description="What repeated trips lead to, or `off`.",
     )
     self_checks: StrictBool = Field(
-        False, description="Whether the controller checks its own processor, memories and clock."
+        True, description="Whether the controller checks its own processor, memories and clock."
     )
 
 

@@ -14,6 +14,7 @@ from heatwright.spec.commands import placed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.eeprom import log_entry_bytes
 from heatwright.spec.interfaces import LcdKeypad, SerialLog
+from heatwright.spec.self_checks import self_checked
 
 EVERY = Least(2250, 100)
 """Clock, gate, faults, settings, start-up, library; and the stack."""
@@ -26,6 +27,7 @@ COUNTDOWN = Least(1090, 7)
 MENU = Least(4700, 140)
 """Of a keypad, where there are programs."""
 PROGRAMS = Least(4300, 220)
+SELF_CHECKS = Least(650, 12)
 
 
 def least(controller: Controller) -> Least:
@@ -43,6 +45,7 @@ def least(controller: Controller) -> Least:
     parts += [TUNABLE for name in controller.loops if tunable(controller, name)]
     parts += [AUTOTUNE for loop in controller.loops.values() if loop.autotune is not None]
     parts += [PROGRAMS] * (controller.programs is not None)
+    parts += [SELF_CHECKS] * self_checked(controller)
     flash, ram = (sum(sizes) for sizes in zip(*parts, strict=True))
     return Least(flash, max(ram, least_bytes(controller)) + _rings(controller))
 

@@ -273,8 +273,8 @@ _RULES = (
         37,
         "clock_wrong",
         "CLOCK",
-        "The clock and the watchdog's own do not agree, or the watchdog does not reset.",
-        "Check the crystal and the board's clock in the spec; then replace the controller.",
+        "Clock and watchdog do not agree, or the watchdog does not reset.",
+        "Check the crystal and the spec's clock; then replace the controller.",
     ),
     Rule(
         38,
@@ -310,6 +310,13 @@ _RULES = (
         "NOT SEALED",
         "The program was put into the chip without its checksum.",
         "Build it with PlatformIO, or seal it by its project's seal.py; then upload it.",
+    ),
+    Rule(
+        43,
+        "pin_held",
+        "PIN HELD",
+        "A heater's or the relay's pin is not at the level that was written to it.",
+        "Look for a short circuit at the pin; without one replace the controller.",
     ),
 )
 

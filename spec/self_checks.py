@@ -16,8 +16,10 @@ SELF_CHECK_RULES = (
     "adc_wrong",
     "stack_overrun",
     "flash_unsealed",
+    "pin_held",
 )
-"""Ids of the rules that come with the self-checks; the ADC's where a sensor is on it."""
+"""Ids of the rules that come with the self-checks; the ADC's where a sensor is on it, the clock's
+where the watchdog can be let reset, the pins' where one stands still between two ticks."""
 
 
 def self_checked(controller: Controller) -> bool:
@@ -25,13 +27,35 @@ def self_checked(controller: Controller) -> bool:
     return controller.safety.self_checks
 
 
+def proves_watchdog(controller: Controller) -> bool:
+    """Tell whether the start has the watchdog reset once, which not every bootloader bears."""
+    return self_checked(controller) and controller.board.bears_watchdog
+
+
 def measures_known_voltage(controller: Controller) -> bool:
     """Tell whether a voltage that is known is measured beside what is on the ADC."""
     return self_checked(controller) and bool(controller.adc_sensors)
 
 
+def read_back(controller: Controller) -> tuple[str, ...]:
+    """Name the outputs whose pins are read back: relay and heaters that only the tick switches."""
+    if not self_checked(controller):
+        return ()
+    carry_heat = {controller.safety.relay, *(loop.heater for loop in controller.loops.values())}
+    return tuple(
+        name
+        for name, each in controller.switches.items()
+        if name in carry_heat and (each.is_on_off or each.is_windowed)
+    )
+
+
 def self_check_rules(controller: Controller) -> tuple[str, ...]:
     """Return the ids of the rules that the controller's self-checks can trip."""
-    known = measures_known_voltage(controller)
-    rules = SELF_CHECK_RULES if self_checked(controller) else ()
-    return tuple(rule for rule in rules if known or rule != "adc_wrong")
+    if not self_checked(controller):
+        return ()
+    found = {
+        "adc_wrong": measures_known_voltage,
+        "clock_wrong": proves_watchdog,
+        "pin_held": read_back,
+    }
+    return tuple(rule for rule in SELF_CHECK_RULES if rule not in found or found[rule](controller))

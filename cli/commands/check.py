@@ -115,14 +115,22 @@ def _trips(spec: Spec) -> tuple[Problem, ...]:
 
 
 def _warnings(spec: Spec) -> Iterator[Problem]:
-    """Warn of little reserve, of inexact parts, of a firmware that no compiler makes fit."""
+    """Warn of little reserve, of inexact parts, no self-checks, and what no compiler makes fit."""
     from heatwright.cli.budget import too_inexact  # noqa: PLC0415
     from heatwright.cli.sized import small  # noqa: PLC0415
     from heatwright.spec import BOARDS  # noqa: PLC0415
     from heatwright.spec.least import fits, least, rooms  # noqa: PLC0415
+    from heatwright.spec.self_checks import self_checked  # noqa: PLC0415
 
     yield from small(spec)
     yield from too_inexact(spec)
+    if not self_checked(spec.controller):
+        yield spec.tree.problem(
+            ("safety", "self_checks"),
+            "the controller does not check its own processor, memories and clock: one that is "
+            "damaged may heat for ever",
+            "Delete this line if the chip has room for it, some 1,000 B of flash",
+        )
     board, taken = spec.controller.board, least(spec.controller)
     if fits(taken, board):
         return

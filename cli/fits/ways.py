@@ -21,6 +21,7 @@ from heatwright.spec.eeprom import layout, log_entry_bytes
 from heatwright.spec.problems import Path, dotted
 
 LEAVE_OUT = "leave it out"
+SELF_CHECKS: Path = ("safety", "self_checks")
 OTHER_CHIP = 1.1
 """The same firmware on another chip takes at most so many times the flash: where a chip has more
 memory, calls and addresses are longer."""
@@ -71,13 +72,14 @@ def _accepted(spec: Spec, board: str) -> bool:
 def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -> tuple[Way, ...]:
     """List what could be made smaller, then what could be left out, what saves most first."""
     keys: list[Path] = [("interfaces", index) for index in range(len(controller.interfaces))]
-    keys += [("programs",), ("safety", "self_checks")]
+    keys += [("programs",), SELF_CHECKS]
     keys += [("loops", name, "autotune") for name in controller.loops]
     keys += [("loops", name) for name in controller.loops] * (len(controller.loops) > 1)
     left_out = []
     for key in keys:
         saved = sum((each.size for each in found if each.path[: len(key)] == key), NONE)
-        left_out.append(Way(dotted(key), LEAVE_OUT, saved, _enough(saved, built)))
+        change = "false" if key == SELF_CHECKS else LEAVE_OUT
+        left_out.append(Way(dotted(key), change, saved, _enough(saved, built)))
     short = short_of(built)
     useful = [way for way in left_out if in_order(way.saved, short) != (0, 0)]
     useful.sort(key=lambda way: in_order(way.saved, short))

@@ -9,12 +9,15 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec.self_checks import (
     FLASH_BYTES_A_TICK,
     measures_known_voltage,
+    proves_watchdog,
+    read_back,
     self_checked,
 )
 
 MOST_TICKS_WAITING = 10
 WATCHDOG_MS = (12, 24)
 """Within which a watchdog set to 16 ms resets: its oscillator is slower when hot, up to a fifth."""
+PIN_HELD_TICKS = 3
 NEAR_BYTES = 0x10000
 """Of flash are what an address of 16 bits reaches."""
 
@@ -29,10 +32,27 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
     context = {
         "where": where,
         "adc": measures_known_voltage(controller),
+        "proves": proves_watchdog(controller),
         "far": controller.board.flash_bytes > NEAR_BYTES,
         "loops": list(controller.loops),
+        "read_back": read_back(controller),
         "released": [name for name in controller.outputs if name in lets_go],
     }
+    watchdog = (
+        Constant(
+            "WATCHDOG_LEAST",
+            f"{10 * WATCHDOG_MS[0]}u",
+            f"{where}: {WATCHDOG_MS[0]} ms; set to 16 it is hardly a quarter off",
+        ),
+        Constant("WATCHDOG_MOST", f"{10 * WATCHDOG_MS[1]}u", f"{where}: {WATCHDOG_MS[1]} ms"),
+    )
+    held = (
+        Constant(
+            "PIN_HELD_TICKS",
+            f"{PIN_HELD_TICKS}u",
+            f"{where}: one look may fall into the moment in which the tick switches it",
+        ),
+    )
     names = ("checks.h", "checks.c", "cpu.c", "flash.h", "flash.c", "ram.h", "ram.c")
     return (
         Part(
@@ -54,17 +74,9 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                             "2u",
                             f"{where}: a step's second mark, which its guard returns",
                         ),
-                        Constant(
-                            "WATCHDOG_LEAST",
-                            f"{10 * WATCHDOG_MS[0]}u",
-                            f"{where}: {WATCHDOG_MS[0]} ms; set to 16 it is hardly a quarter off",
-                        ),
-                        Constant(
-                            "WATCHDOG_MOST",
-                            f"{10 * WATCHDOG_MS[1]}u",
-                            f"{where}: {WATCHDOG_MS[1]} ms",
-                        ),
+                        *(watchdog if proves_watchdog(controller) else ()),
                         *known_limits(root),
+                        *(held if read_back(controller) else ()),
                         Constant(
                             "CHECKS_MOST_TICKS",
                             f"{MOST_TICKS_WAITING}u",

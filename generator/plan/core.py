@@ -13,7 +13,7 @@ from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
 from heatwright.spec.inputs import tripping
 from heatwright.spec.rules import NO_LOCKOUT, Rule
-from heatwright.spec.self_checks import self_checked
+from heatwright.spec.self_checks import proves_watchdog, self_checked
 from heatwright.spec.timers import looks, tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
@@ -61,7 +61,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
         "causes": "MCUCSR" if is_old(controller.board) else "MCUSR",
         "has_usb": controller.board.mcu == "atmega32u4",
         "locks_power": lockout_of(controller) is not None and keypad_of(controller) is None,
-        "checked": self_checked(controller),
+        "proves": proves_watchdog(controller),
         "checked_where": root.at("safety", "self_checks").where,
     }
     proves = (Call(Stage.GUARD, "reset.h", "reset_prove_watchdog();"),)
@@ -71,7 +71,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
             File("src/reset.c", "src/reset.c.j2", context),
         ),
         start_calls=(
-            *(proves if self_checked(controller) else ()),
+            *(proves if proves_watchdog(controller) else ()),
             Call(Stage.GUARD, "", f"wdt_enable(WDTO_{period});", f" /* {watchdog} */"),
             Call(Stage.SENSE, "reset.h", "reset_report();"),
             Call(Stage.GO, "", "sei();"),

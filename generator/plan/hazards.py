@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from heatwright.generator.plan.adc import WRONG_TICKS
+from heatwright.generator.plan.checks import PIN_HELD_TICKS
 from heatwright.generator.plan.core import GATE_MAIN_PERMIT_TICKS
 from heatwright.generator.plan.current import FEWEST_STEPS, RULES_S
 from heatwright.generator.plan.limits import READINGS
@@ -63,6 +64,18 @@ def _standing_fan(controller: Controller) -> str:
     if any(rule.id == "fan_stopped" for rule in breakable(controller)):
         return "a fan that turns and moves no air: the fuse at the element"
     return "**Nothing proves that the fan turns**: the fuse at the element"
+
+
+def _held_pin(controller: Controller) -> str:
+    if controller.safety.relay is None:
+        return "**one that is held at on heats on**: only the thermal fuse ends it"
+    return "the relay's and a heater's pin at once: the thermal fuse"
+
+
+def _wrong_clock(controller: Controller) -> str:
+    if any(rule.id == "clock_wrong" for rule in breakable(controller)):
+        return "a clock that changes after the start, or by less than a quarter"
+    return "**All times are longer by as much**, those of the rules, too"
 
 
 HAZARDS = (
@@ -154,9 +167,20 @@ HAZARDS = (
         "a jump that leaves out no duty of a control step",
     ),
     Hazard(
-        "The chip ages: a cell of RAM or EEPROM is stuck, or the clock is off",
-        ("ram_damaged", "eeprom_worn", "clock_wrong"),
-        "a clock that changes after the start",
+        "A heater's or the relay's pin is shorted, or its driver in the chip is dead",
+        ("pin_held",),
+        _held_pin,
+    ),
+    Hazard(
+        "The chip ages: a cell of RAM or EEPROM is stuck",
+        ("ram_damaged", "eeprom_worn"),
+        "cells that disturb others far away",
+    ),
+    Hazard(
+        "The clock is off, or the watchdog does not reset any more",
+        ("clock_wrong",),
+        _wrong_clock,
+        concerns=lambda _: True,
     ),
     Hazard(
         "The ADC or its reference is off",
@@ -231,6 +255,7 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
         "watchdog_reset": MAIN_PERMIT_S + TICK_S,
         "sequence_broken": MAIN_PERMIT_S + TICK_S,
         "stack_overrun": 2 * TICK_S,
+        "pin_held": (PIN_HELD_TICKS + 1) * TICK_S,
         "eeprom_worn": 2 * TICK_S,
         "adc_wrong": WRONG_TICKS * TICK_S + 2 * TICK_S,
         "ram_damaged": controller.board.ram_bytes * TICK_S,

@@ -32,6 +32,12 @@ def _test(pin: Pin, name: str, comparison: str) -> PinFunction:
     )
 
 
+def _obeys(pin: Pin) -> PinFunction:
+    looked = f"const uint8_t levels = PIN{pin.port};"
+    answer = f"return ((levels ^ PORT{pin.port}) & {_mask(pin)}) == 0;"
+    return PinFunction("obeys", "bool", (looked, answer), False)
+
+
 def label(pin: Pin) -> str:
     """Such as `D3 = PD3`, or `PD3` on a bare chip."""
     return pin.name if pin.name == pin.port_name else f"{pin.name} = {pin.port_name}"
@@ -42,9 +48,19 @@ def _pin(source: Source, name: str, pin: Pin, purpose: str, *functions: PinFunct
 
 
 def switched(  # noqa: PLR0913 - one pin, said once
-    source: Source, name: str, pin: Pin, active: str, purpose: str, *, released: bool = False
+    source: Source,
+    name: str,
+    pin: Pin,
+    active: str,
+    purpose: str,
+    *,
+    released: bool = False,
+    read_back: bool = False,
 ) -> PinPlan:
-    """An output that is on or off, whatever level that is; `released` where it is also let go."""
+    """An output that is on or off, whatever level that is.
+
+    released -- it is also let go; read_back -- it is asked whether it obeys.
+    """
     on, off = (_set, _clear) if active == "high" else (_clear, _set)
     release = (_change(pin, "release", _clear("DDR", pin)),) if released else ()
     return _pin(
@@ -57,6 +73,7 @@ def switched(  # noqa: PLR0913 - one pin, said once
         _change(pin, "drive", _set("DDR", pin)),
         *release,
         _test(pin, "is_on", "!=" if active == "high" else "=="),
+        *((_obeys(pin),) if read_back else ()),
     )
 
 

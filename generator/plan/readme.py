@@ -30,7 +30,7 @@ from heatwright.spec.commands import (
     programmed,
     starts_enabled,
 )
-from heatwright.spec.self_checks import self_checked
+from heatwright.spec.self_checks import proves_watchdog, self_checked
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
@@ -44,6 +44,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "board": identity.board,
         "clock_mhz": f"{controller.board.clock_hz / 1e6:g}",
         "sealed": self_checked(controller),
+        "proves": proves_watchdog(controller),
         "fuses": fuses(controller.board),
         "wiring": wiring,
         "commissioning": commissioning(controller, wiring),

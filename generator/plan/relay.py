@@ -46,7 +46,15 @@ def plan(root: Source, name: str) -> Part:
     pin = controller.board.pins[output.pin]
     checked, what = self_checked(controller), "the safety relay"
     pins = [
-        switched(source.at("pin"), f"output_{name}", pin, output.active, what, released=checked)
+        switched(
+            source.at("pin"),
+            f"output_{name}",
+            pin,
+            output.active,
+            what,
+            released=checked,
+            read_back=checked,
+        )
     ]
     wired = [wiring(source, name, output, ", the safety relay, in series with every heater")]
     if feedback is not None:

@@ -50,6 +50,7 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         "adjustable": adjustable,
         "any_limits": any(loop["limits_adjustable"] for loop in loops),
         "any_later": stored or bool(adjustable or types or numbers),
+        "any_sealed_kept": stored or bool(adjustable or types),
         "any_kept": stored or tunable or bool(adjustable or types or numbers),
         "save_delay": quantity(SETTINGS_DELAY_S, "s"),
     }

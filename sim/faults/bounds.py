@@ -15,9 +15,9 @@ import math
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults.site import Site
 from heatwright.sim.native.parts import PARTS
-from heatwright.spec import Loop
+from heatwright.spec import Controller, Loop
 from heatwright.spec.controller import WATCHDOG_S
-from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, self_checked
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, proves_watchdog, self_checked
 
 TICK_S = 0.010
 MAIN_PERMIT_S = 0.100
@@ -60,15 +60,23 @@ def watchdog_s(site: Site) -> float:
 def start_up_s(site: Site) -> float:
     """From reset to a latched fault: EEPROM and flash are read and checked, then a tick goes by.
 
-    A controller that checks itself waits for its watchdog before, and goes through its RAM.
+    A controller that checks itself goes through its RAM before, and waits for its watchdog where
+    the bootloader bears it.
     """
-    board, waits_s = site.controller.board, 0.0
-    cycles = board.eeprom_bytes * 8 * CYCLES_A_BIT
-    if self_checked(site.controller):
-        cycles += len(site.program.flash) * FLASH_CYCLES_A_BYTE
-        cycles += board.ram_bytes * RAM_CYCLES_A_BYTE
+    board = site.controller.board
+    eeprom_s = board.eeprom_bytes * 8 * CYCLES_A_BIT / board.clock_hz
+    return checks_s(site.controller, site.program) + eeprom_s + TICK_S
+
+
+def checks_s(controller: Controller, program: Elf) -> float:
+    """How much longer the start of a controller takes that checks itself."""
+    board, waits_s = controller.board, 0.0
+    if not self_checked(controller):
+        return waits_s
+    if proves_watchdog(controller):
         waits_s = PARTS[board.mcu].shortest_watchdog_s
-    return waits_s + cycles / board.clock_hz + TICK_S
+    cycles = len(program.flash) * FLASH_CYCLES_A_BYTE + board.ram_bytes * RAM_CYCLES_A_BYTE
+    return waits_s + cycles / board.clock_hz
 
 
 def flash_s(program: Elf) -> float:

@@ -1,4 +1,4 @@
-"""Memories damaged: EEPROM, also by a loss of power; a setpoint in RAM; the program in flash."""
+"""The controller itself damaged: EEPROM, also by a loss of power; RAM, flash, clock, ADC, pins."""
 
 from __future__ import annotations
 
@@ -14,7 +14,12 @@ from heatwright.sim.faults.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.spec.registry import module_of
-from heatwright.spec.self_checks import measures_known_voltage, self_checked
+from heatwright.spec.self_checks import (
+    measures_known_voltage,
+    proves_watchdog,
+    read_back,
+    self_checked,
+)
 
 SEED = 1
 WATCH_S = 30.0
@@ -28,6 +33,8 @@ BYTES = 7
 REFERENCE_OFF = 0.6
 WRONG_S = 1.0 + 2 * TICK_S
 """A second, and the ticks before and after it."""
+HELD_S = 5 * TICK_S
+"""Three looks at a pin, one of them when it is switched, and a tick about them."""
 SLOW = 0.5
 """Of the frequency: a crystal of 8 MHz for one of 16."""
 REST_S = 2.0
@@ -89,14 +96,16 @@ def faults(site: Site) -> Iterator[Fault]:
                 trip=Trip(("adc_wrong",), WRONG_S),
                 floats=True,
             )
-        yield Fault(
-            "crystal_slow",
-            lambda: starts.heating(site),
-            lambda world: change_crystal(world, SLOW),
-            lambda world: change_crystal(world, 1.0),
-            trip=Trip(("clock_wrong",), start_up_s(site) / SLOW),
-            floats=True,
-        )
+        yield from _held_pins(site)
+        if proves_watchdog(site.controller):
+            yield Fault(
+                "crystal_slow",
+                lambda: starts.heating(site),
+                lambda world: change_crystal(world, SLOW),
+                lambda world: change_crystal(world, 1.0),
+                trip=Trip(("clock_wrong",), start_up_s(site) / SLOW),
+                floats=True,
+            )
     if site.has_operator:
         yield Fault(
             "record_cut_short",
@@ -169,6 +178,34 @@ def change_crystal(world: World, times: float) -> None:
     """Begin anew with a crystal of another frequency, in times of what the spec says."""
     world.device.crystal_hz = round(times * world.site.controller.board.clock_hz)
     world.power_cut(world.step_s)
+
+
+def _held_pins(site: Site) -> Iterator[Fault]:
+    """Hold the relay's pin, or else that of the loop's heater, if it is read back."""
+    able, relay = read_back(site.controller), site.controller.safety.relay
+    output = relay if relay in able else site.loop.heater
+    if output not in able:
+        return
+    window_s = getattr(site.controller.outputs[output], "window_s", 0.0)
+    yield Fault(
+        "pin_held",
+        lambda: starts.heating(site),
+        lambda world: hold_off(world, output),
+        lambda world: let_go(world, output),
+        trip=Trip(("pin_held",), HELD_S + window_s),
+        floats=True,
+    )
+
+
+def hold_off(world: World, output: str) -> None:
+    """Short the pin of an output that is on to where it is off."""
+    switch = world.device.outputs[output]
+    world.device.avr.pins.drive(switch.pin, "low" if switch.active == "high" else "high")
+
+
+def let_go(world: World, output: str) -> None:
+    """Take the short away."""
+    world.device.avr.pins.drive(world.device.outputs[output].pin, None)
 
 
 def _place(world: World, variable: str) -> int:

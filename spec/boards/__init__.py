@@ -57,6 +57,7 @@ _LAYOUTS = {
             "D13",
             {"A6": 6, "A7": 7},
             bootloader_talks=("arduino", 57_600),
+            bears_watchdog=False,
         ),
     ),
     "mega2560": (

@@ -36,6 +36,7 @@ class Layout(NamedTuple):
     clock_hz: int = 16_000_000
     shield: bool = False
     bootloader_talks: tuple[str, int] | None = None
+    bears_watchdog: bool = True
 
 
 def build(name: str, chip: Chip, layout: Layout) -> Board:
@@ -64,6 +65,7 @@ def build(name: str, chip: Chip, layout: Layout) -> Board:
         longest_watchdog_s=chip.longest_watchdog_s,
         shield=layout.shield,
         bootloader_talks=layout.bootloader_talks,
+        bears_watchdog=layout.bears_watchdog,
     )
 
 

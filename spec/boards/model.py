@@ -97,3 +97,6 @@ class Board(NamedTuple):
     """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""
     bootloader_talks: tuple[str, int] | None
     """Protocol of its bootloader, as avrdude calls it, and baud; None on a bare chip."""
+    bears_watchdog: bool
+    """False if its bootloader leaves the watchdog as it was after its reset, so that it comes again
+    and again."""

@@ -205,19 +205,6 @@ MACHINES = {
                 ("minimum: 20 °C, maximum: 200 °C", "minimum: 20 °C, maximum: 120 °C")),
         only=("heater_part_shorted",), absent=("current_sensor_stands", "reading_stands_high"),
     ),
-    "checked": Machine(
-        changed("chamber", ("safety:", "safety:\n  self_checks: true")),
-        only=(
-            "flash_flipped", "flash_not_sealed", "duty_left_out", "stack_guard_flipped",
-            "ram_cell_stuck", "crystal_slow", "eeprom_decays",
-        ),
-    ),
-    # A sensor on the ADC, and a program that is read with long addresses.
-    "checked_far": Machine(
-        changed("extruder", ("safety:", "safety:\n  self_checks: true")),
-        only=("flash_flipped", "adc_reference_off"),
-        absent=UNSEEN,
-    ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
         changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",)

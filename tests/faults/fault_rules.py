@@ -8,7 +8,7 @@ from typing import Any
 
 from heatwright.spec import Controller
 from heatwright.spec.commands import countdown_of
-from heatwright.spec.self_checks import self_checked
+from heatwright.spec.self_checks import proves_watchdog, read_back, self_checked
 
 Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
@@ -72,7 +72,7 @@ _ANY = _of(
 _SELF_CHECKS = _of(
     flash_damaged="flash_flipped", flash_unsealed="flash_not_sealed",
     sequence_broken="duty_left_out", stack_overrun="stack_guard_flipped",
-    ram_damaged="ram_cell_stuck", clock_wrong="crystal_slow", eeprom_worn="eeprom_decays",
+    ram_damaged="ram_cell_stuck", eeprom_worn="eeprom_decays",
 )  # fmt: skip
 _ON_ADC = {"thermistor", "rtd", "analog", "current"}
 _RELAY = _of(
@@ -114,10 +114,7 @@ def rules_of(controller: Controller) -> Rules:
         found |= _of("record_cut_short", rise_rate="fallen_out_insisted")
     if any(countdown_of(controller, name) for name in controller.loops):
         found |= _of("countdown_ends")
-    if self_checked(controller):
-        found |= _SELF_CHECKS
-        if {each.kind for each in controller.sensors.values()} & _ON_ADC:
-            found |= _of(adc_wrong="adc_reference_off")
+    found |= _checks(controller)
     if controller.safety.relay_feedback:
         found |= _RELAY
     if controller.programs:
@@ -129,6 +126,19 @@ def rules_of(controller: Controller) -> Rules:
     measured = getattr(controller.outputs[loop.heater], "current", None) is not None
     found |= _still(controller, loop, measured) | _heat(controller, loop, measured)
     return found | _effort(loop)
+
+
+def _checks(controller: Controller) -> Rules:
+    if not self_checked(controller):
+        return {}
+    found = {**_SELF_CHECKS}
+    if {each.kind for each in controller.sensors.values()} & _ON_ADC:
+        found |= _of(adc_wrong="adc_reference_off")
+    if read_back(controller):
+        found |= _of(pin_held="pin_held")
+    if proves_watchdog(controller):
+        found |= _of(clock_wrong="crystal_slow")
+    return found
 
 
 def _effort(loop: Any) -> Rules:

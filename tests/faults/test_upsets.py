@@ -14,6 +14,7 @@ from suite import SEED, amount
 
 from heatwright.sim.avr import AvrError
 from heatwright.sim.faults import memory, starts
+from heatwright.sim.faults.bounds import start_up_s
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.upsets import BAD, GUARDED, Upset, draw, try_upset
@@ -143,6 +144,7 @@ def test_no_bit_of_the_record_of_a_fault_forgets_it(example: str) -> None:
         damaged[place] ^= 1 << bit
         world.device.avr.eeprom.contents = bytes(damaged)
         world.power_cut()
+        world.device.advance(world.device.time_s + start_up_s(site))
         if not world.fault:
             forgotten.append((place, bit))
         world.device.avr.eeprom.contents = image

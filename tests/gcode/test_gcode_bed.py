@@ -28,11 +28,13 @@ LIMITED = [
     ("rise_rate: 20 K/s", "rise_rate: 20 K/s, runaway: {above: 15 K, below: 15 K}"),
 ]
 """The nozzle's limits may be set; the second tool has none."""
+UNCHECKED = ("interfaces:\n", "safety: {self_checks: false}\ninterfaces:\n")
+"""An Uno has no room for them then."""
 
 
 def spec_of(called: str) -> str:
     spare = [(head, text + head) for head, text in SPARE]
-    more = [*spare, *LIMITED] if "spare" in CALLED[called] else []
+    more = [*spare, *LIMITED, UNCHECKED] if "spare" in CALLED[called] else []
     return changed(SPEC, ("T1: nozzle, T3: bed", CALLED[called]), *more)
 
 

@@ -36,12 +36,15 @@ def is_in_time(board: BinaryBoard) -> bool:
     return bool(no_gap) and bool(np.abs(log["time_s"] - due_s).max() < TICK_S)
 
 
-def test_a_host_that_waits_for_each_ok_is_answered_within_two_ticks(board: BinaryBoard) -> None:
-    sent_s = board.device.time_s + 5 * 10 / BAUD
-    board.tell("M105")
-    answer = board.host.lines[-1]
-    bytes_s = 10 / BAUD * (len(answer.text) + 1)
-    assert answer.time_s < sent_s + 2 * TICK_S + bytes_s
+def test_a_host_that_waits_for_each_ok_is_answered_within_three_ticks(board: BinaryBoard) -> None:
+    """Wherever in a tick it asks: what has just missed one waits for the next."""
+    for part in range(10):
+        board.wait(0.1 + part * TICK_S / 10 - board.device.time_s % TICK_S)
+        sent_s = board.device.time_s + 5 * 10 / BAUD
+        board.tell("M105")
+        answer = board.host.lines[-1]
+        bytes_s = 10 / BAUD * (len(answer.text) + 1)
+        assert answer.time_s < sent_s + 3 * TICK_S + bytes_s
 
 
 FLOODS = {

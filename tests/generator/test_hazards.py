@@ -14,9 +14,9 @@ RULES_BY_ID = {rule.id: rule for rule in RULES.values()}
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 
 
-CHECKED = ("safety:", "safety:\n  self_checks: true")
+UNCHECKED = ("safety:", "safety:\n  self_checks: false")
 TEXTS = {name: changed(name) for name in NAMES} | {
-    f"{name} checked": changed(name, CHECKED) for name in ("chamber", "extruder")
+    f"{name} unchecked": changed(name, UNCHECKED) for name in ("chamber", "extruder")
 }
 
 

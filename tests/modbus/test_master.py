@@ -5,7 +5,7 @@ from operator import attrgetter
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, compiled, powered, whole
+from rig.avr import CLOCK_HZ, began_s, compiled, powered, whole
 from rig.specs import controller_of
 from test_bare_line import slave_of
 
@@ -72,7 +72,8 @@ def test_it_answers(board: str, baud: int, parity: str) -> None:
     assert master.refusals == []
     assert (master.bus.unheard, master.bus.collisions) == (0, 0)
     assert (master.unanswered, master.strangers, master.damaged) == (0, 0, 0)
-    assert master.values["uptime"] == 5
+    assert 0 <= device.read("clock.c:seconds") - master.values["uptime"] <= 1
+    assert device.read("clock.c:seconds") == int(6.0 - began_s(spec))
     assert master.longest_gap_s < 1.5 * master.bus.form.bits / master.bus.baud
     assert master.bus.slowest_release_s <= RELEASED_S
     assert device.read("modbus_counters.errors") == 0

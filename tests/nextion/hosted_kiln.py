@@ -10,7 +10,8 @@ from rig.specs import sources_of, spec_of
 
 from heatwright.spec.nextion import display_pages
 
-FOREIGN = {"main.c", "clock.c", "reset.c", "adc.c", "spi_chamber.c", "sensor_chamber.c"}
+FOREIGN = {"main.c", "clock.c", "reset.c", "adc.c", "spi_chamber.c", "sensor_chamber.c",
+           "checks.c", "cpu.c", "flash.c", "ram.c"}  # fmt: skip
 """What touches the chip: the world stands in for it."""
 PACKED = ("-fpack-struct=1", "-Wno-address-of-packed-member", "-fno-common")
 """As the AVR has it: structures give pointers to members at odd addresses."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from display_orders import Grammar, Malice
 from numpy.typing import NDArray
-from rig.avr import whole
+from rig.avr import began_s, whole
 from rig.specs import example, sources_of
 from suite import amount
 from test_kiln_touched import RUNNING
@@ -75,7 +75,7 @@ class Kilns:
     """Two kilns that run a program; board -- the one that is disturbed; stack_bytes -- at most."""
 
     def __init__(self) -> None:
-        self.now_s = 0.0
+        self.now_s = began_s("kiln") + TICK_S / 2  # what is late stays on its side of a step's end
         self.quiet, self.board = Watched(), Watched()
         self.stack_bytes = worst_stack(self.board.elf.path).total
         self._latest_cycles = 0
@@ -113,7 +113,7 @@ class Kilns:
         self.run(3.0)
         avr = self.board.avr
         assert self._latest_cycles / avr.clock_hz < TICK_S / 2
-        assert len(avr.take_resets()) == 0
+        assert len(self.board.take_resets()) == 0
         assert self.board.read("program.state") == RUNNING
         assert avr.eeprom.contents == self.quiet.avr.eeprom.contents
         assert avr.stack_used <= self.stack_bytes

@@ -129,10 +129,10 @@ class KilnDesk:
         self.device.feed()
 
     def tap(self, *names: str) -> None:
-        """Touch one component after the other, with time for the board to answer."""
+        """Touch one component after the other, with time for the board to fill a page."""
         for name in names:
             self.display.tap(name)
-            self.run(0.6)
+            self.run(1.0)
 
     def do(self, deeds: str) -> None:
         """Do what stands there between semicolons, with time for what comes of it.

@@ -10,10 +10,11 @@ from runpy import run_path
 from typing import Any
 
 import numpy as np
-from rig.specs import example, files_of, sources_of, spec_of
+from rig.specs import controller_of, example, files_of, sources_of, spec_of
 from rig.store import CompileFailed, made
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.dwarf import Variables
 from heatwright.sim.elf import Elf
 from heatwright.spec import Board as BoardData
@@ -78,6 +79,21 @@ def part(
 def whole(spec: str, *flags: str, changed: Changed | None = None) -> Elf:
     """Compile the whole firmware of a spec (its text, or the name of an example)."""
     return Program(spec, flags=flags).elf(changed)
+
+
+@cache
+def began_s(spec: str) -> float:
+    """Return when the first tick of a spec's firmware begins, s after the power came on.
+
+    A controller that checks itself starts late: its watchdog resets it once, and it goes through
+    all of its memory.
+    """
+    controller = controller_of(spec)
+    device = AvrDevice(controller, whole(spec))
+    name, loop = next(iter(controller.loops.items()))
+    while not len(device.steps(name)):
+        device.advance(device.time_s + loop.period_s)
+    return float(device.steps(name)["time_s"][0]) - loop.period_s
 
 
 @dataclass(frozen=True)

@@ -511,7 +511,7 @@ class _Controller:
         able = [each for each in WATCHDOG_S if least_s <= each <= most_s]
         self.safety["watchdog"] = text(self.draws.one(*[2.0] * (2.0 in able), *able), "s")
         if own_draws(self.safety).seldom():
-            self.safety["self_checks"] = True
+            self.safety["self_checks"] = False
         if own_draws(self.safety | self.outputs).seldom():
             self.safety["lockout"] = "off"
 

@@ -176,6 +176,7 @@ IDS = """
 SELF_CHECKS = {
     35: "ram_damaged", 36: "flash_damaged", 37: "clock_wrong", 38: "eeprom_worn",
     39: "sequence_broken", 40: "adc_wrong", 41: "stack_overrun", 42: "flash_unsealed",
+    43: "pin_held",
 }  # fmt: skip
 
 

@@ -30,7 +30,7 @@ class SettingsKept(Kept):
     checks = (
         "blank", "types", "gains", "limits", "latch", "codes", "damaged_first", "restored", "noise",
         "damaged", "foreign", "behind", "twins", "sizes", "newest", "later", "lasting", "meanwhile",
-        "cuts", "first_cuts", "torn", "beyond",
+        "cuts", "first_cuts", "torn", "beyond", "flipped",
     )  # fmt: skip
     turns = (0, 1, 255, 32767, 32768, 65535)
 
@@ -151,6 +151,27 @@ class SettingsKept(Kept):
             self.library.settings_tick()
         if self.host.world.eeprom_writes != before:
             yield "something is written although nothing has changed"
+
+    def flipped(self) -> Iterator[str]:
+        """A flipped bit of what is sealed is found, and what was stored comes back, the rest as the
+        spec has it."""
+        library, loop = self.library, self._loop
+        for stored in (None, self.old, self.new):
+            for name in (f"{loop}_setpoint_c", f"{loop}_maximum_c", self._kind):
+                if not hasattr(library.settings, name):
+                    continue
+                if stored is None:
+                    self.boot(self.memory.blank)
+                else:
+                    self.boot_with(stored)
+                value = getattr(library.settings, name)
+                # of a float the last bit of its exponent
+                setattr(library.settings, name, value ^ 1 if name == self._kind else 2 * value)
+                if library.settings_are_sound():
+                    yield f"{name} has changed, and nobody says so"
+                yield from self.expect(f"{name} is flipped", stored or self.default)
+                if not library.settings_are_sound():
+                    yield f"{name} is not sealed again"
 
     def later(self) -> Iterator[str]:
         """What an operator chooses is saved by itself when it has rested, and once."""

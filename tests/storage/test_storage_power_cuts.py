@@ -12,7 +12,7 @@ from storage_verdict import FIRST_STEP_S, Again, Judge, Outcome
 from suite import amount
 
 from heatwright.sim.elf import Elf
-from heatwright.sim.faults.bounds import FLASH_CYCLES_A_BYTE
+from heatwright.sim.faults.bounds import checks_s
 from heatwright.spec import Controller
 from heatwright.spec.eeprom import start_s
 
@@ -91,10 +91,11 @@ def test_the_start_takes_no_longer_than_the_watchdog_is_told(kilns):
         for slot in range(memory.progress_slots)
     ]
     device = Again(controller, program)
-    flash_s = len(program.flash) * FLASH_CYCLES_A_BYTE / controller.board.clock_hz
     for image in (memory.blank, memory.with_at(memory.blank, *slots)):
         device.power_up(image, 20.0)
         device.run(FIRST_STEP_S)
         while device.read("loop_chamber.steps") == 0:
             device.run(RESOLUTION_S)
-        assert device.avr.time_s - FIRST_STEP_S < start_s(controller) + flash_s
+        assert device.avr.time_s - FIRST_STEP_S < start_s(controller) + checks_s(
+            controller, program
+        )

@@ -75,6 +75,11 @@ void gate_renew_main(void)
     pin_output_heater_drive();
 }
 
+bool gate_has_run(void)
+{
+    return main_ticks != GATE_MAIN_PERMIT_TICKS;
+}
+
 void gate_renew_air(void)
 {
     renew(&air_ticks, LOOP_AIR_PERMIT_TICKS);

@@ -186,10 +186,10 @@ static uint8_t judge(float change_k, uint16_t gap)
     return effort();
 }
 
-void guard_air_step(float change_k, uint16_t gap)
+uint8_t guard_air_step(float change_k, uint16_t gap)
 {
     if (fault.code != FAULT_NONE) {
-        return;
+        return GUARD_JUDGED;
     }
     guard_air.effort_percent += LOOP_AIR_EFFORT_SHARE
             * (loop_air.duty_percent - guard_air.effort_percent)
@@ -202,4 +202,5 @@ void guard_air_step(float change_k, uint16_t gap)
     } else if (loop_air.missing >= LOOP_AIR_STALE_STEPS) {
         fault_trip(loop_air.reading_status, loop_air.temperature_c);
     }
+    return GUARD_JUDGED;
 }

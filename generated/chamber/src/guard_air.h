@@ -27,7 +27,7 @@ extern struct guard_air_state guard_air;
 void guard_air_reset(void);
 
 /* Judge the reading that the loop has just taken; trips at most one fault.
- * `change_k` is the change since the last good reading, `gap` periods ago. */
-void guard_air_step(float change_k, uint16_t gap);
+ * `change_k` is the change since the last good reading, `gap` periods ago. Returns GUARD_JUDGED. */
+uint8_t guard_air_step(float change_k, uint16_t gap);
 
 #endif

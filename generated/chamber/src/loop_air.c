@@ -34,13 +34,24 @@ static float decide(float change_k, uint16_t gap)
     return algorithm_air_step(change_k, gap);
 }
 
+/* chamber.yaml:33 safety.self_checks (default)
+ * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
+ * jumped over one gives no permit, and is found out in the next tick. */
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
+static volatile uint8_t done;
+
+static void mark(uint8_t duty)
+{
+    done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
+}
+
 /* One control step: docs/control.md, section by section. */
 static void step(void)
 {
     const float last_c = loop_air.temperature_c;
     uint16_t gap = 1; /* periods since the last good reading */
 
-    const bool sound = settings_are_sound(); /* else the spec's are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
 
     loop_air.steps++;
     loop_air.setpoint_c = settings.air_setpoint_c;
@@ -61,9 +72,10 @@ static void step(void)
     } else if (loop_air.missing < UINT8_MAX) {
         loop_air.missing++;
     }
+    mark(READ);
 
     fault_judge(sound, loop_air.temperature_c);
-    guard_air_step(change_k, gap);
+    mark(guard_air_step(change_k, gap));
 
     if (fault.code != FAULT_NONE) {
         algorithm_air_reset();
@@ -80,7 +92,11 @@ static void step(void)
     }
 
     output_heater_set(loop_air.duty_percent);
-    gate_renew_air();
+    mark(DECIDED);
+    if (done == DECIDED) {
+        gate_renew_air();
+        done = NOTHING;
+    }
 }
 
 void loop_air_start(void)
@@ -100,6 +116,14 @@ void loop_air_tick(void)
     sensor_air_begin();
     plotter_send();
     panel_refresh();
+}
+
+bool loop_air_is_in_order(void)
+{
+    const bool in_order = done == NOTHING;
+
+    done = NOTHING;
+    return in_order;
 }
 
 bool loop_air_works(void)

@@ -28,6 +28,9 @@ void loop_air_start(void);
 /* Once a tick; runs the control step when its period is over. */
 void loop_air_tick(void);
 
+/* False once after a step that has not done all its duties in their order (chamber.yaml:33 safety.self_checks (default)). */
+bool loop_air_is_in_order(void);
+
 /* True while it is on, and no fault is latched. */
 bool loop_air_works(void);
 

@@ -4,9 +4,9 @@
 #include <avr/wdt.h>       /* wdt_enable */
 
 #include "adc.h" /* adc_start, adc_tick */
+#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
-#include "gate.h" /* gate_renew_main */
 #include "guard_air.h" /* guard_air_reset */
 #include "keypad.h" /* keypad_start */
 #include "lcd.h" /* lcd_start, lcd_tick */
@@ -14,14 +14,16 @@
 #include "output_fan.h" /* output_fan_start */
 #include "panel.h" /* panel_refresh, panel_tick */
 #include "plotter.h" /* plotter_tick */
-#include "reset.h" /* reset_report */
+#include "reset.h" /* reset_prove_watchdog, reset_report */
 #include "sensor_air.h" /* sensor_air_tick */
 #include "serial.h" /* serial_start */
 #include "settings.h" /* settings_start, settings_tick */
 
 static void start(void)
 {
+    reset_prove_watchdog();
     wdt_enable(WDTO_2S); /* chamber.yaml:34 safety.watchdog */
+    checks_start();
     settings_start();
     reset_report();
     output_fan_start();
@@ -39,7 +41,7 @@ static void start(void)
 /* Runs once every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
-    gate_renew_main();
+    checks_tick();
     sensor_air_tick();
     panel_tick();
     loop_air_tick();

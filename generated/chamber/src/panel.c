@@ -21,52 +21,75 @@
 enum { LINE_SIZE = LCD_COLUMNS + TEXT_SIZE };
 
 /* What line 2 says of each rule. */
-static const char TEXT_1[] PROGMEM = "E01 NO SENSOR";
-static const char TEXT_2[] PROGMEM = "E02 SENSOR SHORT";
-static const char TEXT_3[] PROGMEM = "E03 SENSOR CRC";
-static const char TEXT_4[] PROGMEM = "E04 SENSOR STALE";
-static const char TEXT_5[] PROGMEM = "E05 SENSOR RESET";
-static const char TEXT_6[] PROGMEM = "E06 TOO HOT";
-static const char TEXT_7[] PROGMEM = "E07 TOO COLD";
-static const char TEXT_8[] PROGMEM = "E08 JUMP";
-static const char TEXT_9[] PROGMEM = "E09 FROZEN";
-static const char TEXT_10[] PROGMEM = "E10 NO HEATING";
-static const char TEXT_11[] PROGMEM = "E11 RUNAWAY HIGH";
-static const char TEXT_13[] PROGMEM = "E13 HEATS IN OFF";
-static const char TEXT_14[] PROGMEM = "E14 WATCHDOG";
-static const char TEXT_15[] PROGMEM = "E15 BROWN-OUT";
-static const char TEXT_16[] PROGMEM = "E16 SETTINGS BAD";
-static const char TEXT_29[] PROGMEM = "E29 MEMORY BAD";
-static const char TEXT_34[] PROGMEM = "E34 LITTLE POWER";
-static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
-    [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
-    [FAULT_SENSOR_SHORT - 1] = TEXT_2,
-    [FAULT_SENSOR_CRC - 1] = TEXT_3,
-    [FAULT_SENSOR_STALE - 1] = TEXT_4,
-    [FAULT_SENSOR_RESET - 1] = TEXT_5,
-    [FAULT_OVER_TEMPERATURE - 1] = TEXT_6,
-    [FAULT_UNDER_TEMPERATURE - 1] = TEXT_7,
-    [FAULT_RISE_RATE - 1] = TEXT_8,
-    [FAULT_SENSOR_FROZEN - 1] = TEXT_9,
-    [FAULT_HEATING_FAILED - 1] = TEXT_10,
-    [FAULT_RUNAWAY_ABOVE - 1] = TEXT_11,
-    [FAULT_RISING_WHILE_OFF - 1] = TEXT_13,
-    [FAULT_WATCHDOG_RESET - 1] = TEXT_14,
-    [FAULT_BROWN_OUT - 1] = TEXT_15,
-    [FAULT_SETTINGS_CORRUPT - 1] = TEXT_16,
-    [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
-    [FAULT_EFFORT_LOW - 1] = TEXT_34,
+enum { RULES_TOLD = 25 };
+static const uint8_t RULES[RULES_TOLD] PROGMEM = {
+    FAULT_SENSOR_NO_ANSWER,
+    FAULT_SENSOR_SHORT,
+    FAULT_SENSOR_CRC,
+    FAULT_SENSOR_STALE,
+    FAULT_SENSOR_RESET,
+    FAULT_OVER_TEMPERATURE,
+    FAULT_UNDER_TEMPERATURE,
+    FAULT_RISE_RATE,
+    FAULT_SENSOR_FROZEN,
+    FAULT_HEATING_FAILED,
+    FAULT_RUNAWAY_ABOVE,
+    FAULT_RISING_WHILE_OFF,
+    FAULT_WATCHDOG_RESET,
+    FAULT_BROWN_OUT,
+    FAULT_SETTINGS_CORRUPT,
+    FAULT_MEMORY_DAMAGED,
+    FAULT_EFFORT_LOW,
+    FAULT_RAM_DAMAGED,
+    FAULT_FLASH_DAMAGED,
+    FAULT_CLOCK_WRONG,
+    FAULT_EEPROM_WORN,
+    FAULT_SEQUENCE_BROKEN,
+    FAULT_STACK_OVERRUN,
+    FAULT_FLASH_UNSEALED,
+    FAULT_PIN_HELD,
 };
+/* Their texts, one behind the other, each with its end. Damaged memory may hold a code that no rule
+ * has, or none of this machine's: it gets the last. */
+static const char FAULT_TEXTS[] PROGMEM =
+    "E01 NO SENSOR\0"
+    "E02 SENSOR SHORT\0"
+    "E03 SENSOR CRC\0"
+    "E04 SENSOR STALE\0"
+    "E05 SENSOR RESET\0"
+    "E06 TOO HOT\0"
+    "E07 TOO COLD\0"
+    "E08 JUMP\0"
+    "E09 FROZEN\0"
+    "E10 NO HEATING\0"
+    "E11 RUNAWAY HIGH\0"
+    "E13 HEATS IN OFF\0"
+    "E14 WATCHDOG\0"
+    "E15 BROWN-OUT\0"
+    "E16 SETTINGS BAD\0"
+    "E29 MEMORY BAD\0"
+    "E34 LITTLE POWER\0"
+    "E35 RAM\0"
+    "E36 FLASH\0"
+    "E37 CLOCK\0"
+    "E38 EEPROM\0"
+    "E39 SEQUENCE\0"
+    "E41 STACK\0"
+    "E42 NOT SEALED\0"
+    "E43 PIN HELD\0"
+    "E?? NO SUCH CODE";
 
-/* Damaged memory may hold a code that no rule has, or none of this machine's. */
 static const char *text_of_fault(uint8_t code)
 {
-    const char *found = 0;
+    const char *found = FAULT_TEXTS;
 
-    if (code != FAULT_NONE && code <= FAULT_LAST) {
-        found = (const char *)pgm_read_ptr(&FAULT_TEXT[code - 1u]);
+    for (uint8_t i = 0; i < RULES_TOLD && pgm_read_byte(&RULES[i]) != code; i++) {
+        while (pgm_read_byte(found) != '\0') {
+            found++;
+        }
+        found++;
     }
-    return found ? found : PSTR("E?? NO SUCH CODE");
+    return found;
 }
 
 enum { FAULT_WORDS = 4 }; /* behind the number */

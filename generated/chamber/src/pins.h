@@ -22,9 +22,20 @@ static inline void pin_output_heater_drive(void)
     DDRD |= (1u << 3);
 }
 
+static inline void pin_output_heater_release(void)
+{
+    DDRD &= (uint8_t)~(1u << 3);
+}
+
 static inline bool pin_output_heater_is_on(void)
 {
     return (PIND & (1u << 3)) != 0;
+}
+
+static inline bool pin_output_heater_obeys(void)
+{
+    const uint8_t levels = PIND;
+    return ((levels ^ PORTD) & (1u << 3)) == 0;
 }
 
 /* D11 = PB3: output fan, active high (chamber.yaml:14 outputs.fan.pin) */

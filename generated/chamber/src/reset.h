@@ -3,6 +3,7 @@
 #ifndef RESET_H
 #define RESET_H
 
+#include <stdbool.h> /* bool */
 #include <stdint.h> /* uint8_t */
 
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
@@ -11,6 +12,12 @@ extern uint8_t reset_cause;
 /* RESET_HANG_MARK while the main loop has stood still for longer than its permit at the gate. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
+
+/* chamber.yaml:33 safety.self_checks (default): the watchdog resets, and in its time by this clock. */
+extern bool reset_clock_is_right;
+
+/* See it reset, and measure its time. Ends with a reset, but for the start that follows it. */
+void reset_prove_watchdog(void);
 
 /* Latch a fault if the watchdog or a brown-out caused the reset. */
 void reset_report(void);

@@ -98,7 +98,6 @@ static void take_defaults(void)
 static void take_record(void)
 {
     fault_restore(&record.fault);
-    settings_seal();
 }
 
 bool settings_are_sound(void)

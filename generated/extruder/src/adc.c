@@ -8,6 +8,9 @@
 
 #include <avr/interrupt.h> /* ISR */
 #include <avr/io.h> /* ADC registers */
+#include <avr/pgmspace.h> /* pgm_read_byte */
+
+#include "config.h" /* ADC_KNOWN_*, ADC_WRONG_TICKS */
 
 /* A clock of 125 kHz; the data sheet allows 200 kHz for ten bits. */
 enum { ENABLED = (1u << ADEN) | (1u << ADPS2) | (1u << ADPS1) | (1u << ADPS0) };
@@ -17,10 +20,17 @@ enum { REFERENCE = (1u << REFS0) };
 static volatile uint8_t scanned; /* channels of this scan that have been converted */
 static volatile uint16_t codes[ADC_CHANNELS];
 
+/* ADMUX and ADCSRB of each channel. */
+static const uint8_t MUX[ADC_CHANNELS][2] PROGMEM = {
+    { REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), 0 }, /* 1.1 V of the chip's own */
+    { REFERENCE | (1u << MUX2) | (1u << MUX0), (1u << MUX5) }, /* ADC13 */
+    { REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), 0 }, /* 1.1 V of the chip's own */
+};
+
 static inline void convert(uint8_t channel)
 {
-    (void)channel; /* there is but one */
-    ADMUX = REFERENCE | (1u << MUX2) | (1u << MUX0); /* ADC13 */
+    ADMUX = pgm_read_byte(&MUX[channel][0]);
+    ADCSRB = pgm_read_byte(&MUX[channel][1]);
     ADCSRA = ENABLED | (1u << ADSC) | (1u << ADIE);
 }
 
@@ -34,6 +44,9 @@ ISR(ADC_vect)
     codes[channel] = ADC;
     channel++;
     scanned = channel;
+    if (channel < ADC_CHANNELS) {
+        convert(channel);
+    }
 }
 
 void adc_start(void)
@@ -47,7 +60,6 @@ void adc_tick(void)
     if (!adc_is_fresh()) {
         ADCSRA = (1u << ADIF); /* off: ends a conversion that hangs, and forgets its end */
     }
-    ADCSRB = (1u << MUX5); /* channels from 8 up: anew in each tick, a flipped bit lasts for one */
     scanned = 0;
     convert(0);
 }
@@ -60,4 +72,20 @@ bool adc_is_fresh(void)
 uint16_t adc_code(uint8_t channel)
 {
     return codes[channel];
+}
+
+/* extruder.yaml:49 safety.self_checks (default) */
+bool adc_is_right(void)
+{
+    static uint8_t ticks_wrong;
+
+    if (adc_is_fresh()) {
+        const uint16_t code = codes[ADC_KNOWN];
+        if (code >= ADC_KNOWN_LOW && code <= ADC_KNOWN_HIGH) {
+            ticks_wrong = 0;
+        } else if (ticks_wrong < ADC_WRONG_TICKS) {
+            ticks_wrong++;
+        }
+    }
+    return ticks_wrong < ADC_WRONG_TICKS;
 }

@@ -44,64 +44,87 @@ static char more[1 + TEXT_SIZE];
 static const char *more_left = more;
 
 /* What the fault of each rule is called. */
-static const char TEXT_1[] PROGMEM = "Error:E01 NO SENSOR";
-static const char TEXT_2[] PROGMEM = "Error:E02 SENSOR SHORT";
-static const char TEXT_3[] PROGMEM = "Error:E03 SENSOR CRC";
-static const char TEXT_4[] PROGMEM = "Error:E04 SENSOR STALE";
-static const char TEXT_5[] PROGMEM = "Error:E05 SENSOR RESET";
-static const char TEXT_6[] PROGMEM = "Error:E06 TOO HOT";
-static const char TEXT_7[] PROGMEM = "Error:E07 TOO COLD";
-static const char TEXT_8[] PROGMEM = "Error:E08 JUMP";
-static const char TEXT_9[] PROGMEM = "Error:E09 FROZEN";
-static const char TEXT_10[] PROGMEM = "Error:E10 NO HEATING";
-static const char TEXT_11[] PROGMEM = "Error:E11 RUNAWAY HIGH";
-static const char TEXT_12[] PROGMEM = "Error:E12 RUNAWAY LOW";
-static const char TEXT_13[] PROGMEM = "Error:E13 HEATS IN OFF";
-static const char TEXT_14[] PROGMEM = "Error:E14 WATCHDOG";
-static const char TEXT_15[] PROGMEM = "Error:E15 BROWN-OUT";
-static const char TEXT_16[] PROGMEM = "Error:E16 SETTINGS BAD";
-static const char TEXT_17[] PROGMEM = "Error:E17 SENSOR OPEN";
-static const char TEXT_18[] PROGMEM = "Error:E18 OUT OF RANGE";
-static const char TEXT_19[] PROGMEM = "Error:E19 STOPPED";
-static const char TEXT_23[] PROGMEM = "Error:E23 MASTER LOST";
-static const char TEXT_29[] PROGMEM = "Error:E29 MEMORY BAD";
-static const char TEXT_33[] PROGMEM = "Error:E33 MUCH POWER";
-static const char TEXT_34[] PROGMEM = "Error:E34 LITTLE POWER";
-static const char *const FAULT_TEXT[FAULT_LAST] PROGMEM = {
-    [FAULT_SENSOR_NO_ANSWER - 1] = TEXT_1,
-    [FAULT_SENSOR_SHORT - 1] = TEXT_2,
-    [FAULT_SENSOR_CRC - 1] = TEXT_3,
-    [FAULT_SENSOR_STALE - 1] = TEXT_4,
-    [FAULT_SENSOR_RESET - 1] = TEXT_5,
-    [FAULT_OVER_TEMPERATURE - 1] = TEXT_6,
-    [FAULT_UNDER_TEMPERATURE - 1] = TEXT_7,
-    [FAULT_RISE_RATE - 1] = TEXT_8,
-    [FAULT_SENSOR_FROZEN - 1] = TEXT_9,
-    [FAULT_HEATING_FAILED - 1] = TEXT_10,
-    [FAULT_RUNAWAY_ABOVE - 1] = TEXT_11,
-    [FAULT_RUNAWAY_BELOW - 1] = TEXT_12,
-    [FAULT_RISING_WHILE_OFF - 1] = TEXT_13,
-    [FAULT_WATCHDOG_RESET - 1] = TEXT_14,
-    [FAULT_BROWN_OUT - 1] = TEXT_15,
-    [FAULT_SETTINGS_CORRUPT - 1] = TEXT_16,
-    [FAULT_SENSOR_OPEN - 1] = TEXT_17,
-    [FAULT_SENSOR_RANGE - 1] = TEXT_18,
-    [FAULT_EMERGENCY_STOP - 1] = TEXT_19,
-    [FAULT_MASTER_LOST - 1] = TEXT_23,
-    [FAULT_MEMORY_DAMAGED - 1] = TEXT_29,
-    [FAULT_EFFORT_HIGH - 1] = TEXT_33,
-    [FAULT_EFFORT_LOW - 1] = TEXT_34,
+enum { RULES_TOLD = 31 };
+static const uint8_t RULES[RULES_TOLD] PROGMEM = {
+    FAULT_SENSOR_NO_ANSWER,
+    FAULT_SENSOR_SHORT,
+    FAULT_SENSOR_CRC,
+    FAULT_SENSOR_STALE,
+    FAULT_SENSOR_RESET,
+    FAULT_OVER_TEMPERATURE,
+    FAULT_UNDER_TEMPERATURE,
+    FAULT_RISE_RATE,
+    FAULT_SENSOR_FROZEN,
+    FAULT_HEATING_FAILED,
+    FAULT_RUNAWAY_ABOVE,
+    FAULT_RUNAWAY_BELOW,
+    FAULT_RISING_WHILE_OFF,
+    FAULT_WATCHDOG_RESET,
+    FAULT_BROWN_OUT,
+    FAULT_SETTINGS_CORRUPT,
+    FAULT_SENSOR_OPEN,
+    FAULT_SENSOR_RANGE,
+    FAULT_EMERGENCY_STOP,
+    FAULT_MASTER_LOST,
+    FAULT_MEMORY_DAMAGED,
+    FAULT_EFFORT_HIGH,
+    FAULT_EFFORT_LOW,
+    FAULT_RAM_DAMAGED,
+    FAULT_FLASH_DAMAGED,
+    FAULT_CLOCK_WRONG,
+    FAULT_EEPROM_WORN,
+    FAULT_SEQUENCE_BROKEN,
+    FAULT_ADC_WRONG,
+    FAULT_STACK_OVERRUN,
+    FAULT_FLASH_UNSEALED,
 };
+/* Their texts, one behind the other, each with its end. Damaged memory may hold a code that no rule
+ * has, or none of this machine's: it gets the last. */
+static const char FAULT_TEXTS[] PROGMEM =
+    "Error:E01 NO SENSOR\0"
+    "Error:E02 SENSOR SHORT\0"
+    "Error:E03 SENSOR CRC\0"
+    "Error:E04 SENSOR STALE\0"
+    "Error:E05 SENSOR RESET\0"
+    "Error:E06 TOO HOT\0"
+    "Error:E07 TOO COLD\0"
+    "Error:E08 JUMP\0"
+    "Error:E09 FROZEN\0"
+    "Error:E10 NO HEATING\0"
+    "Error:E11 RUNAWAY HIGH\0"
+    "Error:E12 RUNAWAY LOW\0"
+    "Error:E13 HEATS IN OFF\0"
+    "Error:E14 WATCHDOG\0"
+    "Error:E15 BROWN-OUT\0"
+    "Error:E16 SETTINGS BAD\0"
+    "Error:E17 SENSOR OPEN\0"
+    "Error:E18 OUT OF RANGE\0"
+    "Error:E19 STOPPED\0"
+    "Error:E23 MASTER LOST\0"
+    "Error:E29 MEMORY BAD\0"
+    "Error:E33 MUCH POWER\0"
+    "Error:E34 LITTLE POWER\0"
+    "Error:E35 RAM\0"
+    "Error:E36 FLASH\0"
+    "Error:E37 CLOCK\0"
+    "Error:E38 EEPROM\0"
+    "Error:E39 SEQUENCE\0"
+    "Error:E40 ADC\0"
+    "Error:E41 STACK\0"
+    "Error:E42 NOT SEALED\0"
+    "Error:E?? NO SUCH CODE";
 
-/* Damaged memory may hold a code that no rule has, or none of this machine's. */
 static const char *text_of_fault(uint8_t code)
 {
-    const char *found = 0;
+    const char *found = FAULT_TEXTS;
 
-    if (code != FAULT_NONE && code <= FAULT_LAST) {
-        found = (const char *)pgm_read_ptr(&FAULT_TEXT[code - 1u]);
+    for (uint8_t i = 0; i < RULES_TOLD && pgm_read_byte(&RULES[i]) != code; i++) {
+        while (pgm_read_byte(found) != '\0') {
+            found++;
+        }
+        found++;
     }
-    return found ? found : PSTR("Error:E?? NO SUCH CODE");
+    return found;
 }
 
 /* The next three set a piece, and give what its report returns: there was one. */
@@ -134,7 +157,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec ea503295\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright extruder, spec 66257c47\n"));
 }
 
 static bool latched_fault(void)
@@ -297,7 +320,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec ea503295 PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 66257c47 PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:extruder EXTRUDER_COUNT:1\n"));
     case 2:

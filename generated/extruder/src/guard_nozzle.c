@@ -206,10 +206,10 @@ void guard_nozzle_master(void)
     }
 }
 
-void guard_nozzle_step(float change_k, uint16_t gap)
+uint8_t guard_nozzle_step(float change_k, uint16_t gap)
 {
     if (fault.code != FAULT_NONE) {
-        return;
+        return GUARD_JUDGED;
     }
     guard_nozzle.effort_percent += LOOP_NOZZLE_EFFORT_SHARE
             * (loop_nozzle.duty_percent - guard_nozzle.effort_percent)
@@ -222,4 +222,5 @@ void guard_nozzle_step(float change_k, uint16_t gap)
     } else if (loop_nozzle.missing >= LOOP_NOZZLE_STALE_STEPS) {
         fault_trip(loop_nozzle.reading_status, loop_nozzle.temperature_c);
     }
+    return GUARD_JUDGED;
 }

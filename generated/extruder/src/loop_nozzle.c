@@ -52,13 +52,24 @@ static void take_limits(void)
     loop_nozzle.output_maximum_percent = settings.nozzle_output_maximum_percent;
 }
 
+/* extruder.yaml:49 safety.self_checks (default)
+ * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
+ * jumped over one gives no permit, and is found out in the next tick. */
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
+static volatile uint8_t done;
+
+static void mark(uint8_t duty)
+{
+    done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
+}
+
 /* One control step: docs/control.md, section by section. */
 static void step(void)
 {
     const float last_c = loop_nozzle.temperature_c;
     uint16_t gap = 1; /* periods since the last good reading */
 
-    const bool sound = settings_are_sound(); /* else the spec's are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
 
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
@@ -79,12 +90,13 @@ static void step(void)
     } else if (loop_nozzle.missing < UINT8_MAX) {
         loop_nozzle.missing++;
     }
+    mark(READ);
 
     fault_judge(sound, loop_nozzle.temperature_c);
     if (!is_off()) {
         guard_nozzle_master();
     }
-    guard_nozzle_step(change_k, gap);
+    mark(guard_nozzle_step(change_k, gap));
     take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
     if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
         autotune_nozzle_stop();
@@ -107,7 +119,11 @@ static void step(void)
     }
 
     output_heater_set(loop_nozzle.duty_percent);
-    gate_renew_nozzle();
+    mark(DECIDED);
+    if (done == DECIDED) {
+        gate_renew_nozzle();
+        done = NOTHING;
+    }
 }
 
 void loop_nozzle_start(void)
@@ -126,6 +142,14 @@ void loop_nozzle_tick(void)
     ticks_left = LOOP_NOZZLE_PERIOD_TICKS;
     step();
     sensor_nozzle_begin();
+}
+
+bool loop_nozzle_is_in_order(void)
+{
+    const bool in_order = done == NOTHING;
+
+    done = NOTHING;
+    return in_order;
 }
 
 bool loop_nozzle_set(float setpoint_c)

@@ -23,6 +23,11 @@ static inline void pin_output_heater_drive(void)
     DDRB |= (1u << 4);
 }
 
+static inline void pin_output_heater_release(void)
+{
+    DDRB &= (uint8_t)~(1u << 4);
+}
+
 static inline bool pin_output_heater_is_on(void)
 {
     return (PINB & (1u << 4)) != 0;

@@ -151,7 +151,6 @@ static void take_record(void)
         keep_limits_of_nozzle(record.kept.nozzle_integral_minimum_percent,
             record.kept.nozzle_integral_maximum_percent, record.kept.nozzle_output_maximum_percent);
     }
-    settings_seal();
 }
 
 bool settings_are_sound(void)

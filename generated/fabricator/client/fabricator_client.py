@@ -18,7 +18,7 @@ import struct
 from typing import Protocol
 
 ADDRESS = 1
-DIGEST = 0x4acb561b
+DIGEST = 0xedbb158e
 MAP_VERSION = 1
 NO_TEMPERATURE = -32768
 

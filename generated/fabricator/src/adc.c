@@ -10,6 +10,8 @@
 #include <avr/io.h> /* ADC registers */
 #include <avr/pgmspace.h> /* pgm_read_byte */
 
+#include "config.h" /* ADC_KNOWN_*, ADC_WRONG_TICKS */
+
 /* A clock of 125 kHz; the data sheet allows 200 kHz for ten bits. */
 enum { ENABLED = (1u << ADEN) | (1u << ADPS2) | (1u << ADPS1) | (1u << ADPS0) };
 /* The supply, AVCC. */
@@ -20,8 +22,10 @@ static volatile uint16_t codes[ADC_CHANNELS];
 
 /* ADMUX of each channel. */
 static const uint8_t MUX[ADC_CHANNELS] PROGMEM = {
+    REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* 1.22 V of the chip's own */
     REFERENCE, /* ADC0 */
     REFERENCE | (1u << MUX0), /* ADC1 */
+    REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* 1.22 V of the chip's own */
 };
 
 static inline void convert(uint8_t channel)
@@ -67,4 +71,20 @@ bool adc_is_fresh(void)
 uint16_t adc_code(uint8_t channel)
 {
     return codes[channel];
+}
+
+/* fabricator.yaml:39 safety.self_checks (default) */
+bool adc_is_right(void)
+{
+    static uint8_t ticks_wrong;
+
+    if (adc_is_fresh()) {
+        const uint16_t code = codes[ADC_KNOWN];
+        if (code >= ADC_KNOWN_LOW && code <= ADC_KNOWN_HIGH) {
+            ticks_wrong = 0;
+        } else if (ticks_wrong < ADC_WRONG_TICKS) {
+            ticks_wrong++;
+        }
+    }
+    return ticks_wrong < ADC_WRONG_TICKS;
 }

@@ -7,8 +7,10 @@
 #include <stdint.h>  /* uint8_t, uint16_t */
 
 enum {
+    ADC_KNOWN, /* 1.22 V of the chip's own: fabricator.yaml:39 safety.self_checks (default) */
     ADC_SENSOR_NOZZLE, /* ADC0: fabricator.yaml:12 sensors.nozzle.pin */
     ADC_SENSOR_CURRENT, /* ADC1: fabricator.yaml:13 sensors.current.pin */
+    ADC_KNOWN_IS_NEXT, /* 1.22 V of the chip's own: fabricator.yaml:39 safety.self_checks (default) */
     ADC_CHANNELS
 };
 
@@ -22,5 +24,8 @@ bool adc_is_fresh(void);
 
 /* A channel's code, 0..1023. */
 uint16_t adc_code(uint8_t channel);
+
+/* False when a voltage that is known has been measured wrongly for a second. */
+bool adc_is_right(void);
 
 #endif

@@ -11,6 +11,9 @@ void gate_tick(void);
 /* The main loop is alive. */
 void gate_renew_main(void);
 
+/* True if the gate has counted down since then. */
+bool gate_has_run(void);
+
 /* Loop nozzle has decided; it has had a good reading. */
 void gate_renew_nozzle(void);
 void gate_renew_nozzle_sensor(void);

@@ -31,7 +31,7 @@ void guard_nozzle_master(void);
 void guard_nozzle_reset(void);
 
 /* Judge the reading that the loop has just taken; trips at most one fault.
- * `change_k` is the change since the last good reading, `gap` periods ago. */
-void guard_nozzle_step(float change_k, uint16_t gap);
+ * `change_k` is the change since the last good reading, `gap` periods ago. Returns GUARD_JUDGED. */
+uint8_t guard_nozzle_step(float change_k, uint16_t gap);
 
 #endif

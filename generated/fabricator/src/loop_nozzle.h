@@ -29,6 +29,9 @@ void loop_nozzle_start(void);
 /* Once a tick; runs the control step when its period is over. */
 void loop_nozzle_tick(void);
 
+/* False once after a step that has not done all its duties in their order (fabricator.yaml:39 safety.self_checks (default)). */
+bool loop_nozzle_is_in_order(void);
+
 /* True while it is on, and no fault is latched. */
 bool loop_nozzle_works(void);
 

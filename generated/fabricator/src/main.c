@@ -4,23 +4,25 @@
 #include <avr/wdt.h>       /* wdt_enable */
 
 #include "adc.h" /* adc_start, adc_tick */
+#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
-#include "gate.h" /* gate_renew_main */
 #include "guard_nozzle.h" /* guard_nozzle_reset */
 #include "indicators_nozzle.h" /* indicators_nozzle_start, indicators_nozzle_tick */
 #include "loop_nozzle.h" /* loop_nozzle_start, loop_nozzle_tick */
 #include "modbus.h" /* modbus_start, modbus_tick */
 #include "output_heater.h" /* output_heater_start */
 #include "relay.h" /* relay_start */
-#include "reset.h" /* reset_report */
+#include "reset.h" /* reset_prove_watchdog, reset_report */
 #include "sensor_current.h" /* sensor_current_tick */
 #include "sensor_nozzle.h" /* sensor_nozzle_tick */
 #include "settings.h" /* settings_start, settings_tick */
 
 static void start(void)
 {
+    reset_prove_watchdog();
     wdt_enable(WDTO_1S); /* fabricator.yaml:40 safety.watchdog */
+    checks_start();
     settings_start();
     reset_report();
     output_heater_start();
@@ -37,7 +39,7 @@ static void start(void)
 /* Runs once every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
-    gate_renew_main();
+    checks_tick();
     sensor_nozzle_tick();
     sensor_current_tick();
     modbus_tick();

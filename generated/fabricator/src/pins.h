@@ -22,6 +22,11 @@ static inline void pin_output_heater_drive(void)
     DDRD |= (1u << 5);
 }
 
+static inline void pin_output_heater_release(void)
+{
+    DDRD &= (uint8_t)~(1u << 5);
+}
+
 static inline bool pin_output_heater_is_on(void)
 {
     return (PIND & (1u << 5)) != 0;
@@ -64,9 +69,20 @@ static inline void pin_output_supply_relay_drive(void)
     DDRD |= (1u << 7);
 }
 
+static inline void pin_output_supply_relay_release(void)
+{
+    DDRD &= (uint8_t)~(1u << 7);
+}
+
 static inline bool pin_output_supply_relay_is_on(void)
 {
     return (PIND & (1u << 7)) != 0;
+}
+
+static inline bool pin_output_supply_relay_obeys(void)
+{
+    const uint8_t levels = PIND;
+    return ((levels ^ PORTD) & (1u << 7)) == 0;
 }
 
 /* PD3: mirror contact of the relay (fabricator.yaml:42 safety.relay_feedback) */

@@ -8,6 +8,9 @@
 
 #include <avr/interrupt.h> /* ISR */
 #include <avr/io.h> /* ADC registers */
+#include <avr/pgmspace.h> /* pgm_read_byte */
+
+#include "config.h" /* ADC_KNOWN_*, ADC_WRONG_TICKS */
 
 /* A clock of 125 kHz; the data sheet allows 200 kHz for ten bits. */
 enum { ENABLED = (1u << ADEN) | (1u << ADPS2) | (1u << ADPS1) | (1u << ADPS0) };
@@ -17,10 +20,16 @@ enum { REFERENCE = 0 };
 static volatile uint8_t scanned; /* channels of this scan that have been converted */
 static volatile uint16_t codes[ADC_CHANNELS];
 
+/* ADMUX of each channel. */
+static const uint8_t MUX[ADC_CHANNELS] PROGMEM = {
+    REFERENCE | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* 1.1 V of the chip's own */
+    REFERENCE, /* ADC0 */
+    REFERENCE | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* 1.1 V of the chip's own */
+};
+
 static inline void convert(uint8_t channel)
 {
-    (void)channel; /* there is but one */
-    ADMUX = REFERENCE; /* ADC0 */
+    ADMUX = pgm_read_byte(&MUX[channel]);
     ADCSRA = ENABLED | (1u << ADSC) | (1u << ADIE);
 }
 
@@ -34,6 +43,9 @@ ISR(ADC_vect)
     codes[channel] = ADC;
     channel++;
     scanned = channel;
+    if (channel < ADC_CHANNELS) {
+        convert(channel);
+    }
 }
 
 void adc_start(void)
@@ -59,4 +71,20 @@ bool adc_is_fresh(void)
 uint16_t adc_code(uint8_t channel)
 {
     return codes[channel];
+}
+
+/* feeder.yaml:43 safety.self_checks (default) */
+bool adc_is_right(void)
+{
+    static uint8_t ticks_wrong;
+
+    if (adc_is_fresh()) {
+        const uint16_t code = codes[ADC_KNOWN];
+        if (code >= ADC_KNOWN_LOW && code <= ADC_KNOWN_HIGH) {
+            ticks_wrong = 0;
+        } else if (ticks_wrong < ADC_WRONG_TICKS) {
+            ticks_wrong++;
+        }
+    }
+    return ticks_wrong < ADC_WRONG_TICKS;
 }

@@ -7,7 +7,9 @@
 #include <stdint.h>  /* uint8_t, uint16_t */
 
 enum {
+    ADC_KNOWN, /* 1.1 V of the chip's own: feeder.yaml:43 safety.self_checks (default) */
     ADC_SENSOR_NOZZLE, /* ADC0: feeder.yaml:12 sensors.nozzle.pin */
+    ADC_KNOWN_IS_NEXT, /* 1.1 V of the chip's own: feeder.yaml:43 safety.self_checks (default) */
     ADC_CHANNELS
 };
 
@@ -21,5 +23,8 @@ bool adc_is_fresh(void);
 
 /* A channel's code, 0..1023. */
 uint16_t adc_code(uint8_t channel);
+
+/* False when a voltage that is known has been measured wrongly for a second. */
+bool adc_is_right(void);
 
 #endif

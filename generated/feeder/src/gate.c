@@ -77,6 +77,11 @@ void gate_renew_main(void)
     pin_output_heater_drive();
 }
 
+bool gate_has_run(void)
+{
+    return main_ticks != GATE_MAIN_PERMIT_TICKS;
+}
+
 void gate_renew_nozzle(void)
 {
     renew(&nozzle_ticks, LOOP_NOZZLE_PERMIT_TICKS);

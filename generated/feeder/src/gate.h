@@ -3,11 +3,16 @@
 #ifndef GATE_H
 #define GATE_H
 
+#include <stdbool.h> /* bool */
+
 /* Once a tick, from the timer interrupt: count the permits down, then switch each heater. */
 void gate_tick(void);
 
 /* The main loop is alive. */
 void gate_renew_main(void);
+
+/* True if the gate has counted down since then. */
+bool gate_has_run(void);
 
 /* Loop nozzle has decided; it has had a good reading. */
 void gate_renew_nozzle(void);

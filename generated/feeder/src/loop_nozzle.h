@@ -29,6 +29,9 @@ void loop_nozzle_start(void);
 /* Once a tick; runs the control step when its period is over. */
 void loop_nozzle_tick(void);
 
+/* False once after a step that has not done all its duties in their order (feeder.yaml:43 safety.self_checks (default)). */
+bool loop_nozzle_is_in_order(void);
+
 /* The commands: each counts from the next step on. Those that return false were refused and have
  * changed nothing; while a fault is latched only switching off is not. */
 

@@ -4,9 +4,9 @@
 #include <avr/wdt.h>       /* wdt_enable */
 
 #include "adc.h" /* adc_start, adc_tick */
+#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
-#include "gate.h" /* gate_renew_main */
 #include "gcode.h" /* gcode_start, gcode_tick */
 #include "guard_nozzle.h" /* guard_nozzle_reset */
 #include "loop_nozzle.h" /* loop_nozzle_start, loop_nozzle_tick */
@@ -20,6 +20,7 @@
 static void start(void)
 {
     wdt_enable(WDTO_1S); /* feeder.yaml:44 safety.watchdog */
+    checks_start();
     settings_start();
     reset_report();
     output_heater_start();
@@ -36,7 +37,7 @@ static void start(void)
 /* Runs once every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
-    gate_renew_main();
+    checks_tick();
     sensor_nozzle_tick();
     gcode_tick();
     adc_tick();

@@ -125,7 +125,6 @@ static void take_record(void)
         && is_gain(record.kept.nozzle_kd)) {
         keep_nozzle(record.kept.nozzle_kp, record.kept.nozzle_ki, record.kept.nozzle_kd);
     }
-    settings_seal();
 }
 
 bool settings_are_sound(void)

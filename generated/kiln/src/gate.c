@@ -88,6 +88,11 @@ void gate_renew_main(void)
     pin_output_safety_relay_drive();
 }
 
+bool gate_has_run(void)
+{
+    return main_ticks != GATE_MAIN_PERMIT_TICKS;
+}
+
 void gate_renew_chamber(void)
 {
     renew(&chamber_ticks, LOOP_CHAMBER_PERMIT_TICKS);

@@ -11,6 +11,9 @@ void gate_tick(void);
 /* The main loop is alive. */
 void gate_renew_main(void);
 
+/* True if the gate has counted down since then. */
+bool gate_has_run(void);
+
 /* Loop chamber has decided; it has had a good reading. */
 void gate_renew_chamber(void);
 void gate_renew_chamber_sensor(void);

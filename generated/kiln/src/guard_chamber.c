@@ -233,10 +233,10 @@ bool guard_chamber_set_maximum(float maximum_c)
     return true;
 }
 
-void guard_chamber_step(float change_k, uint16_t gap)
+uint8_t guard_chamber_step(float change_k, uint16_t gap)
 {
     if (fault.code != FAULT_NONE) {
-        return;
+        return GUARD_JUDGED;
     }
     guard_chamber.effort_percent += LOOP_CHAMBER_EFFORT_SHARE
             * (loop_chamber.duty_percent - guard_chamber.effort_percent)
@@ -249,4 +249,5 @@ void guard_chamber_step(float change_k, uint16_t gap)
     } else if (loop_chamber.missing >= LOOP_CHAMBER_STALE_STEPS) {
         fault_trip(loop_chamber.reading_status, loop_chamber.reading_c);
     }
+    return GUARD_JUDGED;
 }

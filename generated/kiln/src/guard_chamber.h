@@ -33,7 +33,7 @@ bool guard_chamber_set_maximum(float maximum_c);
 void guard_chamber_reset(void);
 
 /* Judge the reading that the loop has just taken; trips at most one fault.
- * `change_k` is the change since the last good reading, `gap` periods ago. */
-void guard_chamber_step(float change_k, uint16_t gap);
+ * `change_k` is the change since the last good reading, `gap` periods ago. Returns GUARD_JUDGED. */
+uint8_t guard_chamber_step(float change_k, uint16_t gap);
 
 #endif

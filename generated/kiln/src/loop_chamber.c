@@ -68,6 +68,17 @@ static void follow_program(void)
     loop_chamber.setpoint_c = program.setpoint_c;
 }
 
+/* kiln.yaml:67 safety.self_checks (default)
+ * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
+ * jumped over one gives no permit, and is found out in the next tick. */
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
+static volatile uint8_t done;
+
+static void mark(uint8_t duty)
+{
+    done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
+}
+
 /* One control step: docs/control.md, section by section. */
 static void step(void)
 {
@@ -75,7 +86,7 @@ static void step(void)
     const float reading_last_c = loop_chamber.reading_c;
     uint16_t gap = 1; /* periods since the last good reading */
 
-    const bool sound = settings_are_sound(); /* else the spec's are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
 
     loop_chamber.steps++;
     loop_chamber.setpoint_c = settings.chamber_setpoint_c;
@@ -102,12 +113,13 @@ static void step(void)
     } else if (loop_chamber.missing < UINT8_MAX) {
         loop_chamber.missing++;
     }
+    mark(READ);
 
     program_step(ok);
     follow_program();
     fault_judge(sound, loop_chamber.temperature_c);
     relay_judge(loop_chamber.temperature_c);
-    guard_chamber_step(reading_change_k, gap);
+    mark(guard_chamber_step(reading_change_k, gap));
 
     if (fault.code != FAULT_NONE) {
         algorithm_chamber_reset();
@@ -125,7 +137,11 @@ static void step(void)
 
     output_element_set(loop_chamber.duty_percent);
     gate_want_chamber(!is_off());
-    gate_renew_chamber();
+    mark(DECIDED);
+    if (done == DECIDED) {
+        gate_renew_chamber();
+        done = NOTHING;
+    }
     program_count(loop_chamber.duty_percent);
     response_chamber_step(fault.code == FAULT_NONE && !is_off() && loop_chamber.mode == MODE_AUTOMATIC, ok);
 }
@@ -145,6 +161,14 @@ void loop_chamber_tick(void)
     ticks_left = LOOP_CHAMBER_PERIOD_TICKS;
     step();
     sensor_chamber_begin();
+}
+
+bool loop_chamber_is_in_order(void)
+{
+    const bool in_order = done == NOTHING;
+
+    done = NOTHING;
+    return in_order;
 }
 
 bool loop_chamber_works(void)

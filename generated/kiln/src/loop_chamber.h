@@ -33,6 +33,9 @@ void loop_chamber_start(void);
 /* Once a tick; runs the control step when its period is over. */
 void loop_chamber_tick(void);
 
+/* False once after a step that has not done all its duties in their order (kiln.yaml:67 safety.self_checks (default)). */
+bool loop_chamber_is_in_order(void);
+
 /* True while it is on, and no fault is latched. */
 bool loop_chamber_works(void);
 

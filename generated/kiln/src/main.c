@@ -3,10 +3,10 @@
 #include <avr/interrupt.h> /* sei */
 #include <avr/wdt.h>       /* wdt_enable */
 
+#include "checks.h" /* checks_start, checks_tick */
 #include "clock.h" /* clock_wait, clock_start */
 #include "fault.h" /* fault_tick */
 #include "fault_log.h" /* fault_log_tick */
-#include "gate.h" /* gate_renew_main */
 #include "guard_chamber.h" /* guard_chamber_reset */
 #include "log.h" /* log_tick */
 #include "log_port.h" /* log_port_start */
@@ -16,14 +16,16 @@
 #include "programs.h" /* programs_tick */
 #include "progress.h" /* progress_start, progress_tick */
 #include "relay.h" /* relay_start */
-#include "reset.h" /* reset_report */
+#include "reset.h" /* reset_prove_watchdog, reset_report */
 #include "sensor_chamber.h" /* sensor_chamber_tick */
 #include "settings.h" /* settings_start, settings_tick */
 #include "spi_chamber.h" /* spi_chamber_start */
 
 static void start(void)
 {
+    reset_prove_watchdog();
     wdt_enable(WDTO_2S); /* kiln.yaml:68 safety.watchdog */
+    checks_start();
     settings_start();
     progress_start();
     reset_report();
@@ -41,7 +43,7 @@ static void start(void)
 /* Runs once every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
-    gate_renew_main();
+    checks_tick();
     sensor_chamber_tick();
     nextion_tick();
     loop_chamber_tick();

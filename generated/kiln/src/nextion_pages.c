@@ -42,6 +42,14 @@ static const uint8_t PAGE_OF[FAULT_LAST + 1] PROGMEM = {
     [FAULT_MEMORY_DAMAGED] = 31, /* fault29 */
     [FAULT_EFFORT_HIGH] = 32, /* fault33 */
     [FAULT_EFFORT_LOW] = 33, /* fault34 */
+    [FAULT_RAM_DAMAGED] = 34, /* fault35 */
+    [FAULT_FLASH_DAMAGED] = 35, /* fault36 */
+    [FAULT_CLOCK_WRONG] = 36, /* fault37 */
+    [FAULT_EEPROM_WORN] = 37, /* fault38 */
+    [FAULT_SEQUENCE_BROKEN] = 38, /* fault39 */
+    [FAULT_STACK_OVERRUN] = 39, /* fault41 */
+    [FAULT_FLASH_UNSEALED] = 40, /* fault42 */
+    [FAULT_PIN_HELD] = 41, /* fault43 */
 };
 
 uint8_t pages_shown;

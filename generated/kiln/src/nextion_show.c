@@ -279,7 +279,7 @@ enum {
     WORD_OF_INTERRUPTED = 15,
     WORD_OF_KINDS = 16,
     WORD_OF_FAULTS = 22,
-    WORDS_IN_ALL = 65
+    WORDS_IN_ALL = 66
 };
 
 static const char WORD_0[] PROGMEM = "off";
@@ -339,14 +339,15 @@ static const char WORD_53[] PROGMEM = "E31";
 static const char WORD_54[] PROGMEM = "E32";
 static const char WORD_55[] PROGMEM = "E33 MUCH POWER";
 static const char WORD_56[] PROGMEM = "E34 LITTLE POWER";
-static const char WORD_57[] PROGMEM = "E35";
-static const char WORD_58[] PROGMEM = "E36";
-static const char WORD_59[] PROGMEM = "E37";
-static const char WORD_60[] PROGMEM = "E38";
-static const char WORD_61[] PROGMEM = "E39";
+static const char WORD_57[] PROGMEM = "E35 RAM";
+static const char WORD_58[] PROGMEM = "E36 FLASH";
+static const char WORD_59[] PROGMEM = "E37 CLOCK";
+static const char WORD_60[] PROGMEM = "E38 EEPROM";
+static const char WORD_61[] PROGMEM = "E39 SEQUENCE";
 static const char WORD_62[] PROGMEM = "E40";
-static const char WORD_63[] PROGMEM = "E41";
-static const char WORD_64[] PROGMEM = "E42";
+static const char WORD_63[] PROGMEM = "E41 STACK";
+static const char WORD_64[] PROGMEM = "E42 NOT SEALED";
+static const char WORD_65[] PROGMEM = "E43 PIN HELD";
 static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_0,
     WORD_1,
@@ -413,6 +414,7 @@ static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
     WORD_62,
     WORD_63,
     WORD_64,
+    WORD_65,
 };
 
 enum { MOST_COMPONENTS = 42 };

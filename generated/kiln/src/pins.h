@@ -23,9 +23,20 @@ static inline void pin_output_element_drive(void)
     DDRE |= (1u << 4);
 }
 
+static inline void pin_output_element_release(void)
+{
+    DDRE &= (uint8_t)~(1u << 4);
+}
+
 static inline bool pin_output_element_is_on(void)
 {
     return (PINE & (1u << 4)) == 0;
+}
+
+static inline bool pin_output_element_obeys(void)
+{
+    const uint8_t levels = PINE;
+    return ((levels ^ PORTE) & (1u << 4)) == 0;
 }
 
 /* D8 = PH5: the safety relay, active high (kiln.yaml:24 outputs.safety_relay.pin) */
@@ -53,9 +64,23 @@ static inline void pin_output_safety_relay_drive(void)
     }
 }
 
+static inline void pin_output_safety_relay_release(void)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        DDRH &= (uint8_t)~(1u << 5);
+    }
+}
+
 static inline bool pin_output_safety_relay_is_on(void)
 {
     return (PINH & (1u << 5)) != 0;
+}
+
+static inline bool pin_output_safety_relay_obeys(void)
+{
+    const uint8_t levels = PINH;
+    return ((levels ^ PORTH) & (1u << 5)) == 0;
 }
 
 /* D9 = PH6: mirror contact of the relay (kiln.yaml:70 safety.relay_feedback) */

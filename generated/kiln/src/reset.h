@@ -3,6 +3,7 @@
 #ifndef RESET_H
 #define RESET_H
 
+#include <stdbool.h> /* bool */
 #include <stdint.h> /* uint8_t */
 
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
@@ -15,6 +16,12 @@ extern volatile uint16_t reset_hang_mark;
 /* RESET_POWER_MARK from a lock-out on, until the power goes. */
 enum { RESET_POWER_MARK = 0x3CA5 };
 extern uint16_t reset_power_mark;
+
+/* kiln.yaml:67 safety.self_checks (default): the watchdog resets, and in its time by this clock. */
+extern bool reset_clock_is_right;
+
+/* See it reset, and measure its time. Ends with a reset, but for the start that follows it. */
+void reset_prove_watchdog(void);
 
 /* Latch a fault if the watchdog or a brown-out caused the reset. */
 void reset_report(void);

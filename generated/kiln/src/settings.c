@@ -130,13 +130,9 @@ static void take_defaults(void)
     keep_chamber(LOOP_CHAMBER_KP, LOOP_CHAMBER_KI, LOOP_CHAMBER_KD);
 }
 
-static void take_record(void)
+/* Of what is sealed, what the newest record says. */
+static void take_sealed_of_record(void)
 {
-    fault_restore(&record.fault);
-    if (is_gain(record.kept.chamber_kp) && is_gain(record.kept.chamber_ki)
-        && is_gain(record.kept.chamber_kd)) {
-        keep_chamber(record.kept.chamber_kp, record.kept.chamber_ki, record.kept.chamber_kd);
-    }
     if (!(record.kept.chamber_maximum_c < LOOP_CHAMBER_SETPOINT_MINIMUM_C)
         && record.kept.chamber_maximum_c <= LOOP_CHAMBER_MAXIMUM_C) {
         settings.chamber_maximum_c = record.kept.chamber_maximum_c;
@@ -147,12 +143,25 @@ static void take_record(void)
     settings_seal();
 }
 
+static void take_record(void)
+{
+    fault_restore(&record.fault);
+    take_sealed_of_record();
+    if (is_gain(record.kept.chamber_kp) && is_gain(record.kept.chamber_ki)
+        && is_gain(record.kept.chamber_kd)) {
+        keep_chamber(record.kept.chamber_kp, record.kept.chamber_ki, record.kept.chamber_kd);
+    }
+}
+
 bool settings_are_sound(void)
 {
     if (sum_of_settings() == seal) {
         return true;
     }
     take_sealed_defaults();
+    if (crc16((const uint8_t *)&record + CHECKED, OWN_SIZE) == record.crc) { /* of the start, or written since */
+        take_sealed_of_record();
+    }
     return false;
 }
 

@@ -24,7 +24,8 @@ void settings_start(void);
 /* After each change of a setpoint, a maximum or a type: nothing else changes them. */
 void settings_seal(void);
 
-/* Whether they are as they were set last; where a flipped bit changed one, the spec's are taken. */
+/* Whether they are as they were set last; where a flipped bit changed one, those
+ * that were stored last are taken, or else the spec's are taken. */
 bool settings_are_sound(void);
 
 /* Write everything soon, in the background: of the gains those that were kept. */

@@ -25,7 +25,7 @@ from heatwright.spec import Controller
 from heatwright.spec.indicated import shown_meanings
 from heatwright.spec.outputs import Switch
 from heatwright.spec.pwm_timers import PwmChannel
-from heatwright.spec.self_checks import self_checked
+from heatwright.spec.self_checks import read_back, self_checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +133,7 @@ def output_part(  # noqa: PLR0913 - one part, said once
                 output.active,
                 f"output {name}",
                 released=use.heats and self_checked(source.controller),
+                read_back=name in read_back(source.controller),
             ),
         ),
         start_calls=start_calls,
