@@ -259,7 +259,7 @@ def test_the_committed_firmware_is_current_and_all_there_is(name: str) -> None:
     assert example(name).controller.identity.name == name
 
 
-def test_the_chamber_takes_four_fifths_of_the_sketch_and_leaves_room(tmp_path: Path) -> None:
+def test_the_chamber_takes_no_more_than_the_sketch_and_leaves_room(tmp_path: Path) -> None:
     """The sketch with its libraries takes 8826 bytes of flash and 345 of RAM, and protects less.
 
     364 bytes are for safety: keys switch the heater off, and after a fault it stays off.
@@ -274,12 +274,14 @@ def test_the_chamber_takes_four_fifths_of_the_sketch_and_leaves_room(tmp_path: P
     acknowledges; else whoever presses on, or a key, heats whatever the rules say.
     322 are for the power to fit the reading: one that froze above the setpoint while the switch was
     shorted left the heater on for ever.
+    1010 are for the controller to check itself: a flipped bit of the flash, a stuck cell of the
+    RAM, a wrong clock or a pin that is held were told by nothing.
     """
     rules = example("chamber").controller.loops["air"].protection
     assert all((rules.heating, rules.runaway, rules.frozen, rules.rising_while_off))
     write(files_of("chamber"), tmp_path)
     built = build(tmp_path)
-    assert built.flash_bytes <= 7952
-    assert built.ram_bytes <= 259
+    assert built.flash_bytes <= 8826
+    assert built.ram_bytes <= 261
     assert built.ram_bytes + built.stack_bytes <= built.ram_limit
     assert built.flash_bytes <= built.flash_limit
