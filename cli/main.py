@@ -22,6 +22,7 @@ COMMANDS = (
     "upload",
     "monitor",
     "simulate",
+    "bench",
     "verify",
     "compare",
     "campaign",

@@ -270,6 +270,10 @@ class AvrDevice:
         """Return one row for each control step so far."""
         return self._logs[loop].steps()
 
+    def take_steps(self, loop: str) -> StepLog:
+        """Return one row for each control step since the last call, and forget them."""
+        return self._logs[loop].take()
+
     @property
     def uart(self) -> int:
         """The number of the serial port of the first interface that has a line."""

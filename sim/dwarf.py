@@ -107,6 +107,11 @@ class Variables(Mapping[str, Variable]):
         start = f"{file}:"
         return [each for key in self._all if key.startswith(start) for each in self._all[key]]
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The source files in C that define variables."""
+        return tuple(sorted({key.partition(":")[0] for key in self._all if ".c:" in key}))
+
     def _find(self, file: str, name: str) -> Variable:
         found = self._all.get(f"{file}:{name}" if file else name, [])
         if len(found) == 1:

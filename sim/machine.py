@@ -8,6 +8,7 @@ matrix, noise or room in its log is lacking, or somebody outside wants to hear o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,6 +62,7 @@ class Stop(NamedTuple):
 
 SOUND = Heat()
 NO_STOP = Stop()
+NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 LOG_ROWS = 2048
@@ -298,15 +300,21 @@ class Machine:
         heat: Mapping[str, Heat],
         besides: Mapping[str, Beside],
         feels: Mapping[str, Feel],
+        *,
+        volts: float = 1.0,
+        taken: Mapping[str, float] = NOTHING,
     ) -> None:
         """Put this between pins and loads, by output, and before tips, by sensor.
 
-        What is not named is sound.
+        What is not named is sound. volts -- what the heaters' supply has, of what it should;
+        taken -- shares of a heater's power that something takes away at its place.
         """
         self._feels = [(self.sensors.index(name), feel) for name, feel in feels.items()]
         self._m.feels = bool(feels)
         for number, name in enumerate(self.loads):
             load, beside = self._m.loads[number], besides.get(name)
+            load.volts = volts if name in self.plant.heaters else 1.0
+            load.taken = taken.get(name, 0.0)
             load.times, load.least, once = heat.get(name, SOUND)
             load.once_asked = -1.0 if once is None else once
             load.beside = 0.0
@@ -380,6 +388,12 @@ class Machine:
         if m.logged or not self._rows:
             self._rows.append(self._log[: m.logged].copy())
             m.logged = 0
+
+    def take_rows(self) -> Array:
+        """Return the rows since the last call, and forget them: nobody may watch peaks then."""
+        rows = self.rows
+        self._rows = []
+        return rows
 
     def given(self, rows: Array) -> Array:
         """Return of some rows what the loads were given, 0..1, a column for each of `loads`."""

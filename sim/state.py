@@ -53,6 +53,8 @@ class StateLog:
     def steps(self) -> StepLog:
         """Return one row for each step: ``time_s``, then the members."""
         self.collect()
+        if not self._times:
+            return np.empty(0, [("time_s", "f8"), *self._fields()])
         times, images = np.concatenate(self._times), np.concatenate(self._images)
         self._times, self._images = [times], [images]
         seen = self._variables.decode(images, self._base, self._columns.values())
@@ -60,6 +62,12 @@ class StateLog:
         log["time_s"] = times
         for column, path in self._columns.items():
             log[column] = seen[path]
+        return log
+
+    def take(self) -> StepLog:
+        """Return the rows since the last call, and forget them."""
+        log = self.steps()
+        self._times, self._images = [], []
         return log
 
     def _fields(self) -> list[tuple[str, Any]]:

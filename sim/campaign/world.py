@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -13,14 +11,13 @@ import numpy as np
 from heatwright.sim.campaign.breaks import BREAKS
 from heatwright.sim.campaign.drawn import Asked, Broken, Drawn, Upsetting
 from heatwright.sim.elf import Elf
-from heatwright.sim.faults.hands import hand_of
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, Spread, Weather, World
 from heatwright.sim.machine import FEED, TIME, TIPS
 from heatwright.sim.plants import plant_of
 from heatwright.sim.plants.thermal_network import Plant
-from heatwright.sim.scenario import Action, actions, end_s
+from heatwright.sim.scenario import actions, end_s
 from heatwright.sim.trace import Series, Trace, TraceEvent
 from heatwright.spec.quantity import celsius, duration
 
@@ -101,7 +98,7 @@ class DrawnWorld(World):
 
     def _due(self) -> Iterator[_Due]:
         for action in actions(self._simulation.scenario):
-            yield _Due(action.time_s, partial(self._do, action), action.text, action.disturbs)
+            yield _Due(action.time_s, partial(self.do, action), action.text, action.disturbs)
         for ask in self._drawn.asks:
             text = f"{ask.loop} {celsius(ask.setpoint_c)}"
             yield _Due(ask.at_s, partial(self._ask, ask), text, False)
@@ -110,20 +107,8 @@ class DrawnWorld(World):
         if (fault := self._drawn.fault) is not None:
             yield _Due(fault.at_s, partial(self._break, fault), fault.name, True)
 
-    def _do(self, action: Action) -> None:
-        if action.line is not None:
-            self.device.send(action.line)
-        elif action.write is not None:
-            self.device.write(*action.write)
-        elif action.program is not None:
-            self.device.program(*action.program)
-        elif action.extrude_mm_per_s is not None:
-            self.coupling.extruded_mm_per_s = action.extrude_mm_per_s
-        else:
-            self.device.press(action.key)
-
     def _ask(self, ask: Asked) -> None:
-        with self._at(ask.loop):
+        with self.at(ask.loop):
             self.set_setpoint(ask.setpoint_c)
 
     def _upset(self, upset: Upsetting) -> None:
@@ -138,19 +123,8 @@ class DrawnWorld(World):
         if self.fault:
             return
         self.broke_s = self.now_s
-        with self._at(fault.loop):
+        with self.at(fault.loop):
             BREAKS[fault.name][0](self)
-
-    @contextmanager
-    def _at(self, loop: str) -> Iterator[None]:
-        """Turn to one of the loops."""
-        kept = self.site, self.hand
-        self.site = replace(self.site, loop_name=loop)
-        self.hand = hand_of(self.site)
-        try:
-            yield
-        finally:
-            self.site, self.hand = kept
 
     # -- what was ------------------------------------------------------------------------------
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib import import_module
 
@@ -28,7 +28,7 @@ from heatwright.sim.faults import (
     wires,
 )
 from heatwright.sim.faults.bounds import answer_s
-from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.fault import Fault, nothing
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
@@ -54,21 +54,39 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     return tuple(found)
 
 
+def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fault]]:
+    """Yield what a hand can do to a running machine: the part, the loop, and the fault.
+
+    Each stands for its cause and cure alone; what it would be tried in is left out, and so is what
+    only watches a machine that is well.
+    """
+    for number, name in enumerate(controller.loops):
+        site = Site(controller, name, program)
+        parts = _parts_of_loop(site) | ({} if number else _parts_of_controller(site, site))
+        for part, found in parts.items():
+            yield from ((part, name, fault) for fault in found if fault.cause is not nothing)
+
+
 def _of_loop(site: Site) -> list[Fault]:
-    found = [
-        *(fault for sensor in _sensors(site) for fault in _of_sensor(site, sensor)),
-        *tips.faults(site),
-        *second.faults(site),
-        *heaters.faults(site),
-        *efforts.faults(site),
-        *wires.faults(site),
-        *coolers.faults(site),
-        *proofs.faults(site),
-        *programs.faults(site),
-        *displays.faults(site),
-        *healthy.faults(site),
-    ]
+    parts = _parts_of_loop(site)
+    found = [fault for faults in (*parts.values(), healthy.faults(site)) for fault in faults]
     return [*left_on.over_meanwhile(site.controller, found), *left_on.faults(site)]
+
+
+def _parts_of_loop(site: Site) -> dict[str, Iterable[Fault]]:
+    """Return the faults of a loop by the part that fails."""
+    return {
+        "sensor": (fault for name in _sensors(site) for fault in _of_sensor(site, name)),
+        "tip": tips.faults(site),
+        "second sensor": second.faults(site),
+        "heater": heaters.faults(site),
+        "effort": efforts.faults(site),
+        "wire": wires.faults(site),
+        "cooler": coolers.faults(site),
+        "fan": proofs.faults(site),
+        "program": programs.faults(site),
+        "display": displays.faults(site),
+    }
 
 
 def _sensors(site: Site) -> list[str]:
@@ -85,13 +103,19 @@ def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
 
 
 def _of_controller(site: Site, quickest: Site) -> list[Fault]:
-    found = [
-        *processor.faults(site),
-        *relays.faults(site),
-        *inputs.faults(site),
-        *monitors.faults(site),
-        *memory.faults(quickest),
-        *operators.faults(site),
-        *masters.faults(site),
-    ]
+    parts = _parts_of_controller(site, quickest)
+    found = [fault for faults in parts.values() for fault in faults]
     return left_on.over_meanwhile(site.controller, found)
+
+
+def _parts_of_controller(site: Site, quickest: Site) -> dict[str, Iterable[Fault]]:
+    """Return the faults of the whole controller by the part that fails."""
+    return {
+        "processor": processor.faults(site),
+        "relay": relays.faults(site),
+        "input": inputs.faults(site),
+        "monitor": monitors.faults(site),
+        "memory": memory.faults(quickest),
+        "operator": operators.faults(site),
+        "master": masters.faults(site),
+    }

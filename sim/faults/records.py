@@ -64,6 +64,11 @@ class TripLog:
         self.collect()
         return self._changes
 
+    def forget(self) -> None:
+        """Drop what was recorded so far."""
+        self.collect()
+        self._changes.clear()
+
     def since(self, time_s: float) -> list[Change]:
         """Return the trips (not the acknowledgements) from a time on."""
         return [each for each in self.changes if each.time_s >= time_s and each.code]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ from heatwright.sim.machine import (
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.output import heater_of
-from heatwright.sim.scenario import PRESS_S
+from heatwright.sim.scenario import PRESS_S, Action
 from heatwright.spec import ThermalNetwork, modbus_of
 from heatwright.spec.commands import gcode_of, lockout_of
 from heatwright.spec.timers import TICK_S
@@ -147,17 +148,31 @@ class Weather:
     seed: int = 0
 
 
+Spoilt = tuple[
+    dict[str, Heat], dict[str, Beside], dict[str, Feel], float, dict[str, float]
+]
+
+
 @dataclass
 class Wiring:
     """What lies between controller and machine, and can break.
 
     heat -- by output: between its pin and what it gives. besides -- by output: heat from elsewhere
-    at the same place. feel -- by sensor: from the machine's temperature to the tip's, °C.
+    at the same place. feel -- by sensor: from the machine's temperature to the tip's, °C. volts --
+    of the heaters' supply, of what it should have; taken -- by output: the share of a heater's
+    power that something takes away at the same place.
     """
 
     heat: dict[str, Heat] = field(default_factory=dict)
     besides: dict[str, Beside] = field(default_factory=dict)
     feel: dict[str, Feel] = field(default_factory=dict)
+    volts: float = 1.0
+    taken: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def spoils(self) -> Spoilt:
+        """What of it the machine has to know, as it is now."""
+        return dict(self.heat), dict(self.besides), dict(self.feel), self.volts, dict(self.taken)
 
 
 class World:
@@ -185,7 +200,7 @@ class World:
         self._machine = Machine(
             self._plant(weather), self.device, self.coupling, self.step_s, logs_nodes=logs_nodes
         )
-        self._spoilt: tuple[dict[str, Heat], dict[str, Beside], dict[str, Feel]] = ({}, {}, {})
+        self._spoilt = Wiring().spoils
         self._switched_on = False
         self.watch_peaks()
         self.trips = TripLog(self.device)
@@ -312,12 +327,36 @@ class World:
     def _look(self) -> None:
         """See what is broken now; for heat from elsewhere nothing here is to blame."""
         wiring = self.wiring
-        if (wiring.heat, wiring.besides, wiring.feel) != self._spoilt:
-            self._spoilt = (dict(wiring.heat), dict(wiring.besides), dict(wiring.feel))
-            self._machine.spoil(*self._spoilt)
+        if wiring.spoils != self._spoilt:
+            self._spoilt = heat, besides, feels, volts, taken = wiring.spoils
+            self._machine.spoil(heat, besides, feels, volts=volts, taken=taken)
         self._machine.look(watches=not (self.peaks.ended or wiring.besides))
 
     # -- the operator --------------------------------------------------------------------------
+
+    @contextmanager
+    def at(self, loop: str) -> Iterator[None]:
+        """Turn to one of the loops."""
+        kept = self.site, self.hand
+        self.site = replace(self.site, loop_name=loop)
+        self.hand = hand_of(self.site)
+        try:
+            yield
+        finally:
+            self.site, self.hand = kept
+
+    def do(self, action: Action) -> None:
+        """Do what stands in a scenario, without waiting for what follows."""
+        if action.line is not None:
+            self.device.send(action.line)
+        elif action.write is not None:
+            self.device.write(*action.write)
+        elif action.program is not None:
+            self.device.program(*action.program)
+        elif action.extrude_mm_per_s is not None:
+            self.coupling.extruded_mm_per_s = action.extrude_mm_per_s
+        else:
+            self.device.press(action.key)
 
     def press(self, key: str, times: int = 1) -> None:
         """Press a key and let it go."""

@@ -42,8 +42,9 @@ class Nextion:
     """The display at the end of a UART.
 
     history -- the latest instructions from the board; instructions -- how many there were;
-    shortest_gap_s -- the shortest time from the first byte of one to that of the next; display --
-    what it holds; line -- its line, whose `baud` is the display's own.
+    said -- the latest that it has sent by itself; shortest_gap_s -- the shortest time from the
+    first byte of one to that of the next; display -- what it holds; line -- its line, whose `baud`
+    is the display's own.
     """
 
     def __init__(self, avr: Avr, pages: Sequence[Page], baud: int, uart: int = 0) -> None:
@@ -52,6 +53,7 @@ class Nextion:
         self.line = Line(avr, uart, baud)
         self.set_speed(baud)
         self.history: deque[Instruction] = deque(maxlen=REMEMBERED)
+        self.said: deque[bytes] = deque(maxlen=REMEMBERED)
         self.instructions = 0
         self.shortest_gap_s = float("inf")
         self._avr = avr
@@ -217,7 +219,9 @@ class Nextion:
             self._began_s, self._begins_s = self._begins_s, None
 
     def _answer(self) -> None:
-        self.send(self.display.take())
+        if said := self.display.take():
+            self.said.append(said)
+            self.send(said)
 
 
 def attach(avr: Avr, board: Board, interface: Spec) -> Nextion:

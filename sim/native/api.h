@@ -218,6 +218,7 @@ typedef struct {
     int pin, active_high, behind_relay, beside_of;
     uint64_t high;
     double times, least, once_asked;    /* what lies between pin and load; once_asked -1: nothing */
+    double volts, taken;                /* of what the supply should have; share of its power taken away */
     double beside, below;               /* heat from elsewhere, while less is felt */
 } hw_load;
 typedef struct { uint16_t address, size; uint8_t was[8]; } hw_variable;

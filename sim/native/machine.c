@@ -179,7 +179,8 @@ void hw_machine_supply(hw_machine *m) {
         share = fmax(share * load->times, load->least);
         if (m->relay && load->behind_relay)
             share = fmin(share, m->closed);
-        m->conducts[i] = m->given[i] = share;
+        m->conducts[i] = share * load->volts;
+        m->given[i] = share * load->volts * load->volts - load->taken;
         if (load->beside > 0 && m->felt[load->beside_of] < load->below)
             m->given[i] += load->beside;
     }

@@ -1,0 +1,267 @@
+"""The one thread in which the board runs: it takes orders, keeps the pace, tells what is new."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Mapping
+from itertools import count
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Event as Flag
+from threading import Thread
+from time import monotonic
+from typing import Any
+
+from heatwright.cli.bench.orders import AT_ONCE, ORDERS
+from heatwright.cli.bench.parts import seats_of
+from heatwright.cli.bench.parts.seat import BadOrder, Order
+from heatwright.cli.bench.recorded import Recorded
+from heatwright.cli.bench.store import Store
+from heatwright.cli.bench.view import View
+from heatwright.cli.bench.world import LiveWorld
+from heatwright.sim.live import Clock
+from heatwright.spec import Controller
+
+SLICE_S = 0.02
+"""How often orders are looked at, s on the wall: a key that is pressed waits no longer."""
+TELL_S = 0.02
+TELL_QUICK_S = 0.1
+"""How often at most the tabs are told what is new: at a pace, and as fast as it goes."""
+PICTURE_S = 0.25
+VARIABLES_S = 0.5
+"""How often at most a touch display is drawn, and all variables are read."""
+FULL_S = 0.05
+"""How long a stretch takes at full speed, about."""
+MOST_STRETCH = 20_000
+"""Steps of a stretch."""
+FULL = math.inf
+ROUNDING_S = 1e-9
+
+Answer = Callable[[str], None]
+"""Is given what is wrong with an order, or ""."""
+
+
+class Board:
+    """The board and its machine, run by a thread of its own.
+
+    store -- what the tabs are told; world -- the simulated machine, of that thread alone; speed --
+    seconds of the board to one of ours: FULL for as fast as it goes, 0 while it stands; failed --
+    what has ended the thread, if anything has, when_failed -- called then.
+    """
+
+    def __init__(
+        self, controller: Controller, program: Path, name: str, *, speed: float = 1.0
+    ) -> None:
+        """Power it on; name -- of the spec's file."""
+        self.name, self.controller = name, controller
+        self.world = LiveWorld(controller, program)
+        self.seats = seats_of(controller)
+        self.view = View(self.world, self.seats)
+        self.store = Store(self.view.about(name))
+        self.recorded = Recorded()
+        self.failed: BaseException | None = None
+        self.when_failed: Callable[[], None] = lambda: None
+        self.speed = speed
+        self._orders: SimpleQueue[tuple[Order, Answer]] = SimpleQueue()
+        self._waiting: tuple[Order, Answer] | None = None
+        self._due: list[tuple[float, int, Callable[[], None]]] = []
+        self._numbers = count()
+        self._stop = Flag()
+        self._per_s = 1000.0
+        self._told_s = self._pictured_s = self._read_s = -math.inf
+        self._rated = (monotonic(), self.world.now_s)
+        self._rate = 0.0
+        self.set_speed(speed)
+        self._thread = Thread(target=self._run, name="board", daemon=True)
+
+    # -- what the server does ------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Let it run."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Let it come to its end."""
+        self._stop.set()
+        self._thread.join()
+
+    def order(self, order: Order, answer: Answer) -> None:
+        """Hand an order in; answer -- is called in the board's thread."""
+        self._orders.put((order, answer))
+
+    def scenario(self) -> str:
+        """Return what was done so far as a scenario's file. Raises Unsaid."""
+        return self.recorded.text(self.name, self.world.now_s)
+
+    # -- what orders do ------------------------------------------------------------------------
+
+    def set_speed(self, speed: float) -> None:
+        """Go on at another speed."""
+        self.speed = speed
+        self._begins_s = self.world.now_s
+        self._clock = Clock(speed if 0 < speed < FULL else 1.0)
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether it runs faster than the clock on the wall, or stands."""
+        return self.speed > 1 or self.speed == 0
+
+    def later(self, in_s: float, act: Callable[[], None]) -> None:
+        """Do something in so long, s of the board."""
+        heapq.heappush(self._due, (self.world.now_s + in_s, next(self._numbers), act))
+
+    def record(self, event: Mapping[str, Any]) -> None:
+        """Note an event of a scenario; at_s -- when it was, if that is not now."""
+        what = dict(event)
+        at_s = what.pop("at_s", self.world.now_s)
+        self.recorded.event(at_s, what)
+        self.view.journal(at_s, ", ".join(f"{key} {value}" for key, value in what.items()))
+
+    def remark(self, text: str) -> None:
+        """Note what no scenario can say."""
+        self.recorded.remark(self.world.now_s, text)
+        self.view.journal(self.world.now_s, text)
+
+    def step(self) -> None:
+        """Go on by one step of the quickest loop, while it stands."""
+        period_s = min(loop.period_s for loop in self.controller.loops.values())
+        self._go_to(self.world.now_s + period_s)
+
+    # -- the thread ----------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        try:
+            while not self._stop.is_set():
+                self._take_orders()
+                if self.speed == 0:
+                    self._tell(force=True)
+                    self._await_order()
+                elif self.speed == FULL:
+                    self._go_fully()
+                else:
+                    self._go_at_pace()
+                self._tell()
+        except BaseException as error:
+            self.failed = error  # whoever waits for this thread raises it
+            self.when_failed()
+
+    def _await_order(self) -> None:
+        try:
+            self._waiting = self._orders.get(timeout=0.1)
+        except Empty:
+            self._waiting = None
+
+    def _take_orders(self, *, at_once: bool = False) -> None:
+        """Do what was asked for; at_once -- only what needs no step of the machine to be over."""
+        while self._next_order():
+            assert self._waiting is not None  # noqa: S101 - it has just been taken
+            order, answer = self._waiting
+            if at_once and order.get("do") not in AT_ONCE:
+                return
+            self._waiting = None
+            answer(self._do(order))
+
+    def _next_order(self) -> bool:
+        if self._waiting is None:
+            try:
+                self._waiting = self._orders.get_nowait()
+            except Empty:
+                return False
+        return True
+
+    def _do(self, order: Order) -> str:
+        act = ORDERS.get(str(order.get("do")))
+        if act is None:
+            return f"There is no order {order.get('do')!r}."
+        try:
+            act(self, order)
+        except BadOrder as error:
+            return str(error)
+        except (LookupError, ValueError) as error:
+            return f"This cannot be done now: {error}"
+        return ""
+
+    # -- time ----------------------------------------------------------------------------------
+
+    def _go_at_pace(self) -> None:
+        """Go on by what is due in a slice of the wall's time, or by a step of the machine."""
+        world = self.world
+        steps = int(self.speed * SLICE_S / world.step_s)
+        if steps > 1:
+            self._go_to(world.now_s + steps * world.step_s)
+            self._clock.wait(world.now_s - self._begins_s)
+        else:
+            world.act_within(self._slowly)
+
+    def _go_fully(self) -> None:
+        """Go on for about FULL_S of the wall."""
+        begin_s, from_s = monotonic(), self.world.now_s
+        steps = max(1, min(MOST_STRETCH, round(self._per_s * FULL_S)))
+        self._go_to(from_s + steps * self.world.step_s)
+        took_s = max(monotonic() - begin_s, 1e-6)
+        done = (self.world.now_s - from_s) / self.world.step_s
+        self._per_s += 0.5 * (done / took_s - self._per_s)
+
+    def _go_to(self, time_s: float) -> None:
+        """Go on to a time, in whole steps, through all that is due until then."""
+        world = self.world
+        while (left := round((time_s - world.now_s) / world.step_s)) > 0:
+            calm = left
+            if self._due:
+                calm = min(left, math.floor((self._due[0][0] - world.now_s) / world.step_s))
+            if calm > 0:
+                world.run(calm * world.step_s)
+            else:
+                world.act_within(self._through)
+
+    def _through(self, end_s: float) -> None:
+        """Run the device to the end of a step, and do on the way what is due."""
+        while self._due and self._due[0][0] <= end_s:
+            at_s, _, act = heapq.heappop(self._due)
+            self.world.device.advance(max(at_s, self.world.now_s))
+            act()
+        self.world.device.advance(end_s)
+
+    def _slowly(self, end_s: float) -> None:
+        """The same at a pace that a hand can follow: orders are taken on the way."""
+        device = self.world.device
+        while (left_s := end_s - device.time_s) > ROUNDING_S:
+            if self._waiting is None and not self._stop.is_set():
+                self._take_orders(at_once=True)
+            hurries = self._waiting is not None or not 0 < self.speed < FULL
+            part_s = left_s if hurries else min(left_s, self.speed * SLICE_S)
+            self._through(device.time_s + part_s if part_s < left_s else end_s)
+            if not hurries:
+                self._tell()
+                self._clock.wait(device.time_s - self._begins_s)
+
+    # -- what is told --------------------------------------------------------------------------
+
+    def _tell(self, *, force: bool = False) -> None:
+        """Tell the tabs what is new, if it is time."""
+        now_s = monotonic()
+        if now_s - self._told_s < (TELL_QUICK_S if self.speed > 1 else TELL_S) and not force:
+            return
+        self._told_s = now_s
+        self.world.device.feed()
+        if now_s - self._pictured_s >= PICTURE_S:
+            self._pictured_s = now_s
+            self.view.draw(self.store)
+        variables = None
+        if now_s - self._read_s >= VARIABLES_S:
+            self._read_s = now_s
+            variables = self.view.variables()
+        state = self.view.state()
+        state["speed"] = "full" if self.speed == FULL else self.speed
+        state["rate"] = self._rate_now(now_s)
+        state["pictures"] = dict(self.store.drawn)
+        self.store.publish(state, self.view.points(), self.view.lines(), variables)
+
+    def _rate_now(self, now_s: float) -> float:
+        """Return how many seconds of the board go into one of ours, of late."""
+        since_s, from_s = self._rated
+        if now_s - since_s >= 1.0:
+            self._rate = round((self.world.now_s - from_s) / (now_s - since_s), 2)
+            self._rated = now_s, self.world.now_s
+        return self._rate

@@ -1,0 +1,112 @@
+"""What the user has broken: the catalogue's causes and cures, on a machine that runs on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults.catalogue import causes
+from heatwright.sim.faults.fault import Fault, nothing
+
+if TYPE_CHECKING:
+    from heatwright.cli.bench.world import LiveWorld
+
+OUTLIVES = ("fan", "input", "relay")
+"""Parts beside the board: what is broken of them outlives a loss of power by itself."""
+
+Slots = frozenset[tuple[str, str]]
+"""Places of the wiring: what lies there, and its output or sensor."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One way to fail that can be brought about; loop -- whose part fails."""
+
+    part: str
+    loop: str
+    fault: Fault
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it goes on until it is switched off; else it happens once."""
+        return self.fault.cure is not nothing
+
+
+class Breakage:
+    """What can be broken, and what is; causes -- by id, that of the catalogue."""
+
+    def __init__(self, world: LiveWorld, program: Elf) -> None:
+        controller = world.site.controller
+        several = len(controller.loops) > 1
+        self._world = world
+        self._active: dict[str, Slots] = {}
+        self._renewing = False
+        self.causes = {
+            f"{loop}.{fault.id}" if several else fault.id: Cause(part, loop, fault)
+            for part, loop, fault in causes(controller, program)
+        }
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """What is broken now, by id, in the order in which it was."""
+        return tuple(self._active)
+
+    def bring(self, name: str) -> None:
+        """Let something happen. Raises LookupError for what the catalogue has not."""
+        cause = self._of(name)
+        if name in self._active:
+            return
+        for other in [each for each in self._active if self._excludes(cause, self._of(each))]:
+            self.mend(other)
+        before = self._wired()
+        with self._world.at(cause.loop):
+            cause.fault.cause(self._world)
+        if not cause.lasts:
+            return
+        slots = frozenset(self._wired().items() ^ before.items())
+        places = frozenset(place for place, _ in slots)
+        self._active = {
+            other: taken for other, taken in self._active.items() if not taken & places
+        }  # what lay there lies there no more
+        self._active[name] = places
+
+    def mend(self, name: str) -> None:
+        """Take it away again."""
+        cause = self._of(name)
+        if self._active.pop(name, None) is None:
+            return
+        with self._world.at(cause.loop):
+            cause.fault.cure(self._world)
+
+    def renew(self) -> None:
+        """Break anew what a loss of power has replaced: chips, and the levels of pins."""
+        if self._renewing:
+            return
+        self._renewing = True
+        wiring = self._world.wiring
+        heat, besides, feel = dict(wiring.heat), dict(wiring.besides), dict(wiring.feel)
+        for name, slots in self._active.items():
+            cause = self._of(name)
+            if slots or cause.part in OUTLIVES:
+                continue
+            with self._world.at(cause.loop):
+                cause.fault.cause(self._world)
+        wiring.heat, wiring.besides, wiring.feel = heat, besides, feel
+        self._renewing = False
+
+    @staticmethod
+    def _excludes(cause: Cause, other: Cause) -> bool:
+        """Tell whether both are faults of one sensor: a chip has one at a time."""
+        return cause.part == other.part == "sensor" and cause.loop == other.loop
+
+    def _of(self, name: str) -> Cause:
+        if name not in self.causes:
+            raise LookupError(f"The catalogue has no fault {name}.")
+        return self.causes[name]
+
+    def _wired(self) -> dict[tuple[str, str], Any]:
+        """Return what lies in which place of the wiring."""
+        wiring = self._world.wiring
+        places = (("heat", wiring.heat), ("beside", wiring.besides), ("feel", wiring.feel))
+        return {(kind, name): each for kind, found in places for name, each in found.items()}

@@ -1,0 +1,17 @@
+"""The user's side of the interfaces, one module for each kind, found by its stem."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from heatwright.cli.bench.parts.seat import Seat
+from heatwright.spec import Controller
+
+
+def seats_of(controller: Controller) -> tuple[Seat, ...]:
+    """Return somebody at each interface of a controller, in the order of the spec."""
+    found = []
+    for number, interface in enumerate(controller.interfaces):
+        module = import_module(f"heatwright.cli.bench.parts.{interface.kind}")
+        found.append(module.take(controller, number))
+    return tuple(found)

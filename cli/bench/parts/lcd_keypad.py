@@ -1,0 +1,69 @@
+"""The display shield: two lines, and fingers on five keys."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heatwright.cli.bench.parts.seat import BadOrder, Live, Order, Seat, flag_of, number_of
+from heatwright.cli.bench.world import LiveWorld
+from heatwright.sim.interfaces.keypad import CODES
+from heatwright.sim.scenario import PRESS_S
+from heatwright.spec import Controller
+
+KEYS = tuple(key for key in CODES if key is not None)
+BRISK_S = 0.4
+"""A press that is shorter is one of a scenario's; the firmware takes a longer one for a hold."""
+LONGEST_HOLD_S = 60.0
+
+
+class Shield(Seat):
+    """Somebody at the display shield."""
+
+    kind = "lcd_keypad"
+
+    def __init__(self, controller: Controller, number: int) -> None:
+        super().__init__(controller, number)
+        self._down: tuple[str, float] | None = None
+
+    def about(self) -> dict[str, Any]:
+        """Return the keys."""
+        return {"keys": list(KEYS)}
+
+    def state(self, world: LiveWorld) -> dict[str, Any]:
+        """Return both lines, and the key that is held."""
+        shield = self.part(world)
+        del shield.lcd.history[:-1]
+        return {"rows": list(shield.lcd.text), "held": shield.keypad.held}
+
+    def act(self, live: Live, order: Order) -> None:
+        """Press a key or let it go.
+
+        At more than real time a finger is too slow: the key goes down when it is let go, for as
+        long as it was held.
+        """
+        key = order.get("key")
+        if key not in KEYS:
+            raise BadOrder(f"There is no such key; there are {', '.join(KEYS)}.")
+        if flag_of(order, "down"):
+            if not live.is_quick:
+                self._press(live, key)
+            return
+        held_s = max(PRESS_S, number_of(order, "held_s", 0.0, LONGEST_HOLD_S))
+        if self._down is None or self._down[0] != key:
+            self._press(live, key)
+        _, since_s = self._down or (key, live.world.now_s)
+        self._down = None
+        gone_s = live.world.now_s - since_s
+        left_s = max(PRESS_S, held_s if live.is_quick else 0.0) - gone_s
+        live.later(max(0.0, left_s), lambda: live.world.device.press(None))
+        if held_s < BRISK_S:
+            live.record({"at_s": since_s, "press": key})
+        else:
+            live.remark(f"{key} was held for {held_s:.1f} s")
+
+    def _press(self, live: Live, key: str) -> None:
+        live.world.device.press(key)
+        self._down = key, live.world.now_s
+
+
+take = Shield

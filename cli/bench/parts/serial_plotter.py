@@ -1,0 +1,25 @@
+"""The computer that plots: its lines as they come."""
+
+from __future__ import annotations
+
+from heatwright.cli.bench.parts.seat import Line, Seat
+from heatwright.cli.bench.world import LiveWorld
+
+
+class Plotter(Seat):
+    """Somebody who watches a plotter's lines."""
+
+    kind = "serial_plotter"
+
+    def lines(self, world: LiveWorld) -> list[Line]:
+        """Return the numbers that came."""
+        plotter, since_s = self.part(world), world.device.powered_s
+        found = [
+            Line(since_s + each.time_s, True, " ".join(f"{value:g}" for value in each.values))
+            for each in plotter.lines
+        ]
+        plotter.lines.clear()
+        return found
+
+
+take = Plotter

@@ -1,0 +1,260 @@
+"""The page and its live line: on this computer alone, for whoever knows the token."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import secrets
+import socket
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
+from importlib.resources import files
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from heatwright.cli.bench.board import Board
+from heatwright.cli.bench.recorded import Unsaid
+from heatwright.cli.bench.store import Told
+
+HOST = "127.0.0.1"
+NAMES = (HOST, "localhost")
+PAGE = {
+    "": ("index.html", "text/html"),
+    "bench.css": ("bench.css", "text/css"),
+    "bench.js": ("bench.js", "text/javascript"),
+    "panels.js": ("panels.js", "text/javascript"),
+    "chart.js": ("chart.js", "text/javascript"),
+    "uPlot.js": ("uPlot.iife.min.js", "text/javascript"),
+    "uPlot.css": ("uPlot.min.css", "text/css"),
+}
+"""By the last part of the address: file and kind."""
+SAFE = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+"""Headers of every answer: nothing comes from elsewhere, nobody frames it."""
+LONGEST_ORDER = 4096
+"""Bytes."""
+
+
+class OwnNames:
+    """Lets in who has asked for this computer, by one of its own names and this port.
+
+    A name of somebody else's that is made to lead here stays outside, and so does the script of a
+    page that came from elsewhere.
+    """
+
+    def __init__(self, app: ASGIApp, port: int) -> None:
+        self._app = app
+        self._hosts = {f"{name}:{port}" for name in NAMES}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Look at `Host` and `Origin`; a live line must have an origin."""
+        if scope["type"] not in {"http", "websocket"}:
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        host, origin = headers.get("host"), headers.get("origin")
+        is_own = host in self._hosts and origin in {f"http://{host}", None}
+        if not is_own or (origin is None and scope["type"] == "websocket"):
+            refusal = PlainTextResponse("Not from here.\n", 403, SAFE)
+            if scope["type"] == "websocket":
+                await WebSocket(scope, receive, send).close(1008)
+            else:
+                await refusal(scope, receive, send)
+            return
+        await self._app(scope, receive, send)
+
+
+class Pages:
+    """What is at the addresses that begin with the token."""
+
+    def __init__(self, board: Board, token: str) -> None:
+        self._board, self._token = board, token
+        self._files = files("heatwright.cli.bench") / "page"
+        self.routes = [
+            Route("/{token}/", self._guarded(self._page)),
+            Route("/{token}/display/{number:int}.png", self._guarded(self._picture)),
+            Route("/{token}/scenario.yaml", self._guarded(self._scenario)),
+            Route("/{token}/{file}", self._guarded(self._page)),
+            WebSocketRoute("/{token}/live", self._live),
+        ]
+
+    def _knows(self, asked: Request | WebSocket) -> bool:
+        given = str(asked.path_params["token"])
+        return secrets.compare_digest(given.encode(), self._token.encode())
+
+    def _guarded(self, answer: Callable[[Request], Response]) -> Callable[[Request], Any]:
+        async def guarded(request: Request) -> Response:
+            return answer(request) if self._knows(request) else _nothing()
+
+        return guarded
+
+    def _page(self, request: Request) -> Response:
+        found = PAGE.get(request.path_params.get("file", ""))
+        if found is None:
+            return _nothing()
+        file, kind = found
+        return Response((self._files / file).read_bytes(), 200, SAFE, kind)
+
+    def _picture(self, request: Request) -> Response:
+        found = self._board.store.pictures.get(request.path_params["number"])
+        return _nothing() if found is None else Response(found, 200, SAFE, "image/png")
+
+    def _scenario(self, request: Request) -> Response:
+        del request
+        try:
+            text = self._board.scenario()
+        except Unsaid as error:
+            return PlainTextResponse(f"{error}\n", 409, SAFE)
+        told = {"Content-Disposition": 'attachment; filename="scenario.yaml"'}
+        return PlainTextResponse(text, 200, SAFE | told)
+
+    async def _live(self, line: WebSocket) -> None:
+        if not self._knows(line):
+            await line.close(1008)
+            return
+        await line.accept()
+        await _talk(line, self._board)
+
+
+def _nothing() -> Response:
+    return PlainTextResponse("There is nothing here.\n", 404, SAFE)
+
+
+def app_of(board: Board, token: str, port: int) -> ASGIApp:
+    """Return the server's application for a board; token -- the first part of each address."""
+    return OwnNames(Starlette(routes=Pages(board, token).routes), port)
+
+
+async def _talk(line: WebSocket, board: Board) -> None:
+    """Tell a tab what is new, and take its orders, until it goes."""
+    told, answers = Told(), asyncio.Queue[dict[str, Any]]()
+    async with _woken(board) as woken:
+        teller = asyncio.create_task(_tell(line, board, told, answers, woken))
+        try:
+            while True:
+                _take(await line.receive_text(), board, told, answers, woken)
+        except WebSocketDisconnect:
+            pass
+        finally:
+            teller.cancel()
+
+
+@asynccontextmanager
+async def _woken(board: Board) -> AsyncIterator[asyncio.Event]:
+    """Give an event that the board's thread sets when there is something new."""
+    woken, loop = asyncio.Event(), asyncio.get_running_loop()
+
+    def wake() -> None:
+        loop.call_soon_threadsafe(woken.set)
+
+    board.store.watchers.add(wake)
+    try:
+        yield woken
+    finally:
+        board.store.watchers.discard(wake)
+
+
+async def _tell(
+    line: WebSocket,
+    board: Board,
+    told: Told,
+    answers: asyncio.Queue[dict[str, Any]],
+    woken: asyncio.Event,
+) -> None:
+    """Send what is new, at once; a slow tab gets less of it, not later."""
+    try:
+        await _send(line, {"about": board.store.about})
+        while True:
+            while not answers.empty():
+                await _send(line, answers.get_nowait())
+            if news := board.store.news(told):
+                await _send(line, news)
+            await woken.wait()
+            woken.clear()
+    except (WebSocketDisconnect, RuntimeError):  # it has gone while it was written to
+        return
+
+
+async def _send(line: WebSocket, what: Mapping[str, Any]) -> None:
+    await line.send_text(json.dumps(what, ensure_ascii=False, allow_nan=False))
+
+
+def _take(
+    text: str,
+    board: Board,
+    told: Told,
+    answers: asyncio.Queue[dict[str, Any]],
+    woken: asyncio.Event,
+) -> None:
+    """Hand an order to the board; what is no order is answered by an error."""
+    loop = asyncio.get_running_loop()
+    order = _order(text)
+    number = order.get("number")
+
+    def answer(error: str) -> None:
+        found = {"answer": number if isinstance(number, int) else None, "error": error}
+        loop.call_soon_threadsafe(answers.put_nowait, found)
+        loop.call_soon_threadsafe(woken.set)
+
+    if order.get("do") == "watch":
+        told.wants_variables = bool(order.get("variables"))
+        answer("")
+    else:
+        board.order(order, answer)
+
+
+def _order(text: str) -> dict[str, Any]:
+    try:
+        found = json.loads(text) if len(text) <= LONGEST_ORDER else None
+    except (ValueError, RecursionError):
+        found = None
+    return found if isinstance(found, dict) else {}
+
+
+class Server:
+    """A server that is bound to a port, and serves once `run` is called; address -- of its page.
+
+    Raises OSError where the port is taken.
+    """
+
+    def __init__(self, board: Board, port: int = 0) -> None:
+        """Bind it; port -- 0 for any that is free."""
+        self._socket = socket.create_server((HOST, port))
+        port = self._socket.getsockname()[1]
+        token = secrets.token_urlsafe(16)
+        self.address = f"http://{HOST}:{port}/{token}/"
+        self._server = uvicorn.Server(
+            uvicorn.Config(
+                app_of(board, token, port),
+                lifespan="off",
+                log_level="critical",
+                server_header=False,
+                timeout_graceful_shutdown=1,
+                ws_max_size=LONGEST_ORDER,
+            )
+        )
+        board.when_failed = self.stop
+
+    def run(self) -> None:
+        """Serve until Ctrl-C, or `stop`."""
+        self._server.run(sockets=[self._socket])
+
+    def stop(self) -> None:
+        """Let it end."""
+        self._server.should_exit = True

@@ -1,0 +1,192 @@
+"""What there is to see of the board: gathered in its own thread, as plain values for JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from heatwright.cli.bench.parts.seat import Seat
+from heatwright.cli.bench.store import Point, Store, as_told
+from heatwright.cli.bench.world import LiveWorld
+from heatwright.sim.dwarf import Variable
+from heatwright.sim.permits import missing
+from heatwright.spec.rules import RULES
+
+JOURNAL = "journal"
+MOST_ELEMENTS = 16
+"""Of an array whose elements are listed."""
+
+
+class View:
+    """Looks at a world, and at who sits at its interfaces."""
+
+    def __init__(self, world: LiveWorld, seats: Sequence[Seat]) -> None:
+        self._world, self._seats = world, seats
+        self._controller = world.site.controller
+        self._journal: list[Any] = []
+        self._latched = 0
+        self._named = dict(_scalars(world))
+        places = [(each.address, each.address + each.size) for each in self._named.values()]
+        self._from = min(first for first, _ in places)
+        self._size = max(end for _, end in places) - self._from
+
+    def journal(self, time_s: float, text: str) -> None:
+        """Note a line for all tabs: what was done, and what came of it."""
+        self._journal.append([round(time_s, 3), text])
+
+    # -- once ----------------------------------------------------------------------------------
+
+    def about(self, name: str) -> dict[str, Any]:
+        """Return what never changes."""
+        controller, world = self._controller, self._world
+        network = world.site.network
+        return {
+            "spec": name,
+            "name": controller.identity.name,
+            "title": controller.identity.title or controller.identity.name,
+            "board": controller.board.name,
+            "loops": {
+                loop: {
+                    "heater": each.heater,
+                    "sensor": each.sensor,
+                    "node": network.sense[each.sensor].node,
+                    "minimum_c": each.protection.minimum_c,
+                    "maximum_c": each.protection.maximum_c,
+                }
+                for loop, each in controller.loops.items()
+            },
+            "interfaces": [
+                {"number": seat.number, "kind": seat.kind, **seat.about()} for seat in self._seats
+            ],
+            "faults": [
+                {
+                    "id": fault,
+                    "part": each.part,
+                    "loop": each.loop,
+                    "lasts": each.lasts,
+                }
+                for fault, each in world.breakage.causes.items()
+            ],
+            "heaters_w": dict(world.heaters_w),
+            "feeds": network.filament is not None,
+            "variables": list(self._named),
+        }
+
+    # -- now -----------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Return all that a glance at the bench shows."""
+        world, device = self._world, self._world.device
+        self._note_fault()
+        return {
+            "time_s": round(world.now_s, 2),
+            "loops": {loop: self._loop(loop) for loop in self._controller.loops},
+            "fault": self._fault(),
+            "outputs": {name: each.on for name, each in device.outputs.items()},
+            "relay": None if device.relay is None else device.relay.closed,
+            "nodes_c": {name: round(each_c, 2) for name, each_c in world.nodes_c.items()},
+            "faults": list(world.breakage.active),
+            "ambient_c": world.ambient_c,
+            "supply_percent": round(100 * world.wiring.volts, 1),
+            "taken_w": {name: round(watts, 2) for name, watts in world.taken_w.items()},
+            "feed_mm_per_s": world.coupling.extruded_mm_per_s,
+            "interfaces": [seat.state(world) for seat in self._seats],
+        }
+
+    def _loop(self, name: str) -> dict[str, Any]:
+        world = self._world
+        with world.at(name):
+            return {
+                "temperature_c": _plain(world.loop("temperature_c"), 2),
+                "setpoint_c": _plain(world.loop("setpoint_c"), 2),
+                "duty_percent": _plain(world.loop("duty_percent"), 1),
+                "heater_on": world.device.outputs[world.site.loop.heater].on,
+                "missing": [
+                    each._asdict() for each in missing(world.device, self._controller, name)
+                ],
+            }
+
+    def _fault(self) -> dict[str, Any] | None:
+        code = self._world.fault
+        if not code:
+            return None
+        rule = RULES.get(code)
+        if rule is None:
+            return {"code": code, "id": "", "meaning": "No rule has this code.", "remedy": ""}
+        return {"code": code, "id": rule.id, "meaning": rule.meaning, "remedy": rule.remedy}
+
+    def _note_fault(self) -> None:
+        code = self._world.fault
+        if code == self._latched:
+            return
+        self._latched = code
+        found = self._fault()
+        said = f"fault {found['id']}: {found['meaning']}" if found else "the fault is acknowledged"
+        self.journal(self._world.now_s, said)
+
+    # -- what has come -------------------------------------------------------------------------
+
+    def points(self) -> dict[str, list[Point]]:
+        """Return the loops' courses since the last call: s, °C, °C, °C, %."""
+        self._world.forget()
+        return {
+            loop: [tuple(_plain(each, 3) for each in row) for row in zip(*course, strict=True)]
+            for loop, course in self._world.take_courses().items()
+        }
+
+    def lines(self) -> dict[str, list[Any]]:
+        """Return what went over the lines, and the journal, since the last call."""
+        found = {
+            str(seat.number): [as_told(line) for line in lines]
+            for seat in self._seats
+            if (lines := seat.lines(self._world))
+        }
+        if self._journal:
+            found[JOURNAL], self._journal = self._journal, []
+        return found
+
+    def variables(self) -> dict[str, Any]:
+        """Return every variable of the program, by its name."""
+        raw = self._world.device.avr.read_ram(self._from, self._size)
+        return {
+            name: _plain(np.frombuffer(raw, each.dtype, 1, each.address - self._from)[0].item(), 6)
+            for name, each in self._named.items()
+        }
+
+    def draw(self, store: Store) -> None:
+        """Draw the touch displays on which something has changed."""
+        for seat in self._seats:
+            if (picture := seat.picture(self._world)) is not None:
+                store.draw(seat.number, picture)
+
+
+def _plain(value: Any, digits: int) -> Any:
+    """Return a number as JSON has it: none that is not finite."""
+    number = float(value)
+    if not math.isfinite(number):
+        return None
+    return round(number, digits) if isinstance(value, float | np.floating) else int(value)
+
+
+def _scalars(world: LiveWorld) -> Iterator[tuple[str, Variable]]:
+    """Yield the program's own variables, structures and short arrays taken apart."""
+    variables = world.device.variables
+    for file in variables.files:
+        for each in variables.of_file(file):
+            yield from _apart(f"{file.removesuffix('.c')}:{each.name}", each)
+
+
+def _apart(name: str, variable: Variable) -> Iterator[tuple[str, Variable]]:
+    dtype: np.dtype[Any] = variable.dtype
+    if dtype.fields is not None:
+        for member in dtype.names or ():
+            yield from _apart(f"{name}.{member}", variable.step(member))
+    elif dtype.subdtype is not None:
+        count = dtype.subdtype[1][0]
+        for index in range(count if count <= MOST_ELEMENTS else 0):
+            yield from _apart(f"{name}[{index}]", variable.element(index))
+    elif dtype.kind in "iufb":
+        yield name, variable

@@ -1,0 +1,120 @@
+"""The machine as the spec describes it, run for as long as somebody sits in front of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.cli.bench.breakage import Breakage
+from heatwright.sim.elf import Elf
+from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.machine import TIME
+from heatwright.sim.plants import plant_of
+from heatwright.sim.plants.thermal_network import Plant
+from heatwright.spec import Controller
+
+LEAST_SUPPLY, MOST_SUPPLY = 0.0, 1.3
+"""Of the heaters' voltage."""
+
+
+class Course(NamedTuple):
+    """What a loop did in some control steps: s, °C and %; machine_c -- where its sensor sits."""
+
+    time_s: NDArray[np.float64]
+    temperature_c: NDArray[np.float64]
+    machine_c: NDArray[np.float64]
+    setpoint_c: NDArray[np.float64]
+    duty_percent: NDArray[np.float64]
+
+
+class LiveWorld(World):
+    """A world without an end: what it has recorded is taken from it now and then.
+
+    breakage -- what is broken by the user's hand.
+    """
+
+    def __init__(self, controller: Controller, program: Path) -> None:
+        """Power the controller on; the spec must have a simulation."""
+        simulation = controller.simulation
+        assert simulation is not None  # noqa: S101 - the command has looked
+        self._simulation = simulation
+        elf = Elf(program)
+        site = Site(controller, next(iter(controller.loops)), elf)
+        weather = Weather(simulation.ambient_c, simulation.ambient_c)
+        super().__init__(site, weather, logs_nodes=True)
+        self.peaks.end()
+        self.breakage = Breakage(self, elf)
+
+    def _plant(self, weather: Weather) -> Plant:
+        """Begin as the spec says."""
+        self._network = self._simulation.plant
+        plant = plant_of(
+            self.site.controller, self._network, ambient_c=weather.ambient_c, step_s=self.step_s
+        )
+        assert isinstance(plant, Plant)  # noqa: S101 - the one kind there is
+        return plant
+
+    # -- the surroundings ----------------------------------------------------------------------
+
+    def set_ambient(self, ambient_c: float) -> None:
+        """Move the machine to other surroundings, °C."""
+        self.ambient_c = self._machine.plant.vector[-1] = ambient_c
+
+    def take_heat(self, output: str, watts: float) -> None:
+        """Take so much heat away at the place of a heater, W, from now on."""
+        power_w = dict(self._machine.plant.heaters_w)[output]
+        self.wiring.taken[output] = watts / power_w
+
+    @property
+    def taken_w(self) -> dict[str, float]:
+        """What is taken away, by heater, W."""
+        taken = self.wiring.taken
+        return {name: taken.get(name, 0.0) * power_w for name, power_w in self.heaters_w}
+
+    @property
+    def heaters_w(self) -> tuple[tuple[str, float], ...]:
+        """The heaters, and the power of each while it is on, W."""
+        return self._machine.plant.heaters_w
+
+    @property
+    def nodes_c(self) -> dict[str, float]:
+        """The temperature of every node now, °C."""
+        plant = self._machine.plant
+        return dict(zip(plant.nodes, plant.temperatures_c.tolist(), strict=True))
+
+    def power_cut(self, off_s: float = 1.0, *, undefined: int = 0xFF) -> None:
+        """Cut the power; what is broken outlives it."""
+        super().power_cut(off_s, undefined=undefined)
+        self.breakage.renew()
+
+    # -- what was recorded ---------------------------------------------------------------------
+
+    def take_courses(self) -> dict[str, Course]:
+        """Return what each loop did since the last call, and forget it."""
+        machine, loops = self._machine, self.site.controller.loops
+        rows = machine.take_rows()
+        nodes_c = machine.nodes_c(rows)
+        found = {}
+        for name, loop in loops.items():
+            log = self.device.take_steps(name)
+            node = self._network.sense[loop.sensor].node
+            number = machine.plant.nodes.index(str(node))
+            now_c = machine.plant.temperatures_c[number]
+            here_c = nodes_c[:, number] if len(rows) else np.array([now_c])
+            at = np.searchsorted(rows[:, TIME], log["time_s"], side="right") - 1
+            found[name] = Course(
+                log["time_s"],
+                log["temperature_c"].astype(float),
+                here_c[at.clip(0)],
+                log["setpoint_c"].astype(float),
+                log["duty_percent"].astype(float),
+            )
+        return found
+
+    def forget(self) -> None:
+        """Drop what nobody will ask for any more."""
+        self.device.take_resets()
+        self.trips.forget()
