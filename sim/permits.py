@@ -25,7 +25,7 @@ def missing(device: AvrDevice, controller: Controller, loop_name: str) -> tuple[
     if device.outputs[controller.loops[loop_name].heater].on:
         return ()
     found = [*_of_all(device), *_of_loop(device, controller, loop_name)]
-    return tuple(found or [_asked(device, controller, loop_name)])
+    return tuple(found or [_left(device, controller, loop_name)])
 
 
 def _of_all(device: AvrDevice) -> Iterator[Missing]:
@@ -52,7 +52,7 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
         yield Missing("switched_off", f"{loop_name} is switched off.")
     elif not device.read(f"gate.c:{loop_name}_ticks"):
         yield Missing("step", "No control step has renewed its permit.")
-    if not device.read(f"gate.c:{loop_name}_sensor_ticks"):
+    if device.read(f"loop_{loop_name}.missing"):
         yield Missing("reading", f"There is no fresh reading of {loop.sensor}.")
     if loop.fan is not None and not device.outputs[loop.fan].on:
         yield Missing("fan", f"The fan {loop.fan} is off.")
@@ -62,8 +62,10 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
         yield Missing("cooler", f"The cooler {loop.cooler} is on.")
 
 
-def _asked(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
-    """Say what is left where every permit is there: the duty, the relay, or a pulse's pause."""
+def _left(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
+    """Say what is left where nothing is wrong: the duty, the relay, or a pulse's pause."""
+    if not device.read(f"gate.c:{loop_name}_sensor_ticks"):
+        return Missing("step", "No control step with a reading has renewed its permit.")
     duty_percent = float(device.read(f"loop_{loop_name}.duty_percent"))
     if not duty_percent > 0:
         return Missing("duty", "The control asks for no heat: every permit is there.")

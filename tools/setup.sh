@@ -19,7 +19,7 @@ EXTRAS=
 
 if [ "${CI:-}" = true ] || [ -n "${TESTS:-}${LINUXCNC:-}${EVIDENCE:-}" ]; then
     EXTRAS=dev
-    PACKAGES+=(cppcheck:cppcheck)
+    PACKAGES+=(cppcheck:cppcheck chromium:chromium)
     PACKAGES+=(arduino-core-avr:/usr/share/arduino/hardware/arduino/avr/boards.txt)
 fi
 

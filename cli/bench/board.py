@@ -16,10 +16,11 @@ from typing import Any
 from heatwright.cli.bench.orders import AT_ONCE, ORDERS
 from heatwright.cli.bench.parts import seats_of
 from heatwright.cli.bench.parts.seat import BadOrder, Order
-from heatwright.cli.bench.recorded import Recorded
+from heatwright.cli.bench.recorded import Recorded, in_words
 from heatwright.cli.bench.store import Store
 from heatwright.cli.bench.view import View
 from heatwright.cli.bench.world import LiveWorld
+from heatwright.sim.elf import Elf
 from heatwright.sim.live import Clock
 from heatwright.spec import Controller
 
@@ -51,7 +52,7 @@ class Board:
     """
 
     def __init__(
-        self, controller: Controller, program: Path, name: str, *, speed: float = 1.0
+        self, controller: Controller, program: Path | Elf, name: str, *, speed: float = 1.0
     ) -> None:
         """Power it on; name -- of the spec's file."""
         self.name, self.controller = name, controller
@@ -116,7 +117,7 @@ class Board:
         what = dict(event)
         at_s = what.pop("at_s", self.world.now_s)
         self.recorded.event(at_s, what)
-        self.view.journal(at_s, ", ".join(f"{key} {value}" for key, value in what.items()))
+        self.view.journal(at_s, in_words(what))
 
     def remark(self, text: str) -> None:
         """Note what no scenario can say."""
@@ -126,7 +127,7 @@ class Board:
     def step(self) -> None:
         """Go on by one step of the quickest loop, while it stands."""
         period_s = min(loop.period_s for loop in self.controller.loops.values())
-        self._go_to(self.world.now_s + period_s)
+        self.go_to(self.world.now_s + period_s)
 
     # -- the thread ----------------------------------------------------------------------------
 
@@ -135,13 +136,13 @@ class Board:
             while not self._stop.is_set():
                 self._take_orders()
                 if self.speed == 0:
-                    self._tell(force=True)
+                    self.tell(force=True)
                     self._await_order()
                 elif self.speed == FULL:
                     self._go_fully()
                 else:
                     self._go_at_pace()
-                self._tell()
+                self.tell()
         except BaseException as error:
             self.failed = error  # whoever waits for this thread raises it
             self.when_failed()
@@ -160,7 +161,7 @@ class Board:
             if at_once and order.get("do") not in AT_ONCE:
                 return
             self._waiting = None
-            answer(self._do(order))
+            answer(self.do(order))
 
     def _next_order(self) -> bool:
         if self._waiting is None:
@@ -170,7 +171,8 @@ class Board:
                 return False
         return True
 
-    def _do(self, order: Order) -> str:
+    def do(self, order: Order) -> str:
+        """Do what is asked for, in the board's thread; return what is wrong with it, or ""."""
         act = ORDERS.get(str(order.get("do")))
         if act is None:
             return f"There is no order {order.get('do')!r}."
@@ -189,7 +191,7 @@ class Board:
         world = self.world
         steps = int(self.speed * SLICE_S / world.step_s)
         if steps > 1:
-            self._go_to(world.now_s + steps * world.step_s)
+            self.go_to(world.now_s + steps * world.step_s)
             self._clock.wait(world.now_s - self._begins_s)
         else:
             world.act_within(self._slowly)
@@ -198,12 +200,12 @@ class Board:
         """Go on for about FULL_S of the wall."""
         begin_s, from_s = monotonic(), self.world.now_s
         steps = max(1, min(MOST_STRETCH, round(self._per_s * FULL_S)))
-        self._go_to(from_s + steps * self.world.step_s)
+        self.go_to(from_s + steps * self.world.step_s)
         took_s = max(monotonic() - begin_s, 1e-6)
         done = (self.world.now_s - from_s) / self.world.step_s
         self._per_s += 0.5 * (done / took_s - self._per_s)
 
-    def _go_to(self, time_s: float) -> None:
+    def go_to(self, time_s: float) -> None:
         """Go on to a time, in whole steps, through all that is due until then."""
         world = self.world
         while (left := round((time_s - world.now_s) / world.step_s)) > 0:
@@ -233,12 +235,12 @@ class Board:
             part_s = left_s if hurries else min(left_s, self.speed * SLICE_S)
             self._through(device.time_s + part_s if part_s < left_s else end_s)
             if not hurries:
-                self._tell()
+                self.tell()
                 self._clock.wait(device.time_s - self._begins_s)
 
     # -- what is told --------------------------------------------------------------------------
 
-    def _tell(self, *, force: bool = False) -> None:
+    def tell(self, *, force: bool = False) -> None:
         """Tell the tabs what is new, if it is time."""
         now_s = monotonic()
         if now_s - self._told_s < (TELL_QUICK_S if self.speed > 1 else TELL_S) and not force:

@@ -29,7 +29,7 @@ class Cause:
 
     @property
     def lasts(self) -> bool:
-        """Whether it goes on until it is switched off; else it happens once."""
+        """Whether there is a cure of its own; else it happens once, or lies on a wire."""
         return self.fault.cure is not nothing
 
 
@@ -37,14 +37,12 @@ class Breakage:
     """What can be broken, and what is; causes -- by id, that of the catalogue."""
 
     def __init__(self, world: LiveWorld, program: Elf) -> None:
-        controller = world.site.controller
-        several = len(controller.loops) > 1
         self._world = world
         self._active: dict[str, Slots] = {}
         self._renewing = False
         self.causes = {
-            f"{loop}.{fault.id}" if several else fault.id: Cause(part, loop, fault)
-            for part, loop, fault in causes(controller, program)
+            fault.id: Cause(part, loop, fault)
+            for part, loop, fault in causes(world.site.controller, program)
         }
 
     @property
@@ -62,10 +60,10 @@ class Breakage:
         before = self._wired()
         with self._world.at(cause.loop):
             cause.fault.cause(self._world)
-        if not cause.lasts:
+        changed = self._wired().items() ^ before.items()
+        places = frozenset(place for place, _ in changed)
+        if not cause.lasts and not places:
             return
-        slots = frozenset(self._wired().items() ^ before.items())
-        places = frozenset(place for place, _ in slots)
         self._active = {
             other: taken for other, taken in self._active.items() if not taken & places
         }  # what lay there lies there no more
@@ -74,10 +72,16 @@ class Breakage:
     def mend(self, name: str) -> None:
         """Take it away again."""
         cause = self._of(name)
-        if self._active.pop(name, None) is None:
+        places = self._active.pop(name, None)
+        if places is None:
             return
-        with self._world.at(cause.loop):
-            cause.fault.cure(self._world)
+        if cause.lasts:
+            with self._world.at(cause.loop):
+                cause.fault.cure(self._world)
+            return
+        wires = self._places()
+        for kind, place in places:
+            wires[kind].pop(place, None)
 
     def renew(self) -> None:
         """Break anew what a loss of power has replaced: chips, and the levels of pins."""
@@ -107,6 +111,9 @@ class Breakage:
 
     def _wired(self) -> dict[tuple[str, str], Any]:
         """Return what lies in which place of the wiring."""
-        wiring = self._world.wiring
-        places = (("heat", wiring.heat), ("beside", wiring.besides), ("feel", wiring.feel))
+        places = self._places().items()
         return {(kind, name): each for kind, found in places for name, each in found.items()}
+
+    def _places(self) -> dict[str, dict[str, Any]]:
+        wiring = self._world.wiring
+        return {"heat": wiring.heat, "beside": wiring.besides, "feel": wiring.feel}

@@ -93,6 +93,19 @@ def with_unit(name: str, value: Any) -> Any:
     return value
 
 
+def in_words(what: Mapping[str, Any]) -> str:
+    """Return what was done in a few words."""
+    parts = []
+    for key, value in what.items():
+        if isinstance(value, Mapping):
+            parts += [
+                f"{name}: {json.dumps(each, ensure_ascii=False)}" for name, each in value.items()
+            ]
+        else:
+            parts.append(f"{key} {value}")
+    return ", ".join(parts)
+
+
 def event_of(what: Mapping[str, Any]) -> Event:
     """Return what a scenario says as an event; raises BadOrder in the language's own words."""
     try:

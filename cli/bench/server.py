@@ -138,7 +138,9 @@ def _nothing() -> Response:
 
 def app_of(board: Board, token: str, port: int) -> ASGIApp:
     """Return the server's application for a board; token -- the first part of each address."""
-    return OwnNames(Starlette(routes=Pages(board, token).routes), port)
+    app = Starlette(routes=Pages(board, token).routes)
+    app.router.redirect_slashes = False  # nobody is led on who does not know the token
+    return OwnNames(app, port)
 
 
 async def _talk(line: WebSocket, board: Board) -> None:
@@ -228,7 +230,9 @@ def _order(text: str) -> dict[str, Any]:
 
 
 class Server:
-    """A server that is bound to a port, and serves once `run` is called; address -- of its page.
+    """A server that is bound to a port, and serves once `run` is called.
+
+    address -- of its page; bound_to -- the address of this computer that it listens on.
 
     Raises OSError where the port is taken.
     """
@@ -236,7 +240,7 @@ class Server:
     def __init__(self, board: Board, port: int = 0) -> None:
         """Bind it; port -- 0 for any that is free."""
         self._socket = socket.create_server((HOST, port))
-        port = self._socket.getsockname()[1]
+        self.bound_to, port = self._socket.getsockname()
         token = secrets.token_urlsafe(16)
         self.address = f"http://{HOST}:{port}/{token}/"
         self._server = uvicorn.Server(

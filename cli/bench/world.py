@@ -36,12 +36,12 @@ class LiveWorld(World):
     breakage -- what is broken by the user's hand.
     """
 
-    def __init__(self, controller: Controller, program: Path) -> None:
+    def __init__(self, controller: Controller, program: Path | Elf) -> None:
         """Power the controller on; the spec must have a simulation."""
         simulation = controller.simulation
         assert simulation is not None  # noqa: S101 - the command has looked
         self._simulation = simulation
-        elf = Elf(program)
+        elf = program if isinstance(program, Elf) else Elf(program)
         site = Site(controller, next(iter(controller.loops)), elf)
         weather = Weather(simulation.ambient_c, simulation.ambient_c)
         super().__init__(site, weather, logs_nodes=True)

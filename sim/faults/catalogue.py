@@ -28,7 +28,7 @@ from heatwright.sim.faults import (
     wires,
 )
 from heatwright.sim.faults.bounds import answer_s
-from heatwright.sim.faults.fault import Fault, nothing
+from heatwright.sim.faults.fault import Act, Fault, nothing
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
@@ -47,24 +47,35 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     sites = [Site(controller, name, program) for name in controller.loops]
     quickest = min(sites, key=lambda site: (not site.has_operator, answer_s(site.loop)))
     for site in sites:
-        prefix = f"{site.loop_name}." if len(sites) > 1 else ""
+        prefix = _prefix(controller, site.loop_name)
         found += [replace(fault, id=f"{prefix}{fault.id}") for fault in _of_loop(site)]
         if site is sites[0]:
             found += _of_controller(site, quickest)
     return tuple(found)
 
 
+def _prefix(controller: Controller, loop_name: str) -> str:
+    """Return how the ids of a loop's own faults begin."""
+    return f"{loop_name}." if len(controller.loops) > 1 else ""
+
+
 def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fault]]:
     """Yield what a hand can do to a running machine: the part, the loop, and the fault.
 
-    Each stands for its cause and cure alone; what it would be tried in is left out, and so is what
-    only watches a machine that is well.
+    Each stands for its cause and cure alone, the first of those with the same; what it would be
+    tried in is left out, and so is what only watches a machine that is well.
     """
+    known: set[Act] = {nothing}
     for number, name in enumerate(controller.loops):
-        site = Site(controller, name, program)
-        parts = _parts_of_loop(site) | ({} if number else _parts_of_controller(site, site))
-        for part, found in parts.items():
-            yield from ((part, name, fault) for fault in found if fault.cause is not nothing)
+        site, prefix = Site(controller, name, program), _prefix(controller, name)
+        parts = [(prefix, part, found) for part, found in _parts_of_loop(site).items()]
+        if number == 0:
+            parts += [("", *each) for each in _parts_of_controller(site, site).items()]
+        for before, part, found in parts:
+            for fault in found:
+                if fault.cause not in known:
+                    known.add(fault.cause)
+                    yield part, name, replace(fault, id=f"{before}{fault.id}")
 
 
 def _of_loop(site: Site) -> list[Fault]:

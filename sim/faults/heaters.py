@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import TICK_S, lasting_s
@@ -32,11 +33,19 @@ def faults(site: Site) -> Iterator[Fault]:
     yield from _fan_stopped(site)
 
 
-def _switch(site: Site, name: str, make: Callable[[], World], heat: Heat) -> Fault:
-    """Put something between the pin and the heater."""
+@dataclass(frozen=True)
+class _Between:
+    """Put something between the pin and the heater: the same is the same cause."""
 
-    def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = heat
+    heater: str
+    heat: Heat
+
+    def __call__(self, world: World) -> None:
+        world.wiring.heat[self.heater] = self.heat
+
+
+def _switch(site: Site, name: str, make: Callable[[], World], heat: Heat) -> Fault:
+    cause = _Between(site.loop.heater, heat)
 
     def cure(world: World) -> None:
         world.wiring.heat.pop(site.loop.heater)

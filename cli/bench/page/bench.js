@@ -59,7 +59,7 @@ function buildLoop(loop) {
     cells[key] = element("dd", {}, "–");
     figures.append(element("div", {}, element("dt", {}, mark, text), cells[key]));
   }
-  const why = element("div", { class: "why", role: "status", "aria-label": `Heater of ${loop}` });
+  const why = element("div", { class: "why" });
   const place = element("section", { "aria-label": loop }, element("h2", {}, loop), figures, why);
   find("courses").append(place);
   charts[loop] = new Chart(place, loop);
@@ -67,10 +67,9 @@ function buildLoop(loop) {
 }
 
 function buildFaults() {
-  const several = Object.keys(about.loops).length > 1;
   const groups = new Map();
   for (const fault of about.faults) {
-    const name = several ? `${fault.part} of ${fault.loop}` : fault.part;
+    const name = fault.id.startsWith(`${fault.loop}.`) ? `${fault.part} of ${fault.loop}` : fault.part;
     if (!groups.has(name)) groups.set(name, { part: fault.part, faults: [] });
     groups.get(name).faults.push(fault);
   }
@@ -86,7 +85,10 @@ function faultItem(fault) {
   const text = fault.id.replace(/^.*\./, "").replaceAll("_", " ");
   const send = (on) => order({ do: "fault", fault: fault.id, on });
   if (!fault.lasts) {
-    return element("li", { "data-text": text }, element("button", { type: "button", "data-fault": fault.id, onclick: () => send(true) }, text));
+    const button = element("button", {
+      type: "button", "data-fault": fault.id, onclick: () => send(!state.faults.includes(fault.id)),
+    }, text);
+    return element("li", { "data-text": text }, button);
   }
   const box = element("input", { type: "checkbox", "data-fault": fault.id, onchange: () => send(box.checked) });
   return element("li", { "data-text": text }, element("label", { class: "check" }, box, text));
@@ -108,9 +110,10 @@ function buildAround() {
 function slider(text, unit, min, max, step, read, write) {
   let touched = 0;
   let waiting = null;
-  const output = element("output");
-  const input = element("input", { type: "range", min, max, step });
-  const label = element("label", { class: "slider" }, element("span", {}, text), output, input);
+  const id = `slider-${++number}`;
+  const output = element("output", { for: id });
+  const input = element("input", { id, type: "range", min, max, step });
+  const label = element("div", { class: "slider" }, element("label", { for: id }, text), output, input);
   const shown = (value) => `${Number(value.toPrecision(4))} ${unit}`;
   input.addEventListener("input", () => {
     touched = performance.now();
@@ -170,12 +173,17 @@ function showLoop(loop) {
     if (cells[key].textContent !== text) cells[key].textContent = text;
   }
   const heater = about.loops[loop].heater;
-  const said = JSON.stringify([now.heater_on, now.missing]);
+  // Pulses are too quick to read: what they amount to is said instead.
+  const pulses = now.heater_on ? now.duty_percent < 100 : now.missing[0].id === "pause";
+  const on = now.heater_on || pulses;
+  const head = pulses ? `${heater} is on for ${now.duty_percent.toFixed(0)} % of the time.` :
+    now.heater_on ? `${heater} is on.` : `${heater} is off:`;
+  const said = JSON.stringify([head, on || now.missing]);
   if (said === loops[loop].said) return;
   loops[loop].said = said;
-  why.classList.toggle("on", now.heater_on);
-  why.replaceChildren(element("b", {}, now.heater_on ? `${heater} is on.` : `${heater} is off:`));
-  if (!now.heater_on) why.append(element("ul", {}, ...now.missing.map(({ id, text }) => element("li", { "data-id": id }, text))));
+  why.classList.toggle("on", on);
+  why.replaceChildren(element("b", {}, head));
+  if (!on) why.append(element("ul", {}, ...now.missing.map(({ id, text }) => element("li", { "data-id": id }, text))));
 }
 
 function showFault() {
@@ -188,8 +196,9 @@ function showFault() {
 
 function showFaults() {
   for (const box of find("faults").querySelectorAll("input[data-fault]")) box.checked = state.faults.includes(box.dataset.fault);
+  for (const button of find("faults").querySelectorAll("button[data-fault]")) button.classList.toggle("on", state.faults.includes(button.dataset.fault));
   for (const part of find("faults").querySelectorAll(".part")) {
-    const count = part.querySelectorAll("input:checked").length;
+    const count = part.querySelectorAll("input:checked, button.on").length;
     part.querySelector(".count").textContent = count ? `(${count} on)` : "";
   }
 }

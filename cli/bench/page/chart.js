@@ -77,7 +77,7 @@ export class Chart {
         percent: { range: () => [0, 300] },
       },
       axes: [
-        { ...axis, values: (_, all) => all.map(clock), space: 70 },
+        { ...axis, values: (_, all) => all.map(clock), space: 70, size: 32 },
         { ...axis, scale: "c", values: (_, all) => all.map((each) => `${each}°`), size: 48 },
         {
           ...axis, scale: "percent", side: 1, grid: { show: false }, size: 46,

@@ -149,7 +149,7 @@ export function roll(list, lines, write) {
   if (follows) list.scrollTop = list.scrollHeight;
 }
 
-export const moment = (seconds) => element("span", { class: "at" }, `${seconds.toFixed(2)} s`);
+export const moment = (seconds) => element("span", { class: "at" }, `${seconds.toFixed(2)} s `);
 
 function terminal(title, about, order) {
   const list = element("ol", { class: "roll", tabindex: "0", "aria-label": `${title}: lines` });

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from typing import Any
 
@@ -72,6 +73,10 @@ class Master(Seat):
             raise BadOrder(f"The slave has no {name} to write.")
         what = {"write": {name: with_unit(name, order.get("value"))}}
         for write in event_of(what).write or ():
+            try:
+                self._registers[write.name].raw(write.value)
+            except (struct.error, OverflowError):
+                raise BadOrder(f"{write.name}: its register has no room for this.") from None
             live.world.device.write(*write)
         live.record(what)
 

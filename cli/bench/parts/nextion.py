@@ -29,6 +29,7 @@ class TouchDisplay(Seat):
         """Return the page that is shown, what can be touched on it, and what it says."""
         display = self.part(world)
         del display.errors[:-1]
+        display.history.clear()
         if not display.display.is_on:
             return {"page": None, "touchable": [], "texts": []}
         shown = display.display.memory.parts[display.display.memory.page].values()

@@ -1,0 +1,3 @@
+from rig.commands import heatwright
+
+__all__ = ["heatwright"]

@@ -1,0 +1,61 @@
+"""Somebody at the bench, in this thread: the board goes on only when it is told to."""
+
+from typing import Any
+
+from rig.avr import whole
+from rig.specs import controller_of
+
+from heatwright.cli.bench.board import Board
+from heatwright.cli.bench.store import Told
+
+
+class Seated:
+    """A board that stands until `run`; told -- what a tab would know."""
+
+    def __init__(self, spec: str) -> None:
+        name = "spec" if "\n" in spec else spec
+        self.board = Board(controller_of(spec), whole(spec), f"{name}.yaml", speed=1.0)
+        self.board.set_speed(0.0)
+        self.world = self.board.world
+        self.told = Told()
+        self.lines: dict[str, list[Any]] = {}
+        self.points: dict[str, list[Any]] = {}
+
+    def do(self, what: str, **order: Any) -> None:
+        assert not (error := self.board.do({"do": what, **order})), error
+
+    def at(self, kind: str, **order: Any) -> None:
+        self.do("at", interface=self.number(kind), **order)
+
+    def press(self, key: str, held_s: float = 0.05) -> None:
+        self.at("lcd_keypad", key=key, down=True)
+        self.at("lcd_keypad", key=key, down=False, held_s=held_s)
+        self.run(1.0)
+
+    def fault(self, name: str, *, on: bool = True) -> None:
+        self.do("fault", fault=name, on=on)
+
+    def number(self, kind: str) -> int:
+        return next(each.number for each in self.board.seats if each.kind == kind)
+
+    def run(self, seconds: float) -> None:
+        self.board.go_to(self.world.now_s + seconds)
+
+    @property
+    def state(self) -> Any:
+        """Tell, and return the whole state as a tab has it."""
+        self.board.tell(force=True)
+        news = self.board.store.news(self.told)
+        for roll, lines in news.get("lines", {}).items():
+            self.lines.setdefault(roll, []).extend(lines)
+        for loop, course in news.get("charts", {}).items():
+            self.points.setdefault(loop, []).extend(course["points"])
+        return self.told.state
+
+    def of(self, kind: str) -> Any:
+        """Return what an interface shows."""
+        return self.state["interfaces"][self.number(kind)]
+
+    def missing(self, loop: str) -> list[str]:
+        """Return the ids of the permits that are missing."""
+        return [each["id"] for each in self.state["loops"][loop]["missing"]]
