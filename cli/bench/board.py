@@ -29,9 +29,10 @@ SLICE_S = 0.02
 TELL_S = 0.02
 TELL_QUICK_S = 0.1
 """How often at most the tabs are told what is new: at a pace, and as fast as it goes."""
-PICTURE_S = 0.25
+PICTURE_S, PICTURE_QUICK_S = 0.2, 1.0
 VARIABLES_S = 0.5
-"""How often at most a touch display is drawn, and all variables are read."""
+"""How often at most a touch display is drawn (at most real time, and above), and all variables are
+read."""
 FULL_S = 0.05
 """How long a stretch takes at full speed, about."""
 MOST_STRETCH = 20_000
@@ -247,7 +248,8 @@ class Board:
             return
         self._told_s = now_s
         self.world.device.feed()
-        if now_s - self._pictured_s >= PICTURE_S:
+        picture_s = PICTURE_QUICK_S if self.speed > 1 else PICTURE_S
+        if self.store.watchers and now_s - self._pictured_s >= picture_s:
             self._pictured_s = now_s
             self.view.draw(self.store)
         variables = None

@@ -47,6 +47,8 @@ SAFE = {
     "X-Content-Type-Options": "nosniff",
 }
 """Headers of every answer: nothing comes from elsewhere, nobody frames it."""
+QUICKLY = 1
+"""How a picture is compressed: it goes no further than to this computer's browser."""
 LONGEST_ORDER = 4096
 """Bytes."""
 
@@ -113,7 +115,11 @@ class Pages:
 
     def _picture(self, request: Request) -> Response:
         found = self._board.store.pictures.get(request.path_params["number"])
-        return _nothing() if found is None else Response(found, 200, SAFE, "image/png")
+        if found is None:
+            return _nothing()
+        from heatwright.sim.interfaces.nextion_screen import as_png  # noqa: PLC0415 - see Nextion
+
+        return Response(as_png(found, QUICKLY), 200, SAFE, "image/png")
 
     def _scenario(self, request: Request) -> Response:
         del request

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from heatwright.cli.bench.parts.seat import Line
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 MOST_POINTS = 20_000
 """Of a chart: when there are more, every other one of the older half goes."""
@@ -72,7 +75,7 @@ class Store:
 
     def __init__(self, about: Mapping[str, Any]) -> None:
         self.about = dict(about)
-        self.pictures: dict[int, bytes] = {}
+        self.pictures: dict[int, Image] = {}
         self.drawn: dict[int, int] = {}
         self.watchers: set[Callable[[], None]] = set()
         self._lock = Lock()
@@ -81,8 +84,8 @@ class Store:
         self._charts: dict[str, Chart] = {}
         self._rolls: dict[str, Roll] = {}
 
-    def draw(self, number: int, picture: bytes) -> None:
-        """Take what a touch display shows, a PNG."""
+    def draw(self, number: int, picture: Image) -> None:
+        """Take what a touch display shows."""
         self.pictures[number] = picture
         self.drawn[number] = self.drawn.get(number, 0) + 1
 

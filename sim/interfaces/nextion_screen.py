@@ -43,8 +43,13 @@ def draw(display: Display) -> Image.Image:
 
 def png(display: Display) -> bytes:
     """Draw the page that is shown as a PNG."""
+    return as_png(draw(display))
+
+
+def as_png(image: Image.Image, compress_level: int = 6) -> bytes:
+    """Write an image as a PNG; compress_level -- 0 to 9: the less, the sooner."""
     file = BytesIO()
-    draw(display).save(file, format="PNG")
+    image.save(file, format="PNG", compress_level=compress_level)
     return file.getvalue()
 
 

@@ -103,13 +103,16 @@ def test_a_touch_shows_another_page_as_a_picture() -> None:
     seat.run(2.0)
     touchable = {each["name"]: each for each in seat.of("nextion")["touchable"]}
     assert touchable["bset"]["text"] == "settings"
-    first = seat.board.store.pictures[seat.number("nextion")]
+    seat.board.view.draw(seat.board.store)
+    first = seat.board.store.pictures[seat.number("nextion")].tobytes()
     for down in (True, False):
         seat.at("nextion", **({"name": "bset"} if down else {}), down=down)
         seat.run(1.0)
     assert seat.of("nextion")["page"] == "settings"
     seat.board.view.draw(seat.board.store)
-    assert seat.board.store.pictures[seat.number("nextion")] != first
+    assert seat.board.store.pictures[seat.number("nextion")].tobytes() != first
+    seat.board.view.draw(seat.board.store)
+    assert seat.board.store.drawn == {seat.number("nextion"): 2}  # nothing has changed since
 
 
 def test_the_log_answers() -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from heatwright.cli.bench.parts.seat import BadOrder, Live, Order, Seat, flag_of, text_of
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.spec import Controller
 from heatwright.spec.nextion import HEIGHT, WIDTH
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 
 class TouchDisplay(Seat):
@@ -43,7 +46,7 @@ class TouchDisplay(Seat):
             ],
         }
 
-    def picture(self, world: LiveWorld) -> bytes | None:
+    def picture(self, world: LiveWorld) -> Image | None:
         """Draw the page, if anything on it has changed."""
         display = self.part(world)
         memory = display.display.memory
@@ -58,8 +61,9 @@ class TouchDisplay(Seat):
         if drawn == self._drawn:
             return None
         self._drawn = drawn
-        found: bytes = display.picture
-        return found
+        from heatwright.sim.interfaces.nextion_screen import draw  # noqa: PLC0415 - see Nextion
+
+        return draw(display.display)
 
     def act(self, live: Live, order: Order) -> None:
         """Put a finger on a component, or take it off."""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.spec import Controller
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 Order = Mapping[str, Any]
 """What the page asks for, as it came; each value is looked at before it is used."""
@@ -73,8 +76,8 @@ class Seat:
         del world
         return []
 
-    def picture(self, world: LiveWorld) -> bytes | None:
-        """Return what it shows as a PNG, if that is another than at the last call."""
+    def picture(self, world: LiveWorld) -> Image | None:
+        """Draw what it shows, if that is another than at the last call."""
         del world
         return None
 
