@@ -34,6 +34,7 @@ MOST_UPSETS = 1_000_000
     ),
 )
 @spec_argument
+@click.option("--scenario", type=File, help="Take the scenario from this file.")
 @click.option(
     "--report", type=File, metavar="OUT.html", help="Write all of it as a page in one file."
 )
@@ -83,6 +84,7 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
     upsets: int,
     first: int,
     seed: int,
+    scenario: Path | None,
     as_json: bool,
 ) -> int:
     """Prove that the firmware does what the spec says.
@@ -98,6 +100,10 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
     from heatwright.spec import load  # noqa: PLC0415
 
     loaded = load(spec)
+    if scenario is not None:
+        from heatwright.cli.scenario import with_scenario  # noqa: PLC0415
+
+        loaded = loaded._replace(controller=with_scenario(loaded, scenario, None))
     keys = {"core": core, "elf": elf and str(elf), "passed": False}
     with told_as_json(as_json, spec, loaded, **keys), talk() as shown:
         tried = Upsets(range(first, first + upsets), seed)

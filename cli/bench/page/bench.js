@@ -46,7 +46,7 @@ function build(what) {
   watch();
 }
 
-const CURVES = [["temperature_c", "measured", "--measured", "°C"], ["machine_c", "at its place", "--machine", "°C"],
+const CURVES = [["temperature_c", "measured", "--measured", "°C"], ["machine_c", "machine", "--machine", "°C"],
   ["setpoint_c", "setpoint", "--setpoint", "°C"], ["duty_percent", "duty", "--duty", "%"]];
 const loops = {};
 

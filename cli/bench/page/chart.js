@@ -3,11 +3,12 @@
 
 const CURVES = [
   { label: "measured", color: "--measured", width: 2, scale: "c" },
-  { label: "at the sensor’s place", color: "--machine", width: 1, scale: "c", dash: [5, 4] },
+  { label: "machine", color: "--machine", width: 1, scale: "c", dash: [5, 4] },
   { label: "setpoint", color: "--setpoint", width: 1.5, scale: "c" },
   { label: "duty", color: "--duty", width: 1, scale: "percent", fill: true },
 ];
 const WINDOWS = [["1 min", 60], ["10 min", 600], ["1 h", 3600], ["all", Infinity]];
+const STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 28800, 86400, 864000];
 const HEIGHT = 320;
 const LEAST_S = 5;
 const LEAST_SPAN_K = 4;
@@ -77,8 +78,11 @@ export class Chart {
         percent: { range: () => [0, 300] },
       },
       axes: [
-        { ...axis, values: (_, all) => all.map(clock), space: 70, size: 32 },
-        { ...axis, scale: "c", values: (_, all) => all.map((each) => `${each}°`), size: 48 },
+        { ...axis, values: (_, all) => all.map(clock), space: 70, size: 32, incrs: STEPS_S },
+        {
+          ...axis, scale: "c", size: 48, filter: (plot, all) => all.map((each) => (each < floor(plot) ? null : each)),
+          values: (_, all) => all.map((each) => (each === null ? "" : `${each}°`)),
+        },
         {
           ...axis, scale: "percent", side: 1, grid: { show: false }, size: 46,
           splits: () => [0, 50, 100], values: (_, all) => all.map((each) => `${each} %`),
@@ -159,9 +163,14 @@ export class Chart {
   }
 }
 
+// Below this the chart is the duty's.
+function floor(plot) {
+  const { min, max } = plot.scales.c;
+  return min + (max - min) / 3;
+}
+
 function around(low, high) {
   if (low === null || high === null) return [0, 100];
   const spare = Math.max(LEAST_SPAN_K - (high - low), 0.1 * (high - low)) / 2;
-  // The lower third is the duty's.
   return [low - spare - 0.5 * (high - low + 2 * spare), high + spare];
 }
