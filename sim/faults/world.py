@@ -148,9 +148,7 @@ class Weather:
     seed: int = 0
 
 
-Spoilt = tuple[
-    dict[str, Heat], dict[str, Beside], dict[str, Feel], float, dict[str, float]
-]
+Spoilt = tuple[dict[str, Heat], dict[str, Beside], dict[str, Feel], float, dict[str, float]]
 
 
 @dataclass
