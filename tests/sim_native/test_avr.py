@@ -141,9 +141,9 @@ def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
         device.steps("nozzle")
 
 
-def test_a_spec_without_a_shield(device: AvrDevice) -> None:
-    device.interfaces.clear()
-    with pytest.raises(LookupError, match="chamber has no LcdKeypad"):
+def test_a_spec_without_a_shield() -> None:
+    device = powered("extruder")
+    with pytest.raises(LookupError, match="extruder has no LcdKeypad"):
         device.press("up")
 
 
