@@ -19,7 +19,9 @@ from heatwright.spec import PwmOutput, TimeProportionalOutput
 def trace_of(readings_c, setpoints_c, duties, fractions=None):
     count = len(readings_c)
     singles = [(name, "f4") for name in ("setpoint_c", "temperature_c", "duty_percent")]
-    log = np.zeros(count, [("time_s", "f8"), *singles, ("has_reading", "u1")])
+    log = np.zeros(count, [
+        ("time_s", "f8"), *singles, ("has_reading", "u1"), ("reading_status", "u1"),
+    ])  # fmt: skip
     log["time_s"] = np.arange(1, count + 1)
     log["setpoint_c"], log["temperature_c"] = setpoints_c, readings_c
     log["duty_percent"], log["has_reading"] = duties, 1
@@ -106,7 +108,8 @@ def test_energy_is_what_the_pin_gave_not_what_was_asked(chamber):
 def test_a_run_without_a_reading_has_no_figures(chamber):
     trace = trace_of([20] * 3, [50] * 3, [0] * 3)
     trace.steps["air"]["has_reading"] = 0
-    with pytest.raises(ValueError, match="no reading"):
+    trace.steps["air"]["reading_status"] = 1
+    with pytest.raises(ValueError, match="no reading of sensor air .* sensor_no_answer"):
         metrics(trace, chamber)
 
 

@@ -118,7 +118,7 @@ def test_a_fan_of_the_host_keeps_its_minimum_times() -> None:
     # Off for two seconds from the start on, which is noted a part of a tick late.
     assert 2.0 - TICK_S / 10 <= first - began_s(SPEC % "") <= 2.0 + 2 * TICK_S
     assert abs(off - first - 3.0) < 1e-3
-    assert again - off >= 2.0
+    assert again - off >= 2.0 - TICK_S / 10  # some cycles sooner in its tick than the one before
     assert abs(end - again - 3.0) < 1e-3
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rig.avr import CLOCK_HZ, began_s, compiled, powered, running, shared, whole
+from rig.specs import example
 
 from heatwright.sim.avr import RAM_FILL, Avr
 from heatwright.sim.device import AvrDevice, StaleBinary
@@ -142,7 +143,7 @@ def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
 
 
 def test_a_spec_without_a_shield() -> None:
-    device = powered("extruder")
+    device = AvrDevice(example("extruder").controller, whole("extruder"))
     with pytest.raises(LookupError, match="extruder has no LcdKeypad"):
         device.press("up")
 
