@@ -109,7 +109,7 @@ def test_a_run_without_a_reading_has_no_figures(chamber):
     trace = trace_of([20] * 3, [50] * 3, [0] * 3)
     trace.steps["air"]["has_reading"] = 0
     trace.steps["air"]["reading_status"] = 1
-    with pytest.raises(ValueError, match="no reading of sensor air .* sensor_no_answer"):
+    with pytest.raises(ValueError, match=r"no reading of sensor air .* sensor_no_answer"):
         metrics(trace, chamber)
 
 
