@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heatwright.sim.identify.confidence import half_widths
 from heatwright.sim.identify.record import Record
 from heatwright.sim.identify.residuals import correlation_rows, noise, outliers
 from heatwright.sim.identify.search import Beginning, Setting, beginnings
 from heatwright.sim.identify.solution import Solution, ordered, solve
 from heatwright.sim.identify.structure import Structure
-from heatwright.sim.identify.surety import half_widths
 from heatwright.sim.identify.unusable import Unusable
 from heatwright.sim.identify.verdict import Found, findings, warnings
 from heatwright.sim.trace import Series
