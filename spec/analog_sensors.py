@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from heatwright.spec.adc_resolution import largest_step_k, step_at_k
 from heatwright.spec.averaging import Averaged
 from heatwright.spec.base import (
     ABSOLUTE_ZERO_C,
@@ -15,7 +16,6 @@ from heatwright.spec.base import (
     PinName,
     WholeNumber,
 )
-from heatwright.spec.coarseness import largest_step_k, step_at_k
 from heatwright.spec.conversion import TICK_S
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity, QuantityRange

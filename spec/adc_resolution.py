@@ -1,4 +1,4 @@
-"""How coarse an analog sensor is: what one step of the ADC means in kelvin.
+"""The resolution of an analog sensor: what one step of the ADC means in kelvin.
 
 A chain of divider or amplifier, ADC and table is exact to one step, so this is its error as well.
 """
