@@ -15,8 +15,8 @@ from heatwright.spec.checks import check
 from heatwright.spec.checks.agree import agreed
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.controller import Controller
+from heatwright.spec.error_recovery import without_broken_parts
 from heatwright.spec.problems import Path, Problem, SpecError
-from heatwright.spec.salvage import salvage
 from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
 from heatwright.spec.translate import findings
 from heatwright.spec.tree import Tree, parse
@@ -107,7 +107,7 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
         for path, reason, remedy in findings(error, Controller, tree.position):
             if not any(path[:depth] in problems for depth in range(len(path) + 1)):
                 problems[path] = tree.problem(path, reason, remedy)
-        controller = salvage(tree.data)
+        controller = without_broken_parts(tree.data)
     return controller
 
 

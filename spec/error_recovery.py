@@ -18,7 +18,7 @@ _MOST_ROUNDS = 12
 """Each round mends what is broken, or takes it out, or what cannot be without it: one level."""
 
 
-def salvage(data: Any) -> Controller | None:
+def without_broken_parts(data: Any) -> Controller | None:
     """Make a controller of the entries that are whole; None if too little is left.
 
     A quantity that is needed is replaced by an example of its kind, anything else is left out. What
