@@ -21,7 +21,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from heatwright.sim.faults import cooling, relays, told, witness
+from heatwright.sim.faults import cooling, notices, relays, witness
 from heatwright.sim.faults.bounds import TICK_S, start_up_s
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip, at_once
 from heatwright.sim.faults.left_on import TOO_LONG
@@ -342,7 +342,7 @@ class _Trial:
             if heater.on or not (heater.driven or self.fault.floats):
                 self._wrong(f"{loop.heater} is not driven to off {when}")
         others = (cooling.complaint(world), relays.complaint(world, floats=self.fault.floats))
-        for complaint in (*told.complaints(world, latched.code), *others):
+        for complaint in (*notices.complaints(world, latched.code), *others):
             if complaint:
                 self._wrong(f"{complaint} {when}")
 
