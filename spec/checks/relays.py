@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.minimum_times import minimum_times
 from heatwright.spec.checks.references import driven_by_host, driven_by_loops
-from heatwright.spec.checks.rests import rests
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path
 
@@ -45,7 +45,7 @@ def relay_can_open(controller: Controller) -> Findings:
         yield Finding(
             (*path, "runs"), "a safety relay that is always closed is none", "Delete runs", (RELAY,)
         )
-    for key in rests(output):
+    for key in minimum_times(output):
         yield Finding(
             (*path, key),
             "the safety relay opens at once, and closes when heat is wanted",

@@ -11,7 +11,7 @@ from heatwright.spec.quantity import duration
 from heatwright.spec.timers import TICK_S
 
 
-def rests(output: Output | None) -> dict[str, float]:
+def minimum_times(output: Output | None) -> dict[str, float]:
     """List a digital output's shortest times that are not 0, by their keys."""
     if output is None:
         return {}
@@ -19,10 +19,10 @@ def rests(output: Output | None) -> dict[str, float]:
     return {key: seconds for key, seconds in times_s.items() if seconds > 0}
 
 
-def rests_are_ticks(controller: Controller) -> Findings:
+def minimum_times_are_ticks(controller: Controller) -> Findings:
     """Find shortest times that are no whole number of ticks, or too long to count."""
     for name, output in controller.outputs.items():
-        for key, seconds in rests(output).items():
+        for key, seconds in minimum_times(output).items():
             path = ("outputs", name, key)
             if not is_ticks(seconds):
                 nearest = max(round(seconds, 2), TICK_S)
@@ -37,11 +37,11 @@ def rests_are_ticks(controller: Controller) -> Findings:
                 )
 
 
-def rests_have_a_use(controller: Controller) -> Findings:
+def minimum_times_have_a_use(controller: Controller) -> Findings:
     """Find shortest times of what is never switched."""
     for name, output in controller.outputs.items():
         if output.always_runs:
-            for key in rests(output):
+            for key in minimum_times(output):
                 yield Finding(
                     ("outputs", name, key),
                     "what always runs is never switched",
@@ -50,7 +50,7 @@ def rests_have_a_use(controller: Controller) -> Findings:
                 )
 
 
-def rests_leave_the_current_alone(controller: Controller) -> Findings:
+def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
     """Find heaters whose current is watched, and that are not what is asked of them.
 
     Rules `current_while_off` and `no_current` go by what was asked for.
@@ -60,7 +60,7 @@ def rests_leave_the_current_alone(controller: Controller) -> Findings:
         if heater is None or heater.current is None:
             continue
         for part in (loop.heater, loop.cooler):
-            for key, seconds in rests(controller.outputs.get(str(part))).items():
+            for key, seconds in minimum_times(controller.outputs.get(str(part))).items():
                 yield Finding(
                     ("outputs", str(part), key),
                     f"for {duration(seconds)} the heater of the loop {name} may not be what is "
@@ -79,11 +79,11 @@ def rests_leave_the_current_alone(controller: Controller) -> Findings:
             )
 
 
-def rests_break_no_rule(controller: Controller) -> Findings:
+def minimum_times_break_no_rule(controller: Controller) -> Findings:
     """Hold shortest times to the rules that run on meanwhile."""
     for name, loop in controller.loops.items():
         for part, key, rule, longest_s in _bounds(loop):
-            seconds = rests(controller.outputs.get(part)).get(key, 0.0)
+            seconds = minimum_times(controller.outputs.get(part)).get(key, 0.0)
             if seconds >= longest_s:
                 yield Finding(
                     ("outputs", part, key),
