@@ -8,6 +8,7 @@ from importlib import import_module
 
 from heatwright.sim.elf import Elf
 from heatwright.sim.faults import (
+    any_sensor,
     coolers,
     displays,
     efforts,
@@ -24,7 +25,6 @@ from heatwright.sim.faults import (
     proofs,
     relays,
     second,
-    tips,
     wires,
 )
 from heatwright.sim.faults.bounds import answer_s
@@ -88,7 +88,7 @@ def _parts_of_loop(site: Site) -> dict[str, Iterable[Fault]]:
     """Return the faults of a loop by the part that fails."""
     return {
         "sensor": (fault for name in _sensors(site) for fault in _of_sensor(site, name)),
-        "tip": tips.faults(site),
+        "tip": any_sensor.faults(site),
         "second sensor": second.faults(site),
         "heater": heaters.faults(site),
         "effort": efforts.faults(site),

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.any_sensor import feel, mend
 from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import asked_share, share_for, steady_c
-from heatwright.sim.faults.tips import feel, mend
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.plants import profile_c

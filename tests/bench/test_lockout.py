@@ -7,7 +7,7 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.faults import effects, starts, tips
+from heatwright.sim.faults import any_sensor, effects, starts
 from heatwright.sim.faults.site import OfState, Site
 from heatwright.sim.lockouts import miscounts
 from heatwright.sim.replay import replay
@@ -173,7 +173,7 @@ def peak_c(spec: str, for_s: float) -> float:
     """Let a host insist while the sensor is out; return how hot the block becomes, °C."""
     site = Site(controller_of(spec), "nozzle", whole(spec))
     world = starts.heating(site)
-    tips.feel(site, lambda now: effects.fallen_out(now, 1.0))(world)
+    any_sensor.feel(site, lambda now: effects.fallen_out(now, 1.0))(world)
     ends_s = world.now_s + for_s
     while world.now_s < ends_s and world.until(OfState(lambda now: now.fault != 0), 60.0):
         world.insist(HOT_C)

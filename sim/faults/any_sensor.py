@@ -1,4 +1,4 @@
-"""What the tip of a sensor may come to feel: faults that any kind of sensor can have."""
+"""Faults that any kind of sensor can have: what its tip may come to feel."""
 
 from __future__ import annotations
 
