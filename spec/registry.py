@@ -56,7 +56,11 @@ LAYERS = {
     ),
     "output": (_plan("outputs"), _simulated("outputs")),
     "algorithm": (_plan("algorithms"), _reference("Control")),
-    "interface": (_plan("interfaces"), _simulated("interfaces")),
+    "interface": (
+        _plan("interfaces"),
+        _simulated("interfaces"),
+        Layer("seat", "heatwright.cli.bench.parts", "place at the bench", ("take",)),
+    ),
     "plant": (Layer("plant", "heatwright.sim.plants", "simulated machine", ("Plant",)),),
     "board": (),
 }

@@ -5,7 +5,17 @@ from __future__ import annotations
 import math
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    Stage,
+    Wiring,
+    along,
+    pulled,
+)
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
@@ -17,7 +27,7 @@ REGISTERS, NEAR_A_TICK, FAR_A_TICK = 8, 4, 3
 """Registers, and how many of them are read in a tick; both reach beyond the temperature's."""
 LOW_RATIO, HIGH_RATIO = 0.185201, 3.90481
 """Of the element at -200 °C and at 850 °C to 0 °C (IEC 60751): beyond is no temperature."""
-SHIFT = " through a level shifter to 3.3 V"
+SHIFT, SHIFTER = " through a level shifter to 3.3 V", along("level shifter")
 
 
 def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
@@ -52,10 +62,16 @@ def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
         start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
         tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
         wiring=(
-            Wiring(label(select), what, f"CS{SHIFT}; 10 kΩ to its supply"),
-            Wiring(label(clock), what, f"SCLK{SHIFT}"),
-            Wiring(label(told), what, f"SDI{SHIFT}"),
-            Wiring(label(data), what, "SDO; nothing else may drive or pull this line"),
+            Wiring(
+                label(select),
+                what,
+                f"CS{SHIFT}; 10 kΩ to its supply",
+                (SHIFTER, pulled("up", rail="3.3 V")),
+                "CS",
+            ),
+            Wiring(label(clock), what, f"SCLK{SHIFT}", (SHIFTER,), "SCLK"),
+            Wiring(label(told), what, f"SDI{SHIFT}", (SHIFTER,), "SDI"),
+            Wiring(label(data), what, "SDO; nothing else may drive or pull this line", end="SDO"),
             Wiring("–", what, f"3.3 V, with 100 nF; the {sensor.element} on {sensor.wires} wires"),
             Wiring(
                 "–", what, f"reference of {quantity(sensor.reference_ohm, 'Ω')}, 0.1 % or better"
