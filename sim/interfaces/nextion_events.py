@@ -5,6 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
+
+REMEMBERED = 4096
+"""Events: those of all pages of a display, which is powered on for each fault."""
 
 
 class PageError(ValueError):
@@ -23,7 +27,8 @@ class Choice:
 Code = tuple[str | Choice, ...]
 
 
-def read(lines: Iterable[str]) -> Code:
+@lru_cache(maxsize=REMEMBERED)
+def read(lines: tuple[str, ...]) -> Code:
     """Read the lines of an event. Raises PageError."""
     words = _Words(lines)
     code = words.code()

@@ -7,6 +7,7 @@ sets the components of the page that is shown; what a touch does is in the compo
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import nextion_of, programmed, tunable
@@ -37,6 +38,7 @@ __all__ = [
 ]
 
 
+@lru_cache(maxsize=8)
 def display_pages(controller: Controller) -> tuple[Page, ...]:
     """Lay out all pages of the display of a controller that has one."""
     display = nextion_of(controller)
