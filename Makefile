@@ -32,7 +32,7 @@ $(READY): $(MADE_OF)
 	@tools/setup.sh
 	@touch $@
 
-# And what only the tests need: checkers of C and Python, Arduino's core, hosts.
+# And what only the tests need: checkers of C and Python, Arduino's core, hosts, a browser.
 $(TESTS_READY): $(MADE_OF)
 	@TESTS=1 tools/setup.sh
 	@touch $(READY) $@

@@ -310,8 +310,9 @@ def test_memory_does_not_grow(example: str, monkeypatch: pytest.MonkeyPatch) -> 
 
     tracemalloc.start()
     try:
-        before = hours(0.5)
-        grown = hours(amount("bench_page_hours")) - before
+        half = amount("bench_page_hours") / 2
+        before = hours(half)  # what has a bound is full by then: matrices of the plant, caches
+        grown = hours(half) - before
     finally:
         tracemalloc.stop()
     assert grown < 200_000, f"{grown} bytes"
