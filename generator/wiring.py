@@ -103,6 +103,10 @@ def _notes(rows: Sequence[Wiring]) -> tuple[str, ...]:
     return tuple(line for how in dict.fromkeys(hows) for line in wrap(how, _NOTE_CHARACTERS))
 
 
+def _terminal(row: Wiring) -> str:
+    return row.end or row.what.partition(", ")[2] or row.how.partition(";")[0]
+
+
 class _Pen:
     """Draws with a library's symbols."""
 
@@ -177,7 +181,7 @@ class _Pen:
 
     def device(self, name: str, rows: Sequence[_Placed], left: float) -> None:
         """Draw what several wires lead to: its terminals, its name, what else it needs."""
-        ends = [each.row.end or each.row.what.partition(", ")[2] for each in rows]
+        ends = [_terminal(each.row) for each in rows]
         notes = rows[-1].notes
         column = max(map(len, ends)) * _CHARACTER + 0.5
         inside = max(column + len(name) * _CHARACTER, *(len(each) * 0.15 for each in notes), 0.0)

@@ -4,18 +4,9 @@ from __future__ import annotations
 
 import math
 
+from heatwright.generator.plan.converter import shifted
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import (
-    Call,
-    Constant,
-    File,
-    Group,
-    Part,
-    Stage,
-    Wiring,
-    along,
-    pulled,
-)
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pulled
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
@@ -66,11 +57,11 @@ def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
                 label(select),
                 what,
                 f"CS{SHIFT}; 10 kΩ to its supply",
-                (SHIFTER, pulled("up", rail="3.3 V")),
+                (*shifted(SHIFT), pulled("up", rail="3.3 V")),
                 "CS",
             ),
-            Wiring(label(clock), what, f"SCLK{SHIFT}", (SHIFTER,), "SCLK"),
-            Wiring(label(told), what, f"SDI{SHIFT}", (SHIFTER,), "SDI"),
+            Wiring(label(clock), what, f"SCLK{SHIFT}", shifted(SHIFT), "SCLK"),
+            Wiring(label(told), what, f"SDI{SHIFT}", shifted(SHIFT), "SDI"),
             Wiring(label(data), what, "SDO; nothing else may drive or pull this line", end="SDO"),
             Wiring("–", what, f"3.3 V, with 100 nF; the {sensor.element} on {sensor.wires} wires"),
             Wiring(
