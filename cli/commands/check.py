@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from time import sleep
 from typing import TYPE_CHECKING
 
 import click
 
 from heatwright.cli.command import Command
-from heatwright.cli.ends import Status, unusable
+from heatwright.cli.ends import Refused, Status, unusable
 from heatwright.cli.loads import loads, told
 from heatwright.cli.options import File, json_option, print_json
 
 if TYPE_CHECKING:
     from heatwright.spec import Problem, Spec
+
+LOOK_S = 0.3
+"""Between two looks at the files."""
 
 
 @click.command(
@@ -22,12 +26,14 @@ if TYPE_CHECKING:
     examples=(
         "heatwright check chamber.yaml kiln.yaml",
         "heatwright check --quick chamber.yaml",
+        "heatwright check --watch kiln.yaml",
     ),
 )
 @click.argument("specs", metavar="SPEC...", type=File, nargs=-1, required=True)
 @click.option("--quick", is_flag=True, help="Only read: do not run the machine.")
+@click.option("--watch", is_flag=True, help="Check again whenever a spec is saved; Ctrl-C ends it.")
 @json_option
-def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
+def command(specs: tuple[Path, ...], quick: bool, watch: bool, as_json: bool) -> int:
     """Find all that is wrong with specs.
 
     Each problem is one line: file, line, column, what is wrong, and what to do about it. Where a
@@ -37,6 +43,40 @@ def command(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     on the ADC cost. Warned of are a reserve below 30 %, parts that cost more than the sensor's
     `accuracy`, and a firmware that certainly does not fit its board.
     """
+    if not watch:
+        return _checked(specs, quick, as_json)
+    if as_json:
+        raise Refused(
+            "--watch goes on and on, and --json prints one object: leave out one of them."
+        )
+    if Path("-") in specs:
+        raise Refused("--watch looks at files that are saved, and - is none: name files.")
+    for _ in _saves(specs):
+        _checked(specs, quick, as_json=False)
+        click.echo("Watching …", err=True)
+    return Status.DONE
+
+
+def _saves(specs: tuple[Path, ...]) -> Iterator[None]:
+    """Begin, and go on whenever one of the files was saved; an editor may replace it meanwhile."""
+    seen: list[tuple[int, int] | None] | None = None
+    while True:
+        found = [_stamp(path) for path in specs]
+        if found != seen:
+            seen = found
+            yield
+        sleep(LOOK_S)
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
+def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     from heatwright.cli.budget import budgets_json, show_budgets  # noqa: PLC0415
     from heatwright.cli.sized import reserve_json  # noqa: PLC0415
     from heatwright.spec.effort import sights  # noqa: PLC0415

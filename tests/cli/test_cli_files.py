@@ -73,6 +73,32 @@ def test_what_trips_on_a_machine_that_is_well_is_told_with_a_number_that_does(
     )
 
 
+def test_watching_checks_again_at_each_save(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good = Path("oven.yaml").read_text(encoding="utf-8")
+    saves = iter((None, good.replace("board: uno", "board: duo"), None, good))
+
+    def wait(_: float) -> None:
+        text = next(saves, "")
+        if text == "":
+            raise KeyboardInterrupt
+        if text is not None:
+            Path("oven.yaml").write_text(text, encoding="utf-8")
+
+    monkeypatch.setattr("heatwright.cli.commands.check.sleep", wait)
+    done = heatwright("check --quick --watch oven.yaml", status=130)
+    told = [line for line in done.out.splitlines() if line.startswith("oven.yaml:")]
+    assert [line.startswith("oven.yaml: good") for line in told] == [True, False, True]
+    assert "'duo' is not a board" in told[1]
+    assert done.err == 3 * "Watching …\n" + "Interrupted.\n"
+
+
+@pytest.mark.parametrize("words", ["oven.yaml --json", "-"])
+def test_what_cannot_be_watched_is_refused(heatwright: Heatwright, words: str) -> None:
+    assert "--watch " in heatwright(f"check --watch {words}", status=2).err
+
+
 def test_a_started_spec_runs_in_the_model_as_it_expects(heatwright: Heatwright) -> None:
     assert heatwright("init 'My Kiln-2.yaml'").out.endswith("heatwright check 'My Kiln-2.yaml'\n")
     assert "verify 'My Kiln-2.yaml' " in Path("My Kiln-2.yaml").read_text(encoding="utf-8")

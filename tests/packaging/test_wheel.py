@@ -102,17 +102,19 @@ def test_it_is_the_wheel_that_is_tested(run: Any, installed: Path) -> None:
     assert asked.stdout.startswith(str(installed)), asked.stderr
 
 
-def test_check_and_generate_need_no_compiler(run: Any, tmp_path: Path) -> None:
-    for line in ("check chamber.yaml", "generate chamber.yaml -o firmware"):
+def test_init_check_and_generate_need_no_compiler(run: Any, tmp_path: Path) -> None:
+    for line in ("init my.yaml --machine kiln", "check my.yaml", "generate my.yaml -o firmware"):
         done = run(f"heatwright {line}")
         assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "firmware" / "platformio.ini").is_file()
 
 
-def test_build_without_a_compiler_is_one_line_with_the_remedy(run: Any) -> None:
-    built = run("heatwright build chamber.yaml")
-    assert built.returncode == 3, built.stdout + built.stderr
-    assert "sudo apt-get install gcc-avr" in built.stderr
+@pytest.mark.parametrize("command", ["build", "simulate", "verify", "upload"])
+def test_without_a_compiler_it_is_one_line_with_the_remedy(run: Any, command: str) -> None:
+    done = run(f"heatwright {command} chamber.yaml")
+    assert done.returncode == 3, done.stdout + done.stderr
+    said = done.stderr.splitlines()
+    assert [line for line in said if "sudo apt-get install " in line] == said[-1:]
 
 
 # ---- a package installed beside it, which brings a kind of sensor ----
