@@ -4,7 +4,7 @@
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test evidence mutation lint types pytest drawn bench peers pictures format clean
+.PHONY: help setup demo test evidence mutation lint types pytest drawn bench peers pictures site format clean
 
 BIN := .venv/bin
 READY := .venv/ready
@@ -77,6 +77,9 @@ peers: $(READY) ## what bench compares with: ESPHome and avr8js, in build/judges
 pictures: $(READY) ## the pictures of README and documents, in docs/pictures
 	@PICTURES=1 tools/setup.sh
 	@$(BIN)/python tools/pictures.py
+
+site: $(TESTS_READY) ## the documents as a site, in build/site
+	@$(BIN)/python tools/site.py
 
 format: $(TESTS_READY) ## let ruff lay out the code
 	@$(BIN)/ruff check --quiet --fix .
