@@ -90,7 +90,7 @@ def composed(choice: Choice, name: str, file: str) -> str:
                 sensor["text"], at=at, pins=[next(sensors) for _ in range(sensor["pins"])]
             ),
             "output": _filled(output["text"], at=at),
-            "period": f"{max(at['period_ms'], sensor['period_ms'])} ms",
+            "period": _period(max(at["period_ms"], sensor["period_ms"])),
             "algorithm": {"kind": output["algorithm"], **at[output["algorithm"]]},
             "initial": interface.get("initial", at["target"]),
         }
@@ -145,6 +145,10 @@ def _environment() -> Environment:
 
 def _filled(text: str, **given: object) -> str:
     return _environment().from_string(text).render(given).rstrip("\n")
+
+
+def _period(ms: int) -> str:
+    return f"{ms} ms" if ms < 1000 else f"{ms / 1000:g} s"
 
 
 def _flow(pairs: dict[str, object]) -> str:
