@@ -18,7 +18,7 @@ REGISTERS, NEAR_A_TICK, FAR_A_TICK = 8, 4, 3
 """Registers, and how many of them are read in a tick; both reach beyond the temperature's."""
 LOW_RATIO, HIGH_RATIO = 0.185201, 3.90481
 """Of the element at -200 °C and at 850 °C to 0 °C (IEC 60751): beyond is no temperature."""
-SHIFT, SHIFTER = " through a level shifter to 3.3 V", along("level shifter")
+SHIFT = " through a level shifter to 3.3 V"
 
 
 def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
