@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from rig.avr import whole
+from rig.avr import began_s, whole
 from rig.specs import changed, controller_of, example
 
 from heatwright.sim.device import AvrDevice
@@ -26,7 +26,7 @@ class Cold:
         self.sensor = loop.sensor
         self.chip: Any = self.device.sensors[self.sensor]
         self.device.sense(self.sensor, ROOM_C)
-        self.run(3.02)
+        self.run(began_s("kiln") + 3.02)
 
     def run(self, seconds: float) -> None:
         self.device.advance(self.device.time_s + seconds)

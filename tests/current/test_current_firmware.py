@@ -31,6 +31,7 @@ loops:
     setpoint: {initial: 25 °C, minimum: 20 °C, maximum: 70 °C}
     algorithm: {kind: on_off, hysteresis: 2 K}
     protection: {rising_while_off: off, heating: off, frozen: off}
+safety: {self_checks: false}
 """
 BOARDS = {"uno": "kind: ds18b20, pin: D2", "mega2560": "kind: ds18b20, pin: D22"}
 CIRCUITS = {

@@ -157,16 +157,16 @@ class SettingsKept(Kept):
         spec has it."""
         library, loop = self.library, self._loop
         for stored in (None, self.old, self.new):
-            for name in (f"{loop}_setpoint_c", f"{loop}_maximum_c", self._kind):
-                if not hasattr(library.settings, name):
+            bits = range(32) if stored is self.old else (0,)
+            for name, bit in product((f"{loop}_setpoint_c", f"{loop}_maximum_c", self._kind), bits):
+                if not hasattr(library.settings, name) or (name == self._kind and bit > 7):
                     continue
                 if stored is None:
                     self.boot(self.memory.blank)
                 else:
                     self.boot_with(stored)
-                value = getattr(library.settings, name)
-                # of a float the last bit of its exponent
-                setattr(library.settings, name, value ^ 1 if name == self._kind else 2 * value)
+                raw = self.ffi.buffer(self.ffi.addressof(library.settings, name))
+                raw[bit // 8] = bytes([raw[bit // 8][0] ^ 1 << bit % 8])
                 if library.settings_are_sound():
                     yield f"{name} has changed, and nobody says so"
                 yield from self.expect(f"{name} is flipped", stored or self.default)

@@ -80,6 +80,11 @@ static uint16_t crc16(const uint8_t *data, uint8_t size)
     return crc;
 }
 
+static bool crc_is_right(const struct record *of, uint8_t size)
+{
+    return crc16((const uint8_t *)of + CHECKED, size) == of->crc;
+}
+
 /* By these settings heat is asked for and ended. A flipped bit changes the sum of their bytes. */
 static uint8_t sum_of_settings(void)
 {
@@ -159,7 +164,7 @@ bool settings_are_sound(void)
         return true;
     }
     take_sealed_defaults();
-    if (crc16((const uint8_t *)&record + CHECKED, OWN_SIZE) == record.crc) { /* of the start, or written since */
+    if (crc_is_right(&record, OWN_SIZE)) { /* of the start, or written since */
         take_sealed_of_record();
     }
     return false;
@@ -171,8 +176,7 @@ static bool slot_is_sound(union slot *candidate, uint8_t of_slot)
     eeprom_read_block(candidate, address(of_slot, 0), sizeof *candidate);
 
     const uint8_t size = candidate->record.size;
-    return size <= sizeof *candidate - CHECKED
-        && crc16(&candidate->bytes[CHECKED], size) == candidate->record.crc;
+    return size <= sizeof *candidate - CHECKED && crc_is_right(&candidate->record, size);
 }
 
 void settings_start(void)
