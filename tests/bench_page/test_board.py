@@ -1,5 +1,6 @@
 """What a hand at the bench does to the board, and what the board shows of it; without a browser."""
 
+import gc
 import json
 import tracemalloc
 from pathlib import Path
@@ -306,6 +307,7 @@ def test_memory_does_not_grow(example: str, monkeypatch: pytest.MonkeyPatch) -> 
         for _ in range(round(60 * count)):
             seat.run(60.0)
             seat.board.tell(force=True)
+        gc.collect()
         return tracemalloc.get_traced_memory()[0]
 
     tracemalloc.start()
