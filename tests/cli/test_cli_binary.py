@@ -255,6 +255,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
         built = BuildResult(Path("a.elf"), 6000, 200, 100, 32256, 2048, "")
         for name, stand_in in (
             ("engine.build_firmware", lambda *_: built),
+            ("engine.program_of", lambda _: None),
             ("engine.try_all", lambda *_: trials),
             ("closed_loop.run_binary", lambda controller, _, job: run_model(controller, job)),
         ):
