@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from heatwright.spec import Controller, Problem, Spec
-from heatwright.spec.budget import Budget, budgets, judged
 from heatwright.spec.quantity import about, celsius, number
+from heatwright.spec.sensing.budget import Budget, budgets, judged
 
 
 def show_budgets(controller: Controller) -> None:

@@ -9,7 +9,7 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.indicators import Indicators as Leds
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.nextion import Nextion
-from heatwright.sim.interlock import overlaps
+from heatwright.sim.judges.interlock import overlaps
 from heatwright.spec import Controller, Indicators
 from heatwright.spec.commands import placed
 from heatwright.spec.indicated import shown_loop

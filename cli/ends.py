@@ -36,7 +36,7 @@ class Status(IntEnum):
 JSON_TOLD = "JSON is told"
 """Set in the context's object once a command has printed its JSON: there is only one."""
 UNWRITTEN = "cannot be written"
-"""Noted at an error that came from writing; see also `heatwright.spec.user_file`."""
+"""Noted at an error that came from writing; see also `heatwright.spec.loading.user_file`."""
 
 _OF_STREAMS = {
     errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG, errno.EDQUOT, errno.EAGAIN,

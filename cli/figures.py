@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from heatwright.generator.toolchain import BuildResult
-from heatwright.sim.disturbances import RECOVERED_K
-from heatwright.sim.metrics import Metrics
+from heatwright.sim.judges.disturbances import RECOVERED_K
+from heatwright.sim.judges.metrics import Metrics
 from heatwright.sim.replay import ReplayResult
 from heatwright.spec.quantity import number
 

@@ -24,7 +24,7 @@ def build_firmware(spec: Spec, job: Job) -> BuildResult:
     """
     from heatwright.generator import plan_firmware, render, write  # noqa: PLC0415
     from heatwright.generator.toolchain import BuildFailed, CompilerFailed, TooLarge, build  # noqa: PLC0415
-    from heatwright.spec.user_cache import cache_dir  # noqa: PLC0415
+    from heatwright.spec.loading.user_cache import cache_dir  # noqa: PLC0415
 
     with TemporaryDirectory(prefix="heatwright-") as parent:
         folder = Path(parent) / spec.controller.identity.name

@@ -52,8 +52,8 @@ def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
     from heatwright.cli.firmware import build_firmware  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
     from heatwright.sim.interfaces.modbus_rtu import format_of  # noqa: PLC0415
+    from heatwright.sim.lines.serial_port import SerialPort  # noqa: PLC0415
     from heatwright.sim.live import Clock, run  # noqa: PLC0415
-    from heatwright.sim.serial_port import SerialPort  # noqa: PLC0415
 
     with talk() as shown:
         built = build_firmware(spec, shown.begin("Building the firmware"))

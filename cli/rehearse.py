@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from heatwright.cli.pool import spread
 from heatwright.cli.talk import Job, talk
 from heatwright.spec import Problem, Spec
-from heatwright.spec.loader import problem_of
+from heatwright.spec.loading.loader import problem_of
 
 if TYPE_CHECKING:
     from heatwright.sim.rehearsal import Part, Tripped

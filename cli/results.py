@@ -18,7 +18,7 @@ from heatwright.cli.figures import (
 from heatwright.cli.options import print_json
 from heatwright.cli.running import Run
 from heatwright.cli.targets import whole
-from heatwright.sim.plot_data import Tripped, fault_label
+from heatwright.sim.plots.plot_data import Tripped, fault_label
 from heatwright.spec import Controller, Spec
 from heatwright.spec.quantity import duration
 from heatwright.spec.rules import RULES
@@ -40,7 +40,7 @@ def write_run(
 
             fresh.write_text(run_page(run, controller, title, device), encoding="utf-8")
         else:
-            from heatwright.sim.plot import run_figure, save  # noqa: PLC0415
+            from heatwright.sim.plots.plot import run_figure, save  # noqa: PLC0415
 
             save(run_figure(run.trace, controller, title), fresh)
 

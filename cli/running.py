@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING
 from heatwright.cli.ends import Refused
 from heatwright.cli.talk import Progress
 from heatwright.sim.bench import Device, ReferenceDevice, bench
-from heatwright.sim.metrics import Metrics, metrics
+from heatwright.sim.judges.metrics import Metrics, metrics
 from heatwright.sim.plants import plant_module
-from heatwright.sim.plot_data import Tripped, faults
+from heatwright.sim.plots.plot_data import Tripped, faults
 from heatwright.sim.trace import Trace
 from heatwright.spec import Controller
-from heatwright.spec.uses import PinUse, pin_uses
+from heatwright.spec.board.uses import PinUse, pin_uses
 
 if TYPE_CHECKING:
+    from heatwright.sim.binary.elf import Elf
     from heatwright.sim.device import AvrDevice
-    from heatwright.sim.elf import Elf
-    from heatwright.sim.limit import Limit
-    from heatwright.sim.vcd import VcdRecorder
+    from heatwright.sim.judges.limit import Limit
+    from heatwright.sim.plots.vcd import VcdRecorder
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def run_binary(
     """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
     from heatwright.cli.chips import complaints, display, lights, screen  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
-    from heatwright.sim.limit import limit_of  # noqa: PLC0415
+    from heatwright.sim.judges.limit import limit_of  # noqa: PLC0415
 
     device = AvrDevice(controller, elf)
     with ExitStack() as stack:
@@ -84,7 +84,7 @@ def run_binary(
 
 
 def _recorded(controller: Controller, device: AvrDevice, vcd: Path) -> VcdRecorder:
-    from heatwright.sim.vcd import VcdRecorder  # noqa: PLC0415
+    from heatwright.sim.plots.vcd import VcdRecorder  # noqa: PLC0415
 
     pins = watched_pins(controller)
     for pin in pins.values():

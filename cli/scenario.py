@@ -10,10 +10,10 @@ from heatwright.cli.ends import Refused
 from heatwright.spec import Controller, Event, Problem, Spec, SpecError
 from heatwright.spec.base import Model
 from heatwright.spec.checks import check
-from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
-from heatwright.spec.translate import findings
-from heatwright.spec.tree import Tree, parse
-from heatwright.spec.user_file import read_file
+from heatwright.spec.loading.text import LARGEST_FILE, Unreadable, decode
+from heatwright.spec.loading.translate import findings
+from heatwright.spec.loading.tree import Tree, parse
+from heatwright.spec.loading.user_file import read_file
 
 
 class _File(Model):

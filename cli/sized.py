@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from heatwright.spec import Controller, Spec
-from heatwright.spec.checks.sizing import wire_voltage_v
-from heatwright.spec.loader import problem_of
+from heatwright.spec.checks.physics.sizing import wire_voltage_v
+from heatwright.spec.loading.loader import problem_of
+from heatwright.spec.physics.reserve import Reserve, reserves, small_reserves
+from heatwright.spec.physics.sized import SizedWall, SizedWire, sized_wall, sized_wire
 from heatwright.spec.problems import Problem
 from heatwright.spec.quantity import about, celsius
-from heatwright.spec.reserve import Reserve, reserves, small_reserves
-from heatwright.spec.sized import SizedWall, SizedWire, sized_wall, sized_wire
 
 Row = tuple[str, str, str]
 """What it is, its value, its unit."""

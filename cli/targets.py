@@ -22,7 +22,7 @@ def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
         raise Refused(f"{path}: name it with {' or '.join(suffixes)}, for that is its kind.")
     if path.is_dir():
         raise Refused(f"{path}: is a folder; name a file.")
-    from heatwright.spec.user_file import OPEN_ALREADY  # noqa: PLC0415 - not only to show help
+    from heatwright.spec.loading.user_file import OPEN_ALREADY  # noqa: PLC0415 - not only to show help
 
     if path.is_fifo() and not str(path).startswith(OPEN_ALREADY):
         raise Refused(f"{path}: is a pipe, which may have no reader; name a file.")

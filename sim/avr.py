@@ -13,7 +13,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.binary.profile import Profile
 from heatwright.sim.interfaces.look import NEVER, Look
 from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
@@ -28,7 +29,6 @@ from heatwright.sim.native.relay import Relay
 from heatwright.sim.native.shim import load
 from heatwright.sim.native.snapshots import Snapshots, snapshots
 from heatwright.sim.native.uart import Uarts
-from heatwright.sim.profile import Profile
 
 RAM_FILL = 0xC5
 """What RAM holds at power-on. The part's is arbitrary; zero would hide a missing initialisation."""

@@ -11,8 +11,8 @@ from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.scenario import Action, actions, end_s
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
 from heatwright.spec import Controller, Event, ThermalNetwork
-from heatwright.spec.program_orders import Order
-from heatwright.spec.timers import TICK_S
+from heatwright.spec.board.timers import TICK_S
+from heatwright.spec.scenario.program_orders import Order
 
 __all__ = ["STEP_S", "Device", "ReferenceDevice", "bench", "step_of"]
 

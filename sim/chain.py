@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.chain_error import (
     CHAIN_BOUND_STEPS,
     TABLE_BOUND_STEPS,
@@ -24,7 +25,6 @@ from heatwright.sim.chain_error import (
 )
 from heatwright.sim.circuits import current_v, reference_v, shares
 from heatwright.sim.circuits.elements import Array
-from heatwright.sim.elf import Elf
 from heatwright.spec import Analog, Board, Controller, CurrentSensor, Rtd, Thermistor
 
 __all__ = ["CHAIN_BOUND_STEPS", "TABLE_BOUND_STEPS", "ChainError", "ChainRow", "chain_errors"]

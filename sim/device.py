@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import CAUSES, Avr
+from heatwright.sim.binary.dwarf import Variable, Variables
+from heatwright.sim.binary.elf import Elf, ElfError
 from heatwright.sim.contact import contacts_of
-from heatwright.sim.dwarf import Variable, Variables
-from heatwright.sim.elf import Elf, ElfError
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.look import NO_LOOK, Look
@@ -24,7 +24,7 @@ from heatwright.sim.interfaces.nextion_orders import in_bytes
 from heatwright.sim.interfaces.registers import registers
 from heatwright.sim.interfaces.serial_log import SerialLog
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
-from heatwright.sim.interlock import Interlock
+from heatwright.sim.judges.interlock import Interlock
 from heatwright.sim.outputs.stepper import Stepper
 from heatwright.sim.outputs.switch import Switch
 from heatwright.sim.proof import proofs_of
@@ -34,8 +34,8 @@ from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, digest
 from heatwright.spec.commands import for_display
 from heatwright.spec.nextion import display_pages
-from heatwright.spec.program_orders import Order, ProgramOrder
 from heatwright.spec.registry import module_of
+from heatwright.spec.scenario.program_orders import Order, ProgramOrder
 
 DIGEST = "spec_digest"
 """Constant in flash: CRC-32 of the spec the binary was generated from."""
@@ -367,7 +367,7 @@ class AvrDevice:
         return self.avr.cycle + round(seconds * self.avr.clock_hz)
 
     def record(self, recorder: Listener) -> None:
-        """Give a recorder everything from now on (see heatwright.sim.vcd)."""
+        """Give a recorder everything from now on (see heatwright.sim.plots.vcd)."""
         self.feed()
         self._recorders.append(recorder)
 

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from heatwright.sim.binary.dwarf import Variable
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.dwarf import Variable
 from heatwright.sim.interfaces.look import NEVER, NO_LOOK
 from heatwright.sim.native.shim import load
 from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K

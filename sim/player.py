@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from heatwright.sim.reference import Reference
-from heatwright.sim.reference.copies import from_cell
 from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, STOPS, WATCHED_FAULTS
-from heatwright.sim.reference.monitor import MONITOR_LIMIT
 from heatwright.sim.reference.numbers import ZERO, Single
-from heatwright.sim.reference.program_state import START
-from heatwright.sim.reference.resumed import resumed
+from heatwright.sim.reference.programs.copies import from_cell
+from heatwright.sim.reference.programs.resumed import resumed
+from heatwright.sim.reference.programs.state import START
+from heatwright.sim.reference.protection.monitor import MONITOR_LIMIT
 from heatwright.sim.tape import ACKNOWLEDGEMENTS, STARTS, Tape, count_in
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller

@@ -15,7 +15,7 @@ from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.faults.healthy import Healthy, machines, take_through
 from heatwright.sim.faults.site import OfState, Place
 from heatwright.sim.plants import plant_of, profile_c
-from heatwright.sim.plot_data import faults
+from heatwright.sim.plots.plot_data import faults
 from heatwright.sim.scenario import long_enough, unasked
 from heatwright.spec import Controller, Loop, ThermalNetwork
 from heatwright.spec.adjusted import Setting, extremes, with_setting, words

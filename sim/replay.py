@@ -18,12 +18,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.lockouts import TRIPS, miscounts
+from heatwright.sim.judges.lockouts import TRIPS, miscounts
 from heatwright.sim.player import LOADED, Latched, Player, Restored
 from heatwright.sim.reference.members import Member
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
-from heatwright.spec.timers import TICK_S
+from heatwright.spec.board.timers import TICK_S
 
 __all__ = ["Mismatch", "ReplayError", "ReplayResult", "Restored", "replay", "replay_all"]
 

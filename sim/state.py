@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.dwarf import Variables
+from heatwright.sim.binary.dwarf import Variables
 from heatwright.sim.native.snapshots import Snapshots
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, monitors_of, programmed

@@ -8,15 +8,7 @@ from heatwright.spec.algorithms import (
     Pid,
     ThreePosition,
 )
-from heatwright.spec.analog_sensors import (
-    Amplifier,
-    AnalogSensor,
-    BetaCurve,
-    CodesCurve,
-    Divider,
-    PointsCurve,
-    SteinhartHartCurve,
-)
+from heatwright.spec.board.interrupts import longest_wait_s
 from heatwright.spec.boards import BOARDS, Board, Pin, Timer, Uart
 from heatwright.spec.checks.comparison import row_controller, row_loop
 from heatwright.spec.commands import (
@@ -37,7 +29,6 @@ from heatwright.spec.controller import (
     Published,
     Safety,
 )
-from heatwright.spec.currents import Current, CurrentSensor
 from heatwright.spec.inputs import Input
 from heatwright.spec.interfaces import (
     Gcode,
@@ -49,8 +40,8 @@ from heatwright.spec.interfaces import (
     SerialLog,
     SerialPlotter,
 )
-from heatwright.spec.interrupts import longest_wait_s
-from heatwright.spec.loader import Spec, digest, load, load_text
+from heatwright.spec.loading.loader import Spec, digest, load, load_text
+from heatwright.spec.loading.shape import kinds
 from heatwright.spec.loops import (
     Autotune,
     Frozen,
@@ -61,7 +52,6 @@ from heatwright.spec.loops import (
     Runaway,
     Setpoint,
 )
-from heatwright.spec.max31856 import Max31856
 from heatwright.spec.monitors import Monitor, monitors_of, watching_loop
 from heatwright.spec.outputs import (
     DigitalOutput,
@@ -75,7 +65,6 @@ from heatwright.spec.outputs import (
     full_a,
 )
 from heatwright.spec.problems import Problem, SpecError
-from heatwright.spec.program_orders import ProgramOrder
 from heatwright.spec.programs import (
     AfterPowerLoss,
     HoldBack,
@@ -84,8 +73,21 @@ from heatwright.spec.programs import (
     Segment,
 )
 from heatwright.spec.proofs import proofs, proven_in
+from heatwright.spec.scenario.program_orders import ProgramOrder
+from heatwright.spec.scenario.writes import Write
+from heatwright.spec.sensing.analog_parts import (
+    Amplifier,
+    AnalogSensor,
+    BetaCurve,
+    CodesCurve,
+    Divider,
+    PointsCurve,
+    SteinhartHartCurve,
+)
+from heatwright.spec.sensing.currents import Current, CurrentSensor
+from heatwright.spec.sensing.max31856 import Max31856
+from heatwright.spec.sensing.thermocouples import Max6675, Max31855
 from heatwright.spec.sensors import Analog, Ds18b20, Rtd, Sensor, Thermistor
-from heatwright.spec.shape import kinds
 from heatwright.spec.simulation import (
     Event,
     Expect,
@@ -98,8 +100,6 @@ from heatwright.spec.simulation import (
     Simulation,
     ThermalNetwork,
 )
-from heatwright.spec.thermocouples import Max6675, Max31855
-from heatwright.spec.writes import Write
 
 __all__ = [
     "BOARDS",

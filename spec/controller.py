@@ -21,19 +21,19 @@ from heatwright.spec.base import (
     WholeNumber,
 )
 from heatwright.spec.boards import BOARDS, Board
-from heatwright.spec.currents import CurrentSensor
-from heatwright.spec.derived import with_derived
 from heatwright.spec.inputs import Inputs
 from heatwright.spec.interfaces import Interface
+from heatwright.spec.loading.suggest import one_of
 from heatwright.spec.loops import Loop
 from heatwright.spec.monitors import Monitors
 from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
+from heatwright.spec.physics.derived import with_derived
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import Quantity, QuantityRange
+from heatwright.spec.sensing.currents import CurrentSensor
 from heatwright.spec.sensors import AdcSensor, Sensor, Thermometer
 from heatwright.spec.simulation import Simulation
-from heatwright.spec.suggest import one_of
 from heatwright.spec.units import DURATION, FREQUENCY, TEMPERATURE
 
 FORMAT = 1

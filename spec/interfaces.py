@@ -24,10 +24,10 @@ from heatwright.spec.base import (
     Reference,
     WholeNumber,
 )
+from heatwright.spec.loading.suggest import listed
 from heatwright.spec.problems import Checked, Path, refuse, shown
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.registry import with_brought
-from heatwright.spec.suggest import listed
 from heatwright.spec.units import DIFFERENCE, DURATION
 
 FASTEST_HOST = 250_000

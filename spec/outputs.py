@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from pydantic import Field
 
 from heatwright.spec.base import Least, Model, PinName, WholeNumber
-from heatwright.spec.conversion import TICK_S
-from heatwright.spec.currents import Current
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.registry import with_brought
+from heatwright.spec.sensing.conversion import TICK_S
+from heatwright.spec.sensing.currents import Current
 from heatwright.spec.units import (
     ACCELERATION,
     DURATION,

@@ -12,8 +12,8 @@ import re
 import unicodedata
 from decimal import Decimal
 
+from heatwright.spec.loading.suggest import listed
 from heatwright.spec.problems import Checked, refuse, shown
-from heatwright.spec.suggest import listed
 from heatwright.spec.units import DIFFERENCE, DURATION, FREQUENCY, TEMPERATURE, Dimension
 
 LONGEST = 64

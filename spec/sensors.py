@@ -15,7 +15,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from heatwright.spec.analog_sensors import (
+from heatwright.spec.base import DEFAULTS, Least, PinName
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.registry import with_brought
+from heatwright.spec.sensing.analog_parts import (
     Amplifier,
     AnalogSensor,
     Curve,
@@ -23,17 +27,17 @@ from heatwright.spec.analog_sensors import (
     Volt,
     VoltPerKelvin,
 )
-from heatwright.spec.averaging import Averaged
-from heatwright.spec.base import DEFAULTS, Least, PinName
-from heatwright.spec.circuits import Circuit, of_platinum, of_thermistor, of_voltage
-from heatwright.spec.conversion import TICK_S
-from heatwright.spec.currents import CurrentSensor
-from heatwright.spec.max31856 import Max31856
-from heatwright.spec.problems import refuse
-from heatwright.spec.quantity import Quantity
-from heatwright.spec.registry import with_brought
-from heatwright.spec.thermocouples import Max6675, Max31855
-from heatwright.spec.tolerances import RtdTolerances, ThermistorTolerances, VoltageTolerances
+from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.circuits import Circuit, of_platinum, of_thermistor, of_voltage
+from heatwright.spec.sensing.conversion import TICK_S
+from heatwright.spec.sensing.currents import CurrentSensor
+from heatwright.spec.sensing.max31856 import Max31856
+from heatwright.spec.sensing.thermocouples import Max6675, Max31855
+from heatwright.spec.sensing.tolerances import (
+    RtdTolerances,
+    ThermistorTolerances,
+    VoltageTolerances,
+)
 from heatwright.spec.units import BITS, COEFFICIENT
 
 

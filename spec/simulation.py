@@ -14,11 +14,12 @@ from heatwright.spec.base import (
     Reference,
     Temperature,
 )
+from heatwright.spec.physics.sizing import Sizing
 from heatwright.spec.problems import Checked, refuse
-from heatwright.spec.program_orders import ProgramOrders
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.registry import with_brought
-from heatwright.spec.sizing import Sizing
+from heatwright.spec.scenario.program_orders import ProgramOrders
+from heatwright.spec.scenario.writes import Writes
 from heatwright.spec.units import (
     AREA,
     CAPACITY,
@@ -29,7 +30,6 @@ from heatwright.spec.units import (
     SPEED,
     THERMAL_RESISTANCE,
 )
-from heatwright.spec.writes import Writes
 
 LONGEST_LINE = 500
 """Characters of a line that is sent: a display's whole program of 20 segments."""

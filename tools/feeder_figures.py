@@ -20,9 +20,9 @@ import click
 
 from heatwright.cli.tables import show, table
 from heatwright.sim.comparison import row_controller, run_row
-from heatwright.sim.metrics import metrics
+from heatwright.sim.judges.metrics import metrics
 from heatwright.spec import ComparisonRow, Controller, Pid, load
-from heatwright.spec.budget import judged
+from heatwright.spec.sensing.budget import judged
 
 LOOP, SENSOR = "nozzle", "nozzle"
 FULL, MOST_SUM_K = 5995, 900

@@ -41,7 +41,7 @@ from scipy.optimize import Bounds, differential_evolution, minimize
 
 from heatwright.sim.comparison import row_controller, run_row
 from heatwright.sim.faults.healthy import scaled as scaled_network
-from heatwright.sim.metrics import metrics
+from heatwright.sim.judges.metrics import metrics
 from heatwright.sim.trace import StepLog
 from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, load
 

@@ -21,11 +21,11 @@ from heatwright.generator.plan.interfaces.nextion import TURN_S
 from heatwright.sim.circuits.ports import pin_v
 from heatwright.sim.interfaces.keypad import CODES as KEYS
 from heatwright.spec import Controller, Spec, load
-from heatwright.spec.conversion import CODES
-from heatwright.spec.curves import LinearPlatinum, Platinum
-from heatwright.spec.max31856 import HIGHEST_C
 from heatwright.spec.nextion import HEIGHT, WIDTH, chart_top_c
 from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S, CONTROL_CHART_PX
+from heatwright.spec.sensing.conversion import CODES
+from heatwright.spec.sensing.curves import LinearPlatinum, Platinum
+from heatwright.spec.sensing.max31856 import HIGHEST_C
 
 Figure = tuple[str, float | tuple[float, ...], str]
 """What it is, ours, unit."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from heatwright.spec import load
-from heatwright.spec.schema import schema
+from heatwright.spec.loading.schema import schema
 
 ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "build" / "site-pages"

@@ -20,7 +20,7 @@ from heatwright.cli.bench.recorded import Recorded, in_words
 from heatwright.cli.bench.store import Store
 from heatwright.cli.bench.view import View
 from heatwright.cli.bench.world import LiveWorld
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.live import Clock
 from heatwright.spec import Controller
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults.catalogue import causes
 from heatwright.sim.faults.fault import Fault, nothing
 

@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from heatwright.cli.bench.parts.seat import BadOrder
 from heatwright.spec import Event
 from heatwright.spec.base import MOST_ENTRIES
-from heatwright.spec.translate import findings
-from heatwright.spec.writes import AMOUNTS
+from heatwright.spec.loading.translate import findings
+from heatwright.spec.scenario.writes import AMOUNTS
 
 LEAST_S = 1.0
 """A scenario is at least so long."""

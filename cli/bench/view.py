@@ -11,8 +11,8 @@ import numpy as np
 from heatwright.cli.bench.parts.seat import Seat
 from heatwright.cli.bench.store import Point, Store, as_told
 from heatwright.cli.bench.world import LiveWorld
-from heatwright.sim.dwarf import Variable
-from heatwright.sim.permits import missing
+from heatwright.sim.binary.dwarf import Variable
+from heatwright.sim.judges.permits import missing
 from heatwright.spec.rules import RULES
 
 JOURNAL = "journal"

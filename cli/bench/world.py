@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.cli.bench.breakage import Breakage
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.machine import TIME
 from heatwright.sim.plants import plant_of

@@ -25,14 +25,14 @@ from heatwright.sim.faults.site import Place
 from heatwright.sim.scenario import end_s
 from heatwright.spec import Controller, Problem, Simulation, Spec, SpecError
 from heatwright.spec.base import ABSOLUTE_ZERO_C
+from heatwright.spec.loading.suggest import advice
+from heatwright.spec.loading.text import LARGEST_FILE, Unreadable, decode
+from heatwright.spec.loading.translate import findings
+from heatwright.spec.loading.tree import Tree, parse
+from heatwright.spec.loading.user_file import read_file
 from heatwright.spec.problems import Path as KeyPath
 from heatwright.spec.quantity import amount, celsius, duration, number
-from heatwright.spec.suggest import advice
-from heatwright.spec.text import LARGEST_FILE, Unreadable, decode
-from heatwright.spec.translate import findings
-from heatwright.spec.tree import Tree, parse
 from heatwright.spec.units import CAPACITY, PERCENT, TEMPERATURE, THERMAL_RESISTANCE, Dimension
-from heatwright.spec.user_file import read_file
 
 AROUND_K = 10.0
 """So much colder and hotter a room may be, where nobody says it."""

@@ -14,13 +14,13 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.pool import WorkerDied, processes, spread
 from heatwright.cli.talk import Counter, Job
 from heatwright.cli.targets import whole
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.campaign.drawn import draw
 from heatwright.sim.campaign.outcome import Outcome, Row, outcome
 from heatwright.sim.campaign.vary import Vary
 from heatwright.sim.campaign.world import DrawnWorld, Progress
-from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
-from heatwright.spec.user_cache import cache_dir
+from heatwright.spec.loading.user_cache import cache_dir
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

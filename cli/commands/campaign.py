@@ -213,7 +213,7 @@ def _tell_one(  # noqa: PLR0913, PLR0917 - what is told
     if plot is not None:
         from heatwright.cli.results import write_run  # noqa: PLC0415
         from heatwright.cli.running import Run  # noqa: PLC0415
-        from heatwright.sim.plot_data import faults  # noqa: PLC0415
+        from heatwright.sim.plots.plot_data import faults  # noqa: PLC0415
 
         tripped = {loop: faults(log) for loop, log in one.trace.steps.items()}
         run = Run(one.trace, wall_s, dict(one.figures), tripped)

@@ -79,8 +79,8 @@ def _stamp(path: Path) -> tuple[int, int] | None:
 def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     from heatwright.cli.budget import budgets_json, show_budgets  # noqa: PLC0415
     from heatwright.cli.sized import reserve_json  # noqa: PLC0415
-    from heatwright.spec.effort import sights  # noqa: PLC0415
-    from heatwright.spec.reserve import reserves  # noqa: PLC0415
+    from heatwright.spec.physics.effort import sights  # noqa: PLC0415
+    from heatwright.spec.physics.reserve import reserves  # noqa: PLC0415
 
     good: list[tuple[Path, Spec]] = []
     problems: list[Problem] = []
@@ -159,7 +159,7 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
     from heatwright.cli.budget import too_inexact  # noqa: PLC0415
     from heatwright.cli.sized import small  # noqa: PLC0415
     from heatwright.spec import BOARDS  # noqa: PLC0415
-    from heatwright.spec.least import fits, least, rooms  # noqa: PLC0415
+    from heatwright.spec.board.least import fits, least, rooms  # noqa: PLC0415
     from heatwright.spec.self_checks import self_checked  # noqa: PLC0415
 
     yield from small(spec)

@@ -119,6 +119,6 @@ def _draw(spec: Spec, outcomes: Sequence[Outcome], device: str, plot: Path) -> N
             fresh.write_text(compare_page(spec, outcomes, device), encoding="utf-8")
         else:
             from heatwright.cli.compare.figure import comparison_figure  # noqa: PLC0415
-            from heatwright.sim.plot import save  # noqa: PLC0415
+            from heatwright.sim.plots.plot import save  # noqa: PLC0415
 
             save(comparison_figure(spec, outcomes), fresh)

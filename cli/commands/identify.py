@@ -84,7 +84,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     _check_scales(power, period)
     check_target(output)
     check_target(plot, PICTURES)
-    from heatwright.spec.user_file import read_file  # noqa: PLC0415
+    from heatwright.spec.loading.user_file import read_file  # noqa: PLC0415
 
     data = read_file(log)
     from heatwright.cli.identify.asked import asked_of  # noqa: PLC0415
@@ -144,7 +144,7 @@ def _identify(
 
 def _draw(found: Identified, name: str, plot: Path) -> None:
     from heatwright.cli.identify.figure import identified_figure  # noqa: PLC0415
-    from heatwright.sim.plot import save  # noqa: PLC0415
+    from heatwright.sim.plots.plot import save  # noqa: PLC0415
 
     with whole(plot) as fresh:
         save(identified_figure(found, name), fresh)

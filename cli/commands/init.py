@@ -152,7 +152,7 @@ def _with_schema(file: Path) -> list[Path]:
         return []
     from json import dumps  # noqa: PLC0415
 
-    from heatwright.spec.schema import schema  # noqa: PLC0415
+    from heatwright.spec.loading.schema import schema  # noqa: PLC0415
 
     _write(schema_file, dumps(schema(), indent=2, ensure_ascii=False) + "\n")
     return [schema_file]

@@ -21,6 +21,6 @@ def command(as_json: bool) -> None:
     # yaml-language-server: $schema=heatwright.schema.json
     """
     del as_json  # it is JSON either way
-    from heatwright.spec.schema import schema  # noqa: PLC0415
+    from heatwright.spec.loading.schema import schema  # noqa: PLC0415
 
     print_json(schema())

@@ -235,7 +235,7 @@ def _print_json(spec: Path, loaded: Spec, found: Sequence[_Tuned], plan: Plan) -
 
 def _draw(found: Sequence[_Tuned], plot: Path) -> None:
     from heatwright.cli.tune.figure import tuned_figure  # noqa: PLC0415
-    from heatwright.sim.plot import save  # noqa: PLC0415
+    from heatwright.sim.plots.plot import save  # noqa: PLC0415
 
     with whole(plot) as fresh:
         save(tuned_figure([(each.task, each.good, each.tried) for each in found]), fresh)

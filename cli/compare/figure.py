@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from heatwright.cli.compare.rows import Outcome
 from heatwright.cli.compare.tabled import half_heights
-from heatwright.sim.plot import dress
-from heatwright.sim.plot_data import (
+from heatwright.sim.plots.plot import dress
+from heatwright.sim.plots.plot_data import (
     HEAT,
     SETPOINT,
     SHARED,

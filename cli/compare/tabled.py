@@ -7,8 +7,8 @@ from typing import Any
 
 from heatwright.cli.compare.rows import Outcome
 from heatwright.cli.figures import as_json, build_json, replay_json, rounded
-from heatwright.sim.metrics import Metrics
-from heatwright.sim.plot_data import closer
+from heatwright.sim.judges.metrics import Metrics
+from heatwright.sim.plots.plot_data import closer
 from heatwright.sim.replay import ReplayResult
 from heatwright.spec import Published
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from heatwright.sim.identify import Identified
-from heatwright.sim.plot import PANEL_IN, WIDTH_IN, dress
-from heatwright.sim.plot_data import FAULT, HEAT, READING, SETPOINT, time_axis
+from heatwright.sim.plots.plot import PANEL_IN, WIDTH_IN, dress
+from heatwright.sim.plots.plot_data import FAULT, HEAT, READING, SETPOINT, time_axis
 from heatwright.spec.quantity import about
 
 HEIGHTS = (1.6, 0.8, 0.6)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.plot_data import (
+from heatwright.sim.plots.plot_data import (
     READING,
     SETPOINT,
     Look,

@@ -9,7 +9,7 @@ from heatwright.cli.compare.rows import Outcome
 from heatwright.cli.compare.tabled import COLUMNS, half_heights, lines, mismatches, ticks
 from heatwright.cli.report.chart_data import colour_of, curve
 from heatwright.cli.report.pages import data, page
-from heatwright.sim.plot_data import Look, TimeAxis, looks_of, time_axis, with_reading
+from heatwright.sim.plots.plot_data import Look, TimeAxis, looks_of, time_axis, with_reading
 from heatwright.spec import Spec
 
 PANEL = 110

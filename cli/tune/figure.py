@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from heatwright.cli.tune.methods import OWN, ROBUST, Judged, Task, Tried
-from heatwright.sim.plot import PANEL_IN, dress
-from heatwright.sim.plot_data import SETPOINT, TimeAxis, eventful_s, time_axis, with_reading
+from heatwright.sim.plots.plot import PANEL_IN, dress
+from heatwright.sim.plots.plot_data import SETPOINT, TimeAxis, eventful_s, time_axis, with_reading
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.margins import open_loop
 

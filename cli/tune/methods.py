@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.talk import Job, Talk
-from heatwright.sim.metrics import Metrics, metrics
-from heatwright.sim.plot_data import Tripped, faults
+from heatwright.sim.judges.metrics import Metrics, metrics
+from heatwright.sim.plots.plot_data import Tripped, faults
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.disturbed import Load, load_answer, step_kick
 from heatwright.sim.tuning.gains import Gains

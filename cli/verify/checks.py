@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from heatwright.cli.verify.closed_loop import ClosedLoop
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.chain import CHAIN_BOUND_STEPS, TABLE_BOUND_STEPS, ChainError
-from heatwright.sim.faults.upsets import BAD, GUARDED, KINDS, RESULTS, Outcome
-from heatwright.sim.metrics import Metrics
-from heatwright.sim.plot_data import fault_label
+from heatwright.sim.faults.controller.upsets import BAD, GUARDED, KINDS, RESULTS, Outcome
+from heatwright.sim.judges.metrics import Metrics
+from heatwright.sim.plots.plot_data import fault_label
 from heatwright.sim.scenario import stops, unasked
 from heatwright.spec import Expect, Simulation
 

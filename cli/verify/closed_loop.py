@@ -7,7 +7,7 @@ from pathlib import Path
 
 from heatwright.cli.running import Run, run_binary
 from heatwright.cli.talk import Job
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.replay import ReplayResult, replay_all
 from heatwright.sim.scenario import long_enough
 from heatwright.spec import Controller

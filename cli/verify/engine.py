@@ -21,8 +21,8 @@ from heatwright.cli.verify.given import given_binary
 from heatwright.cli.verify.trials import program_of, try_all, try_upsets
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core, instructions_by
+from heatwright.sim.binary.elf import ElfError
 from heatwright.sim.chain import chain_errors
-from heatwright.sim.elf import ElfError
 from heatwright.spec import Spec
 
 

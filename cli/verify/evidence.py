@@ -15,7 +15,7 @@ from heatwright.cli.verify.trials import Trials
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core
 from heatwright.sim.chain import ChainError
-from heatwright.sim.faults.upsets import BAD, GUARDED, Outcome
+from heatwright.sim.faults.controller.upsets import BAD, GUARDED, Outcome
 from heatwright.spec import Spec
 
 

@@ -8,11 +8,11 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.fits import DoesNotFit, misfit
 from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
 from heatwright.generator.toolchain.given import given, refuse_other_chip
+from heatwright.sim.binary.dwarf import Variables
+from heatwright.sim.binary.elf import Elf, ElfError
 from heatwright.sim.device import DIGEST, StaleBinary, check_digest
-from heatwright.sim.dwarf import Variables
-from heatwright.sim.elf import Elf, ElfError
 from heatwright.spec import Spec
-from heatwright.spec.user_file import read_file
+from heatwright.spec.loading.user_file import read_file
 
 
 def given_binary(spec: Spec, path: Path) -> BuildResult:

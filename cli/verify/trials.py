@@ -10,9 +10,9 @@ from heatwright.cli.pool import spread
 from heatwright.cli.talk import Counter, Job, Talk
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core, instructions_by
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults import Fault, FaultResult, catalogue, try_fault
-from heatwright.sim.faults.upsets import Outcome, draw, try_upset
+from heatwright.sim.faults.controller.upsets import Outcome, draw, try_upset
 from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller
 

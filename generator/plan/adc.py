@@ -9,8 +9,8 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller
-from heatwright.spec.circuits import reference_v
 from heatwright.spec.self_checks import measures_known_voltage
+from heatwright.spec.sensing.circuits import reference_v
 
 FASTEST_HZ = 200_000
 """ADC clock for the full ten bits (data sheets, ADC, "Prescaling and conversion timing")."""

@@ -20,8 +20,8 @@ from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Analog, Divider, Rtd, Thermistor
-from heatwright.spec.conversion import Conversion, conversion
 from heatwright.spec.rules import RULES
+from heatwright.spec.sensing.conversion import Conversion, conversion
 
 RULE = {rule.id: rule_macro(rule) for rule in RULES.values()}
 

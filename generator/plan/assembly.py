@@ -6,25 +6,27 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
-from heatwright.generator.plan import core, program, relay
+from heatwright.generator.plan import core
 from heatwright.generator.plan.checks import plan_checks
-from heatwright.generator.plan.inputs import plan_inputs
 from heatwright.generator.plan.loops import plan_loop, summary
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
 from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
-from heatwright.generator.plan.programs import programs as plan_programs
+from heatwright.generator.plan.programs import program
+from heatwright.generator.plan.programs.programs import programs as plan_programs
 from heatwright.generator.plan.project import project_files
-from heatwright.generator.plan.proof import plan_proofs
+from heatwright.generator.plan.protection import relay
+from heatwright.generator.plan.protection.inputs import plan_inputs
+from heatwright.generator.plan.protection.proof import plan_proofs
 from heatwright.generator.plan.sensors.common import UseOfSensor, shortest_period_s
 from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Spec
+from heatwright.spec.board.timers import TimerUse, allocate
 from heatwright.spec.commands import gcode_of, keyed, plotted
 from heatwright.spec.problems import Path
 from heatwright.spec.registry import module_of
-from heatwright.spec.timers import TimerUse, allocate
 
 MCU_MACROS = {
     "atmega328p": "__AVR_ATmega328P__",

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from heatwright.generator.plan.limits import READINGS
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Wiring
 from heatwright.generator.plan.pins import label
+from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import breakable
-from heatwright.spec.circuits import SUPPLY_V, reference_v
 from heatwright.spec.commands import starts_enabled, zero_is_off
 from heatwright.spec.outputs import Switch
+from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
 
 ROOM_C = 20.0
 USUAL_V = (12.0, 24.0, 120.0, 230.0)

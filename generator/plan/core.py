@@ -5,16 +5,16 @@ from __future__ import annotations
 from heatwright.generator.plan.chips import is_old
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
-from heatwright.generator.plan.relay import wanting
+from heatwright.generator.plan.protection.relay import wanting
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
+from heatwright.spec.board.timers import looks, tick_interval
 from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
 from heatwright.spec.inputs import tripping
 from heatwright.spec.rules import NO_LOCKOUT, Rule
 from heatwright.spec.self_checks import proves_watchdog, self_checked
-from heatwright.spec.timers import looks, tick_interval
 
 GATE_MAIN_PERMIT_TICKS = 10
 MOST_PERMIT_TICKS = 65_535

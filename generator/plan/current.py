@@ -6,7 +6,7 @@ from heatwright.generator.plan.numbers import milliseconds, quantity, steps
 from heatwright.generator.plan.parts import Constant, File, Group, Part
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Current, Loop
-from heatwright.spec.circuits import reference_v
+from heatwright.spec.sensing.circuits import reference_v
 
 RAMP_PERCENT = 25.0
 """What the limit begins with and rises by in a step: a wire of a third of its resistance then shows

@@ -5,16 +5,17 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from heatwright.generator.plan import adjusted, autotune, relay
+from heatwright.generator.plan import adjusted, autotune
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.algorithms.pid import in_force
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.current import current_of, plan_current
-from heatwright.generator.plan.guard import effort_context, guard_constants
-from heatwright.generator.plan.monitors import plan_monitors
 from heatwright.generator.plan.numbers import quantity, steps, ticks
 from heatwright.generator.plan.outputs.common import stops
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.protection import relay
+from heatwright.generator.plan.protection.guard import effort_context, guard_constants
+from heatwright.generator.plan.protection.monitors import plan_monitors
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Loop, monitors_of, proofs, proven_in
@@ -31,9 +32,9 @@ from heatwright.spec.commands import (
 from heatwright.spec.indicated import indicated
 from heatwright.spec.inputs import tripping
 from heatwright.spec.loops import Response
-from heatwright.spec.max31856 import TYPE_CODES, lowered
 from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import self_checked
+from heatwright.spec.sensing.max31856 import TYPE_CODES, lowered
 
 FULL_PERCENT = 100.0
 

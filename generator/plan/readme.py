@@ -8,17 +8,16 @@ from typing import Any
 from heatwright.generator.plan.chips import fuses
 from heatwright.generator.plan.commissioning import commissioning
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends, rules
-from heatwright.generator.plan.hazards import hazards
-from heatwright.generator.plan.limits import limit
 from heatwright.generator.plan.lines import lines
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part, Wiring
-from heatwright.generator.plan.programs import in_words
+from heatwright.generator.plan.programs.programs import in_words
+from heatwright.generator.plan.protection.hazards import hazards
+from heatwright.generator.plan.protection.limits import limit
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import Controller, SerialPlotter, Spec
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.budget import budgets
 from heatwright.spec.commands import (
     gcode_of,
     keyed,
@@ -31,6 +30,7 @@ from heatwright.spec.commands import (
     starts_enabled,
 )
 from heatwright.spec.self_checks import proves_watchdog, self_checked
+from heatwright.spec.sensing.budget import budgets
 
 
 def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.sensors.max31856 import types_of
 from heatwright.generator.plan.source import Source
 from heatwright.spec.algorithms import LARGEST_GAIN
-from heatwright.spec.eeprom import CELL_WRITES, layout, settings_bytes
+from heatwright.spec.board.eeprom import CELL_WRITES, layout, settings_bytes
 
 SETTINGS_DELAY_S = 10.0
 LATE = ("a setpoint", "a maximum", "a type of thermocouple", "a number")

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from heatwright.generator.plan.chips import is_old
+from heatwright.spec.board.timers import MOST_DIVIDER, Interval
 from heatwright.spec.boards import Board, Timer
-from heatwright.spec.timers import MOST_DIVIDER, Interval
 
 
 @dataclass(frozen=True, slots=True)

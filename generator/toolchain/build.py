@@ -21,7 +21,7 @@ from heatwright.generator.toolchain.offline import REMEDY
 from heatwright.generator.toolchain.result import BuildResult, limits, sizes
 from heatwright.generator.toolchain.store import forget_old, recall, remember
 from heatwright.generator.toolchain.taken import taken
-from heatwright.spec.user_cache import cache_dir
+from heatwright.spec.loading.user_cache import cache_dir
 
 # Changed when this package comes to give other figures for the same binary.
 FORMAT = "1"

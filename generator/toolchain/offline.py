@@ -17,7 +17,7 @@ from shutil import which
 from heatwright.generator.toolchain.cache import folder_of
 from heatwright.generator.toolchain.errors import ToolMissing
 from heatwright.spec.boards import BOARDS, Board
-from heatwright.spec.user_cache import cache_dir
+from heatwright.spec.loading.user_cache import cache_dir
 
 PLATFORM = Path(__file__).parents[1] / "platform"
 STATE = "appstate.json"

@@ -13,7 +13,7 @@ from heatwright.sim.arrays.plant import Plants
 from heatwright.sim.arrays.stack import UnlikeError, stacked
 from heatwright.sim.bench import ReferenceDevice, Run, bench, step_of
 from heatwright.sim.plants import plant_of
-from heatwright.sim.reference.copies import column_of
+from heatwright.sim.reference.programs.copies import column_of
 from heatwright.sim.scenario import actions, end_s
 from heatwright.sim.trace import StepLog, Trace
 from heatwright.spec import Controller, Event, Simulation

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from heatwright.sim.faults import effects, memory
+from heatwright.sim.faults import effects
+from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.fault import Act
 from heatwright.sim.faults.site import Place
 from heatwright.sim.faults.world import World

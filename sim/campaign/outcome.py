@@ -8,7 +8,7 @@ from typing import NamedTuple
 from heatwright.sim.campaign.drawn import Drawn
 from heatwright.sim.campaign.world import DrawnWorld
 from heatwright.sim.faults.bears import bears_c
-from heatwright.sim.metrics import Metrics, metrics
+from heatwright.sim.judges.metrics import Metrics, metrics
 from heatwright.sim.trace import Trace
 from heatwright.spec import Controller
 from heatwright.spec.rules import RULES
@@ -24,7 +24,7 @@ FIGURES = (
     "setpoint_c", "maximum_c", "overshoot_k", "rise_time_s", "settling_s", "steady_error_k",
     "iae_ks", "switchings", "energy_j",
 )  # fmt: skip
-"""Of each loop; see heatwright.sim.metrics."""
+"""Of each loop; see heatwright.sim.judges.metrics."""
 
 
 class Outcome(NamedTuple):

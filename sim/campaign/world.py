@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.campaign.breaks import BREAKS
 from heatwright.sim.campaign.drawn import Asked, Broken, Drawn, Upsetting
-from heatwright.sim.elf import Elf
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, Spread, Weather, World

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults.site import Site
 from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, Loop

@@ -6,29 +6,23 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib import import_module
 
-from heatwright.sim.elf import Elf
-from heatwright.sim.faults import (
-    any_sensor,
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.faults import healthy
+from heatwright.sim.faults.bounds import answer_s
+from heatwright.sim.faults.controller import memory, processor
+from heatwright.sim.faults.fault import Act, Fault, nothing
+from heatwright.sim.faults.machine_parts import (
     coolers,
-    displays,
     efforts,
-    healthy,
     heaters,
     inputs,
-    left_on,
-    masters,
-    memory,
     monitors,
-    operators,
-    processor,
-    programs,
     proofs,
     relays,
-    second,
     wires,
 )
-from heatwright.sim.faults.bounds import answer_s
-from heatwright.sim.faults.fault import Act, Fault, nothing
+from heatwright.sim.faults.operation import displays, left_on, masters, operators, programs
+from heatwright.sim.faults.sensing import any_sensor, second
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
 from heatwright.spec.registry import module_of

@@ -21,17 +21,19 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from heatwright.sim.faults import cooling, notices, relays, witness
+from heatwright.sim.faults import witness
 from heatwright.sim.faults.bounds import TICK_S, start_up_s
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip, at_once
-from heatwright.sim.faults.left_on import TOO_LONG
+from heatwright.sim.faults.machine_parts import cooling, relays
+from heatwright.sim.faults.operation import notices
+from heatwright.sim.faults.operation.left_on import TOO_LONG
 from heatwright.sim.faults.peaks import SPREADING_S
-from heatwright.sim.faults.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.records import Change
+from heatwright.sim.faults.sensing.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import Below, Spread, World
-from heatwright.sim.interlock import overlaps
+from heatwright.sim.judges.interlock import overlaps
 from heatwright.spec import Frozen, Heating, Protection
 from heatwright.spec.checks import check
 from heatwright.spec.commands import lockout_of

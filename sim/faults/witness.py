@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.circuits import current_v, reference_v
-from heatwright.sim.faults.currents import CODES
 from heatwright.sim.faults.machine import sensor_blur_k
+from heatwright.sim.faults.machine_parts.currents import CODES
 from heatwright.sim.faults.world import World
 from heatwright.sim.replay import replay_all
 from heatwright.spec import monitors_of
+from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.rules import RULES
-from heatwright.spec.timers import TICK_S
 
 Numbers = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults.bears import bears_c
-from heatwright.sim.faults.hands import hand_of, release
+from heatwright.sim.faults.operation.hands import hand_of, release
 from heatwright.sim.faults.peaks import Peaks
 from heatwright.sim.faults.records import HeaterLog, TripLog
 from heatwright.sim.faults.site import OfState, Site
@@ -31,11 +31,11 @@ from heatwright.sim.machine import (
 )
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
-from heatwright.sim.reference.output import heater_of
+from heatwright.sim.reference.outputs.output import heater_of
 from heatwright.sim.scenario import PRESS_S, Action
 from heatwright.spec import ThermalNetwork, modbus_of
+from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.commands import gcode_of, lockout_of
-from heatwright.spec.timers import TICK_S
 
 __all__ = [
     "STEP_S",

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, Loop, monitors_of, proofs
 from heatwright.spec.adjusted import numbers_of
+from heatwright.spec.board.timers import TICK_S, allocate, looks, looks_in_tick
 from heatwright.spec.commands import (
     commanded,
     countdown_of,
@@ -18,7 +19,6 @@ from heatwright.spec.commands import (
 )
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
-from heatwright.spec.timers import TICK_S, allocate, looks, looks_in_tick
 
 HOST_SHORTED = 2
 """Of world.h: a line that is held at ground."""

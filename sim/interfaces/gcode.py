@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.lines.serial_noise import SerialNoise
 from heatwright.sim.native.characters import sent_by
-from heatwright.sim.serial_noise import SerialNoise
 
 if TYPE_CHECKING:
     from heatwright.spec import Board

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heatwright.sim.avr import Avr
 from heatwright.spec import Board
 from heatwright.spec import Indicators as Spec
-from heatwright.spec.timers import TICK_S
+from heatwright.spec.board.timers import TICK_S
 
 Light = Literal["lit", "blinking", "dark", "unsteady"]
 

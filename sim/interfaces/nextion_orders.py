@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from heatwright.spec.program_orders import Order
+from heatwright.spec.scenario.program_orders import Order
 
 COMMANDS: Mapping[Order, str] = {
     "start": "#8 {number};",

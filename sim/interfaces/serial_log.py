@@ -11,7 +11,7 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.native.characters import sent_by
 from heatwright.spec import Board
 from heatwright.spec import SerialLog as Spec
-from heatwright.spec.uses import uart_of
+from heatwright.spec.board.uses import uart_of
 
 HEADING = "time_s,temperature_c,setpoint_c,duty_percent"
 PROGRAMMED = f"{HEADING},program,segment"

@@ -22,7 +22,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from heatwright.spec.user_cache import cache_dir
+from heatwright.spec.loading.user_cache import cache_dir
 
 HERE = Path(__file__).parent
 MODULE = "_heatwright_native"

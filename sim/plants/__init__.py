@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, Sense, ThermalNetwork, full_a
-from heatwright.spec.currents import FILTER_PULSES
 from heatwright.spec.registry import module_of
+from heatwright.spec.sensing.currents import FILTER_PULSES
 
 Temperatures = NDArray[np.float64]
 FOREVER_S = 1e7

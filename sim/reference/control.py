@@ -3,16 +3,16 @@
 from importlib import import_module
 from typing import NamedTuple, Protocol
 
-from heatwright.sim.reference.autotune import SLOPE, Moment, Tuner
-from heatwright.sim.reference.guard_rules import Look
+from heatwright.sim.reference.algorithms.autotune import SLOPE, Moment, Tuner
+from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
+from heatwright.sim.reference.algorithms.pid import PidControl
+from heatwright.sim.reference.algorithms.three_position import ThreePositionControl
+from heatwright.sim.reference.algorithms.tunable_pid import TunablePid
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
-from heatwright.sim.reference.keyed import in_range
-from heatwright.sim.reference.keyed_switch import KeyedSwitch
+from heatwright.sim.reference.interfaces.keyed import in_range
 from heatwright.sim.reference.members import Member, Value, prefixed
 from heatwright.sim.reference.numbers import ZERO, Single
-from heatwright.sim.reference.pid import PidControl
-from heatwright.sim.reference.three_position import ThreePositionControl
-from heatwright.sim.reference.tunable_pid import TunablePid
+from heatwright.sim.reference.protection.rules import Look
 from heatwright.spec import Controller, Loop, commanded, programmed, switched, tunable
 from heatwright.spec.adjusted import Number, numbers_of
 from heatwright.spec.algorithms import Algorithm

@@ -2,25 +2,25 @@
 
 from collections.abc import Callable, Mapping
 
-from heatwright.sim.reference.countdown import CountdownKeys
-from heatwright.sim.reference.display import Display
-from heatwright.sim.reference.driven import Driven
-from heatwright.sim.reference.feed import Feed
-from heatwright.sim.reference.host import Host
 from heatwright.sim.reference.inputs import Gains
-from heatwright.sim.reference.latch import Latch
-from heatwright.sim.reference.master import Master
-from heatwright.sim.reference.menu import MenuKeys
+from heatwright.sim.reference.interfaces.countdown import CountdownKeys
+from heatwright.sim.reference.interfaces.display import Display
+from heatwright.sim.reference.interfaces.host import Host
+from heatwright.sim.reference.interfaces.master import Master
+from heatwright.sim.reference.interfaces.menu import MenuKeys
+from heatwright.sim.reference.interfaces.pages import Pages
+from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.modelled_loop import SECOND_US, ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.sim.reference.pages import Pages
-from heatwright.sim.reference.programmed import ProgrammedOperator
-from heatwright.sim.reference.switched import SwitchedOperator
+from heatwright.sim.reference.outputs.driven import Driven
+from heatwright.sim.reference.outputs.feed import Feed
+from heatwright.sim.reference.programs.orders import ProgrammedOperator
+from heatwright.sim.reference.protection.latch import Latch
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, modbus_of, nextion_of, programmed
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import for_display, keypad_of
-from heatwright.spec.program_orders import Order
+from heatwright.spec.scenario.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
 """SELECT acknowledges what was latched when it went down, if all keys had rested for so long before

@@ -1,17 +1,17 @@
 """One control step of a loop, from the reading to the heater (docs/control.md, "The step")."""
 
+from heatwright.sim.reference.algorithms.response import response_of
 from heatwright.sim.reference.control import Steering
-from heatwright.sim.reference.guard import Guard
-from heatwright.sim.reference.guard_rules import Look
 from heatwright.sim.reference.inputs import AUTOMATIC, NO_ORDERS, Orders
-from heatwright.sim.reference.limiter import limiter_of
 from heatwright.sim.reference.members import Member, Value, prefixed
-from heatwright.sim.reference.monitor import MonitorModel
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.sim.reference.output import HeaterOutput, heater_of
-from heatwright.sim.reference.program import ProgramRun
-from heatwright.sim.reference.reading import Readings, Seen
-from heatwright.sim.reference.response import response_of
+from heatwright.sim.reference.outputs.output import HeaterOutput, heater_of
+from heatwright.sim.reference.programs.program import ProgramRun
+from heatwright.sim.reference.protection.guard import Guard
+from heatwright.sim.reference.protection.limiter import limiter_of
+from heatwright.sim.reference.protection.monitor import MonitorModel
+from heatwright.sim.reference.protection.rules import Look
+from heatwright.sim.reference.sensors.reading import Readings, Seen
 from heatwright.spec import Controller, monitors_of, programmed
 from heatwright.spec.rules import RULES
 from heatwright.spec.self_checks import SELF_CHECK_RULES

@@ -5,15 +5,15 @@ from typing import cast
 
 import numpy as np
 
-from heatwright.sim.reference.copies import Cell, cell_of, column_of
-from heatwright.sim.reference.countdown import CountdownKeys
-from heatwright.sim.reference.current import IdealSensor
+from heatwright.sim.reference.interfaces.countdown import CountdownKeys
+from heatwright.sim.reference.interfaces.operator import Operator
+from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.loop import Record, Reference
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.operator import Operator
-from heatwright.sim.reference.programmed import ProgrammedOperator
-from heatwright.sim.reference.sampling import Sampler
-from heatwright.sim.reference.switched import SwitchedOperator
+from heatwright.sim.reference.programs.copies import Cell, cell_of, column_of
+from heatwright.sim.reference.programs.orders import ProgrammedOperator
+from heatwright.sim.reference.sensors.current import IdealSensor
+from heatwright.sim.reference.sensors.sampling import Sampler
 from heatwright.sim.trace import StepLog
 from heatwright.spec import (
     Controller,

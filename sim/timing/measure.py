@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.binary.profile import Profile
 from heatwright.sim.device import PROOF, AvrDevice
-from heatwright.sim.elf import Elf
-from heatwright.sim.profile import Profile
 from heatwright.sim.timing import steps, waits
 from heatwright.sim.timing.display import StartUps, button_to_display, to_come
 from heatwright.sim.timing.figures import JITTER_US, Figure, Timing

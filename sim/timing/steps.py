@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.elf import Elf
-from heatwright.sim.profile import Profile
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.binary.profile import Profile
 from heatwright.sim.timing.figures import JITTER_US, Figure
 
 Cycles = NDArray[np.uint64]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from heatwright.sim.elf import Elf
-from heatwright.sim.profile import FunctionProfile, Profile, line_ranges
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.binary.profile import FunctionProfile, Profile, line_ranges
 from heatwright.sim.timing.figures import BUSY_US, SLOT_US, Cost, Figure
 
 ONE_WIRE = "one_wire"

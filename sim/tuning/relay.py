@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.sim.bench import ReferenceDevice, bench
-from heatwright.sim.plot_data import fault_label, faults
+from heatwright.sim.plots.plot_data import fault_label, faults
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.orders import tune
 from heatwright.sim.tuning.trial import Progress, ending

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.arrays.world import step_logs
-from heatwright.sim.metrics import overshoot, response_of, settling
+from heatwright.sim.judges.metrics import overshoot, response_of, settling
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import open_loop

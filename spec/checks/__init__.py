@@ -3,51 +3,41 @@
 from __future__ import annotations
 
 from heatwright.spec.adjusted import extremes, with_setting
-from heatwright.spec.checks import (
+from heatwright.spec.checks import references, scenario
+from heatwright.spec.checks.board import eeprom, memory, pins, ports, timers
+from heatwright.spec.checks.comparison import row_controller, row_path, rows_have_loops
+from heatwright.spec.checks.finding import Check, Finding
+from heatwright.spec.checks.interfaces import displays, host, interfaces, leds, logs, master
+from heatwright.spec.checks.loops import (
     adjusted,
     algorithms,
-    analog,
     cooling,
-    current_timing,
-    currents,
-    displays,
-    eeprom,
     gains,
-    host,
-    interfaces,
-    leds,
     limits,
-    logs,
-    master,
-    max31856,
-    memory,
     minimum_times,
     monitors,
     on_times,
-    orders,
-    pins,
-    plant,
-    ports,
-    program_limits,
-    programs,
-    reading,
-    references,
     relays,
-    scenario,
     second,
-    senses,
-    sizing,
-    supply,
     tachometers,
     tenths,
-    timers,
     timing,
-    tolerances,
     windows,
 )
-from heatwright.spec.checks.comparison import row_controller, row_path, rows_have_loops
-from heatwright.spec.checks.finding import Check, Finding
-from heatwright.spec.checks.thermal import thermal
+from heatwright.spec.checks.physics import plant, sizing
+from heatwright.spec.checks.physics.thermal import thermal
+from heatwright.spec.checks.programs import limits as program_limits
+from heatwright.spec.checks.programs import orders, programs
+from heatwright.spec.checks.sensing import (
+    analog,
+    current_timing,
+    currents,
+    max31856,
+    reading,
+    senses,
+    supply,
+    tolerances,
+)
 from heatwright.spec.controller import Controller
 
 CHECKS: tuple[Check, ...] = (

@@ -8,7 +8,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.commands import switched
 from heatwright.spec.controller import ComparisonRow, Controller
-from heatwright.spec.derived import with_derived
+from heatwright.spec.physics.derived import with_derived
 from heatwright.spec.problems import Path
 
 

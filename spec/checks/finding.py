@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 
-from heatwright.spec.analog_sensors import AnalogSensor
 from heatwright.spec.controller import Controller
-from heatwright.spec.conversion import Limits, limits
 from heatwright.spec.loops import Loop
-from heatwright.spec.max31856 import variants
 from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path
+from heatwright.spec.sensing.analog_parts import AnalogSensor
+from heatwright.spec.sensing.conversion import Limits, limits
+from heatwright.spec.sensing.max31856 import variants
 from heatwright.spec.sensors import Thermometer
 
 

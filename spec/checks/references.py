@@ -7,10 +7,10 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
+from heatwright.spec.loading.suggest import advice
 from heatwright.spec.planned import NOT_BUILT
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.quantity import duration
-from heatwright.spec.suggest import advice
 
 
 def unknown(path: Path, word: str, section: str, known: Collection[str]) -> Findings:

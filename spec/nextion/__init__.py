@@ -13,7 +13,6 @@ from heatwright.spec.breakable import breakable
 from heatwright.spec.commands import nextion_of, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import Loop
-from heatwright.spec.max31856 import HIGHEST_C, lowered
 from heatwright.spec.nextion.control import (
     debug_page,
     fault_page,
@@ -25,6 +24,7 @@ from heatwright.spec.nextion.keypads import name_page, number_page, point_page
 from heatwright.spec.nextion.overview import main_page, stop_page
 from heatwright.spec.nextion.parts import FONTS, HEIGHT, WIDTH, Component, Page
 from heatwright.spec.nextion.programming import ROWS, points_page, programs_page
+from heatwright.spec.sensing.max31856 import HIGHEST_C, lowered
 
 __all__ = [
     "FONTS",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from heatwright.spec.max31856 import TYPE_CODES
 from heatwright.spec.nextion.keypads import asking
 from heatwright.spec.nextion.overview import switched, waveform_attributes
 from heatwright.spec.nextion.parts import (
@@ -18,6 +17,7 @@ from heatwright.spec.nextion.parts import (
 )
 from heatwright.spec.nextion.programming import LONGEST_NUMBER
 from heatwright.spec.rules import Rule
+from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 CONTROL_CHART_PX = (800, 180)
 """One pixel a second: 800 s."""

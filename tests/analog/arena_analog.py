@@ -7,7 +7,7 @@ from rig.analog_specs import bed, powered, sensor
 from rig.avr import Firmware, Program, on
 
 from heatwright.sim.device import AvrDevice
-from heatwright.spec.conversion import conversion
+from heatwright.spec.sensing.conversion import conversion
 
 HOTEND = bed("hotend")
 

@@ -8,13 +8,13 @@ from rig.analog_specs import KEYS, TWO, AnalogSensor, bed, powered, sensor
 from rig.avr import whole
 from rig.specs import changed, spec_of
 
+from heatwright.sim.binary.elf import ElfError
 from heatwright.sim.chain import chain_errors, convert, table_of
 from heatwright.sim.circuits import shares
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import ElfError
-from heatwright.sim.reference.adc import IdealSensor, converter
+from heatwright.sim.reference.sensors.adc import IdealSensor, converter
 from heatwright.spec import BOARDS
-from heatwright.spec.conversion import limits
+from heatwright.spec.sensing.conversion import limits
 
 CELSIUS = "temperature_c"
 TICK_S = 0.010

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from heatwright.sim.circuits import reference_v, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.spec import BOARDS, BetaCurve, CurrentSensor, Rtd, Sensor
-from heatwright.spec.budget import budget, judged
+from heatwright.spec.sensing.budget import budget, judged
 
 UNO = BOARDS["uno"]
 TOLD = {

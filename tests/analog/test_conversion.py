@@ -15,11 +15,11 @@ from scipy.optimize import linprog
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
 from heatwright.sim.circuits.elements import ZERO_C, beta_ohm, interpolated_ohm, steinhart_hart_ohm
-from heatwright.sim.reference.adc import converter
+from heatwright.sim.reference.sensors.adc import converter
 from heatwright.spec import BOARDS, CodesCurve, Thermistor
-from heatwright.spec.conversion import CODES, conversion, limits
-from heatwright.spec.curves import Beta, LinearPlatinum, Platinum, Points, SteinhartHart
-from heatwright.spec.fewest import Tube, fewest_points
+from heatwright.spec.sensing.conversion import CODES, conversion, limits
+from heatwright.spec.sensing.curves import Beta, LinearPlatinum, Platinum, Points, SteinhartHart
+from heatwright.spec.sensing.fewest import Tube, fewest_points
 
 UNO = BOARDS["uno"]
 DOCS = Path(__file__).parents[2] / "docs"

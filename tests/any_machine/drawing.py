@@ -13,7 +13,7 @@ from suite import SEED
 
 from heatwright.spec import Spec, SpecError, load_text
 from heatwright.spec.checks.finding import Finding
-from heatwright.spec.loader import problem_of
+from heatwright.spec.loading.loader import problem_of
 
 REMEDY = re.compile(r"Write \w+: (.*)")
 MOST_MENDED = 6

@@ -51,7 +51,7 @@ def test_messages(name: str) -> None:
 @pytest.mark.parametrize("name", cases())
 def test_without_libyaml(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """PyYAML may have been installed without its C half; the slower half differs in its words."""
-    monkeypatch.setattr("heatwright.spec.tree._Loader", yaml.BaseLoader)
+    monkeypatch.setattr("heatwright.spec.loading.tree._Loader", yaml.BaseLoader)
     expected = cases()[name].expected
     assert str(cases()[name].refusal()) == expected or "this is not YAML: " in expected
 

@@ -17,13 +17,13 @@ from heatwright.sim.arrays.world import Logs, _Runs
 from heatwright.sim.bench import ReferenceDevice, Run, step_of
 from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.plants import plant_of
-from heatwright.sim.reference.guard_rules import EFFORT_HIGH, EFFORT_LOW, EffortRule, Look
 from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.protection.rules import EFFORT_HIGH, EFFORT_LOW, EffortRule, Look
 from heatwright.spec import Controller, Event
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.effort import band_percent
-from heatwright.spec.heated_loop import heated_loop
 from heatwright.spec.loops import Effort, EffortBand, EffortLine
+from heatwright.spec.physics.effort import band_percent
+from heatwright.spec.physics.heated_loop import heated_loop
 
 SUPPLY = (0.85, 1.1)
 ROOMS_C = (5.0, 35.0)

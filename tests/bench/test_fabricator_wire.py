@@ -20,7 +20,7 @@ from heatwright.sim.faults.world import World
 from heatwright.sim.trace import Trace
 from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.timers import TICK_S
+from heatwright.spec.board.timers import TICK_S
 
 SUPPLY_V, RATED_V, WIRE_OHM, LIMIT_A = 43.0, 25.57, 8.54, 3.0
 RATED_W = 76.6

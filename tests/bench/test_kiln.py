@@ -22,9 +22,9 @@ from rig.specs import EXAMPLES, spec_of
 
 from heatwright.sim.comparison import row_controller
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.firing import firing_of
-from heatwright.sim.metrics import metrics
-from heatwright.sim.reference.program_state import FINISHED, IDLE, RUNNING
+from heatwright.sim.judges.firing import firing_of
+from heatwright.sim.judges.metrics import metrics
+from heatwright.sim.reference.programs.state import FINISHED, IDLE, RUNNING
 from heatwright.sim.replay import replay
 
 LOOP = "chamber"

@@ -7,9 +7,10 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.faults import any_sensor, effects, starts
+from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.sensing import any_sensor
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.sim.lockouts import miscounts
+from heatwright.sim.judges.lockouts import miscounts
 from heatwright.sim.replay import replay
 
 COLD_C, HOT_C, TOO_HOT_C = 20.0, 200.0, 500.0

@@ -8,10 +8,17 @@ import pytest
 from machines import at, example, modelled
 from numpy.lib.recfunctions import append_fields
 
-from heatwright.sim.disturbances import disturbances
-from heatwright.sim.firing import firing_of
-from heatwright.sim.metrics import audible, metrics, overshoot, rise_time, settling, switchings
-from heatwright.sim.reference.program_state import IDLE, PAUSED, RUNNING
+from heatwright.sim.judges.disturbances import disturbances
+from heatwright.sim.judges.firing import firing_of
+from heatwright.sim.judges.metrics import (
+    audible,
+    metrics,
+    overshoot,
+    rise_time,
+    settling,
+    switchings,
+)
+from heatwright.sim.reference.programs.state import IDLE, PAUSED, RUNNING
 from heatwright.sim.trace import Trace, TraceEvent
 from heatwright.spec import PwmOutput, TimeProportionalOutput
 

@@ -10,7 +10,7 @@ import pytest
 from machines import OFF_BY, modelled, scaled
 
 from heatwright.sim.comparison import row_controller, run_row
-from heatwright.sim.metrics import metrics
+from heatwright.sim.judges.metrics import metrics
 
 sys.path.append(str(Path(__file__).parents[2] / "tools"))
 

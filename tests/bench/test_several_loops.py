@@ -15,8 +15,8 @@ from suite import SEED, amount
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.plot import run_figure
-from heatwright.sim.plot_data import all_faults
+from heatwright.sim.plots.plot import run_figure
+from heatwright.sim.plots.plot_data import all_faults
 from heatwright.sim.replay import replay_all
 
 TOOLS = (Path(__file__).parent / "several_loops.yaml").read_text("utf-8")

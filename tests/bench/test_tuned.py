@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from machines import FEED_MM_PER_S, HOLD_S, PHASES, PLANTS, TUNED_S, assert_margins, run_of, tuned
 
-from heatwright.sim.metrics import metrics
+from heatwright.sim.judges.metrics import metrics
 
 LOOP = "nozzle"
 TARGETS = {"extruder": 200.0, "feeder": 210.0}

@@ -24,12 +24,12 @@ from heatwright.cli.campaign.given import given
 from heatwright.cli.campaign.work import Task, run_here, run_whole
 from heatwright.cli.ends import Refused
 from heatwright.cli.pool import processes
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.campaign.breaks import BREAKS
 from heatwright.sim.campaign.drawn import draw
 from heatwright.sim.campaign.outcome import outcome
 from heatwright.sim.campaign.vary import Vary, vary_of
 from heatwright.sim.campaign.world import DrawnWorld
-from heatwright.sim.elf import Elf
 from heatwright.sim.machine import FEED, TIPS
 from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller, Event

@@ -21,7 +21,7 @@ from heatwright.cli.verify.closed_loop import ClosedLoop, long_enough
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.comparison import row_scenario
 from heatwright.sim.faults import FaultResult
-from heatwright.sim.plot import run_figure
+from heatwright.sim.plots.plot import run_figure
 from heatwright.sim.replay import replay
 from heatwright.sim.timing import Cost, Figure, Timing
 from heatwright.spec import Controller, Expect, Simulation

@@ -16,7 +16,7 @@ from rig.specs import EXAMPLES, example
 
 from heatwright.cli.tables import table
 from heatwright.cli.tune import tabled as tuned
-from heatwright.sim.plot_data import LOOPS
+from heatwright.sim.plots.plot_data import LOOPS
 
 
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:

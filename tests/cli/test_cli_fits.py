@@ -14,7 +14,7 @@ from heatwright.cli.talk import _PlainJob
 from heatwright.generator.toolchain import TooLarge
 from heatwright.generator.toolchain.given import given
 from heatwright.spec import load_text
-from heatwright.spec.least import EVERY, Least, least
+from heatwright.spec.board.least import EVERY, Least, least
 
 
 def test_too_many_entries_for_the_ram(heatwright: Heatwright) -> None:
@@ -52,7 +52,9 @@ def test_the_linkers_refusal_is_measured_and_told_whole_by_another_process() -> 
 def test_check_warns_to_the_byte(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
     spare = 32256 - least(example("chamber").controller).flash
     for over, warned in ((0, []), (1, ["flash: at least 32,257 of 32,256 B: 1 B too many"])):
-        monkeypatch.setattr("heatwright.spec.least.EVERY", Least(EVERY.flash + spare + over, 0))
+        monkeypatch.setattr(
+            "heatwright.spec.board.least.EVERY", Least(EVERY.flash + spare + over, 0)
+        )
         found = heatwright("check --quick chamber.yaml --json").json["warnings"]
         assert [each["reason"] for each in found] == warned
 

@@ -10,10 +10,10 @@ from rig.specs import EXAMPLES, changed, controller_of
 from heatwright.sim.plants import FOREVER_S, plant_of, powers_of
 from heatwright.spec import Controller
 from heatwright.spec.outputs import always_running
-from heatwright.spec.reserve import RECOMMENDED, reserves, small_reserves
-from heatwright.spec.sized import cross_flow_film_w_per_m2k, sized_wall, sized_wire
-from heatwright.spec.sized import wind_film_w_per_m2k as wind_film
-from heatwright.spec.sizing import Wall, Wire
+from heatwright.spec.physics.reserve import RECOMMENDED, reserves, small_reserves
+from heatwright.spec.physics.sized import cross_flow_film_w_per_m2k, sized_wall, sized_wire
+from heatwright.spec.physics.sized import wind_film_w_per_m2k as wind_film
+from heatwright.spec.physics.sizing import Wall, Wire
 
 SIGMA = 5.670374419e-8
 PLASTIC = {"thickness": "3 mm", "conductivity": "0.2 W/(m·K)"}

@@ -6,8 +6,8 @@ import pytest
 from rig.avr import began_s, whole
 from rig.specs import changed, controller_of, example
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.replay import replay
 from heatwright.spec import Controller
 

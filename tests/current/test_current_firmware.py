@@ -6,12 +6,12 @@ from rig.analog_specs import KEYS, bed
 from rig.avr import whole
 from rig.specs import changed, controller_of, example, spec_of
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.chain import chain_errors
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.sim.faults.world import Site
-from heatwright.sim.reference.current import Converter, IdealSensor
+from heatwright.sim.reference.sensors.current import Converter, IdealSensor
 from heatwright.sim.timing.stage import Stage
 from heatwright.spec import CurrentSensor
 

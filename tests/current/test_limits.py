@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig.specs import changed, controller_of
 
-from heatwright.sim.reference.current import IdealSensor
-from heatwright.sim.reference.limiter import Limiter
 from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.protection.limiter import Limiter
+from heatwright.sim.reference.sensors.current import IdealSensor
 
 SUPPLY_V, LIMIT_A, TRIP_A = 43.0, 3.0, 3.75
 RATED = {True: 25.57, False: SUPPLY_V}

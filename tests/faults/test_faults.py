@@ -9,8 +9,8 @@ from rig.avr import whole
 from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import catalogue, starts, try_fault
+from heatwright.sim.faults.controller.memory import cut_line
 from heatwright.sim.faults.healthy import healthy, reachable
-from heatwright.sim.faults.memory import cut_line
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.replay import replay_all
 from heatwright.spec import Controller

@@ -8,7 +8,7 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.monitors import untold
+from heatwright.sim.faults.machine_parts.monitors import untold
 from heatwright.sim.faults.world import Site
 
 THERMISTOR = (

@@ -16,9 +16,9 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import Fault, FaultResult, catalogue, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
-from heatwright.sim.faults.operators import off_s
+from heatwright.sim.faults.controller.processor import hang
+from heatwright.sim.faults.operation.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
-from heatwright.sim.faults.processor import hang
 from heatwright.sim.faults.records import Change, TripLog
 from heatwright.sim.faults.site import OfState, State
 from heatwright.sim.faults.world import STEP_S, Below, Spread, Switched, Weather, World

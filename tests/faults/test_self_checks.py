@@ -11,12 +11,13 @@ from rig.specs import changed, controller_of, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import Avr, AvrError
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import PROOF, AvrDevice
-from heatwright.sim.elf import Elf
-from heatwright.sim.faults import memory, starts
+from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, flash_s
+from heatwright.sim.faults.controller import memory
+from heatwright.sim.faults.controller.upsets import BAD, STATES, Upset, try_upset
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.sim.faults.upsets import BAD, STATES, Upset, try_upset
 from heatwright.spec.rules import RULES
 
 DECIDING = ("chamber", "extruder", "fabricator", "kiln")

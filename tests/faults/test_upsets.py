@@ -13,11 +13,12 @@ from rig.specs import EXAMPLES, controller_of, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import AvrError
-from heatwright.sim.faults import memory, starts
+from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import start_up_s
+from heatwright.sim.faults.controller import memory
+from heatwright.sim.faults.controller.upsets import BAD, GUARDED, Upset, draw, try_upset
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.site import Site
-from heatwright.sim.faults.upsets import BAD, GUARDED, Upset, draw, try_upset
 from heatwright.sim.faults.world import World
 from heatwright.spec.rules import RULES
 

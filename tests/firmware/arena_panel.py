@@ -8,7 +8,7 @@ import test_start
 from rig.avr import Firmware, Program
 from rig.judged import first_complaint
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 
 
 def problem(program: Elf) -> str:

@@ -8,8 +8,8 @@ from rig.avr import CLOCK_HZ, began_s, whole
 from rig.specs import example
 
 from heatwright.sim.bench import ReferenceDevice
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.native.pins import pin_number
 
 CHAMBER = example("chamber").controller

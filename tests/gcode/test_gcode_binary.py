@@ -12,7 +12,7 @@ from gcode_world import BinaryBoard
 from printrun.utils import parse_temperature_report
 from rig.specs import example
 
-from heatwright.sim.faults.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
+from heatwright.sim.faults.controller.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
 from heatwright.sim.replay import replay
 from heatwright.spec.rules import RULES
 

@@ -23,12 +23,12 @@ from heatwright.generator.stack import worst_stack
 from heatwright.generator.toolchain.build import ANY_SIZE
 from heatwright.generator.toolchain.result import sizes
 from heatwright.sim.bench import bench
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.replay import replay_all
 from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecError, kinds
+from heatwright.spec.board.least import Least, fits, least
 from heatwright.spec.controller import WATCHDOG_S, Controller
-from heatwright.spec.least import Least, fits, least
 
 ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "templates"

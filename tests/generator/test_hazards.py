@@ -3,8 +3,8 @@
 import pytest
 from rig.specs import EXAMPLES, changed, example, spec_of
 
-from heatwright.generator.plan.hazards import hazards, within
-from heatwright.generator.plan.limits import limit
+from heatwright.generator.plan.protection.hazards import hazards, within
+from heatwright.generator.plan.protection.limits import limit
 from heatwright.sim.faults import bounds
 from heatwright.spec import Loop
 from heatwright.spec.breakable import breakable

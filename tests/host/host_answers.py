@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.host import Command, Host
 from heatwright.sim.host.layout import declarations
-from heatwright.sim.reference.program_state import JUMP, PAUSE, RESUME, START
+from heatwright.sim.reference.programs.state import JUMP, PAUSE, RESUME, START
 from heatwright.spec import Controller
 
 COURSES = 8

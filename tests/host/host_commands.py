@@ -6,13 +6,13 @@ from typing import Any
 
 from heatwright.sim.host import Command
 from heatwright.sim.reference import Record, Reference
-from heatwright.sim.reference.autotune import DONE
+from heatwright.sim.reference.algorithms.autotune import DONE
 from heatwright.sim.reference.inputs import NO_ORDERS, Gains, Orders
+from heatwright.sim.reference.interfaces.operator import Operator
+from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.operator import Operator
-from heatwright.sim.reference.program_state import IDLE, ProgramState
-from heatwright.sim.reference.programmed import ORDERS, ProgrammedOperator
-from heatwright.sim.reference.switched import SwitchedOperator
+from heatwright.sim.reference.programs.orders import ORDERS, ProgrammedOperator
+from heatwright.sim.reference.programs.state import IDLE, ProgramState
 from heatwright.spec import Controller, ThreePosition, commanded, programmed
 from heatwright.spec.commands import switched
 

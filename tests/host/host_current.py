@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import INPUT
-from heatwright.sim.reference.limiter import HALF, TWO, Limiter
 from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.protection.limiter import HALF, TWO, Limiter
 
 RAWS = 1024
 MILD_C = 30.0

@@ -9,9 +9,9 @@ from host_scale import scale_of
 
 from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import INPUT
+from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
 from heatwright.sim.reference.inputs import Limits
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.pid import limits_of, may_limit
 from heatwright.spec import Pid
 
 MILD_C = 30.0

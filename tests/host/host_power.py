@@ -16,10 +16,10 @@ from host_stretches_programmed import ProgrammedWalk
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
-from heatwright.sim.reference import program_state as program
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.program_state import MEMBERS, ProgramState
+from heatwright.sim.reference.programs import state as program
+from heatwright.sim.reference.programs.state import MEMBERS, ProgramState
 from heatwright.spec import Controller
 
 FIRINGS = 80

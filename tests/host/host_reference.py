@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from heatwright.sim.host.firmware import READY, STATE, Run
 from heatwright.sim.host.parts import monitor_readings
 from heatwright.sim.reference import Record, Reference
-from heatwright.sim.reference.course import SteadyCourse, course_of
-from heatwright.sim.reference.current import IdealSensor
-from heatwright.sim.reference.held import has_minimum
 from heatwright.sim.reference.inputs import Gains, Orders
-from heatwright.sim.reference.lockout import Lockout
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.output import pwm_period
-from heatwright.sim.reference.program_state import ProgramState
+from heatwright.sim.reference.outputs.course import SteadyCourse, course_of
+from heatwright.sim.reference.outputs.held import has_minimum
+from heatwright.sim.reference.outputs.output import pwm_period
+from heatwright.sim.reference.programs.state import ProgramState
+from heatwright.sim.reference.protection.lockout import Lockout
+from heatwright.sim.reference.sensors.current import IdealSensor
 from heatwright.spec import Controller, DigitalOutput, monitors_of
 from heatwright.spec.commands import lockout_of
 

@@ -7,7 +7,7 @@ import numpy as np
 from host_stretches import AS_DUE, NO_GAINS, Stretch, Walk
 
 from heatwright.sim.host.firmware import Command
-from heatwright.sim.reference.pid import limits_of
+from heatwright.sim.reference.algorithms.pid import limits_of
 from heatwright.spec import Controller, Current, Pid
 from heatwright.spec.adjusted import Number, numbers_of
 from heatwright.spec.commands import switched

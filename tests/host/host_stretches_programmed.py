@@ -7,7 +7,7 @@ from host_stretches import ALL_CLOSED, NOT_WARM, Stretch
 from host_stretches_commanded import CommandedWalk
 
 from heatwright.sim.host.firmware import INPUT
-from heatwright.sim.reference.program_state import IDLE, JUMP, PAUSE, RESUME, SKIP, START, STOP
+from heatwright.sim.reference.programs.state import IDLE, JUMP, PAUSE, RESUME, SKIP, START, STOP
 from heatwright.spec import Controller
 
 PROGRAM_KINDS = (

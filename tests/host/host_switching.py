@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from host_gate import COLD_C, HOT_C, LONG, TARGET_C, Running
 
 from heatwright.sim.host import Host
-from heatwright.sim.reference.program_state import RUNNING
+from heatwright.sim.reference.programs.state import RUNNING
 
 FAULT = 6
 WAYS, ONE = 1, 2

@@ -7,7 +7,7 @@ from host_scale import scale_of
 
 from heatwright.sim.host import Host
 from heatwright.spec import Controller
-from heatwright.spec.max31856 import TYPE_CODES, lowered
+from heatwright.spec.sensing.max31856 import TYPE_CODES, lowered
 
 DAMAGED = 0xFF
 """A code that nobody can choose: as the type that bears the least."""

@@ -66,7 +66,7 @@ def test_names_and_widths_are_those_of_the_reference(hosts, name):
     found = {member: state[member].str.lstrip("<|") for member in state.names}
     assert found.pop("fault.time_s") == "u4"  # for the log, of no effect
     counts = {"fault.trips": "u1"} if lockout_of(controller) is not None else {}
-    members |= counts  # of the controller, held to its model by heatwright.sim.lockouts
+    members |= counts  # of the controller, held to its model by heatwright.sim.judges.lockouts
     assert ("ready" in found) == (name in host_specs.HOSTED)
     assert ("state" in found) == (name in host_specs.SWITCHED)
     found.pop("ready", None)

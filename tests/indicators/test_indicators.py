@@ -10,9 +10,9 @@ import pytest
 from rig.avr import whole
 from rig.specs import spec_of
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.interfaces.indicators import Indicators, Led, Light
 from heatwright.sim.native.characters import Format

@@ -19,9 +19,9 @@ from heatwright.generator.plan.registers import Register, register_map
 from heatwright.generator.plan.timers import round_interval
 from heatwright.sim.interfaces import registers as documented
 from heatwright.spec import BOARDS
+from heatwright.spec.board.timers import allocate
 from heatwright.spec.boards import Timer
 from heatwright.spec.interfaces import BUS_BAUDS
-from heatwright.spec.timers import allocate
 
 TABLES = {"coils": "coil", "discretes": "discrete_input", "holdings": "holding_register",
           "inputs": "input_register"}  # fmt: skip

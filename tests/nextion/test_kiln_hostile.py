@@ -19,8 +19,8 @@ from test_kiln_touched import RUNNING
 
 from heatwright.generator.stack import worst_stack
 from heatwright.sim.avr import RAM_FILL
+from heatwright.sim.binary.dwarf import Variable
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.dwarf import Variable
 
 DISPLAY_FILES = sorted(name for name in sources_of("kiln") if re.fullmatch(r"nextion\w*\.c", name))
 """Source files whose variables are the display's own."""

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from rig.specs import changed, files_of, spec_of
 
 from heatwright.cli.main import cli
-from heatwright.spec.timers import allocate
+from heatwright.spec.board.timers import allocate
 
 MOVES = {
     # A bare chip takes no shield: without keys the setpoint is what it begins with.

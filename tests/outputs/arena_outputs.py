@@ -16,8 +16,8 @@ from test_outputs_relay import whole_problem as relay_problem
 from test_outputs_windows import SHORT_LEFT_OUT, SPREAD, windows
 from test_outputs_windows import whole_problem as window_problem
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.native.relay import Armature
 
 Check = Callable[[Wired, Elf], object]

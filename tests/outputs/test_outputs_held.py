@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import pytest
 from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, wired
 
-from heatwright.sim.elf import Elf
-from heatwright.sim.reference.held import Held, held_of
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.reference.outputs.held import Held, held_of
 from heatwright.spec import DigitalOutput
 
 PINS = {"uno": ("D3", "D7"), "mega2560": ("D6", "D9"), "atmega32": ("PD5", "PD6")}

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from rig.outputs import TICK_S, OutputBoard, Outputs, Wired, reset_problem, wired
 from rig.specs import sources_of
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.spec import BOARDS
-from heatwright.spec.pwm import FREQUENCY_TOLERANCE, LATEST_INTERRUPT_S
-from heatwright.spec.pwm_timers import PwmChannel
-from heatwright.spec.timers import allocate
+from heatwright.spec.board.pwm import FREQUENCY_TOLERANCE, LATEST_INTERRUPT_S
+from heatwright.spec.board.pwm_timers import PwmChannel
+from heatwright.spec.board.timers import allocate
 
 CLOCK_HZ = 16_000_000
 TCCR2A, TIMSK1 = 0xB0, 0x6F

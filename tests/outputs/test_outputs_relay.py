@@ -8,7 +8,7 @@ from typing import NamedTuple
 import pytest
 from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, cause_problem, reset_problem, wired
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.native.relay import Armature, Wire
 
 PINS = {"uno": ("D3", "D7", "D8"), "mega2560": ("D6", "D9", "D17"),

@@ -8,9 +8,9 @@ from rig.avr import began_s, whole
 from rig.outputs import TICK_S, Recorded
 from rig.specs import example, spec_of
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 
 SPEC = """
 heatwright: 1

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from rig.outputs import TICK_S, OutputBoard, Wired, wired
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.outputs.stepper import attach
 from heatwright.spec import Stepper
 

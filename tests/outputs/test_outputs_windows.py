@@ -7,10 +7,10 @@ from itertools import pairwise
 import pytest
 from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, reset_problem, wired
 
-from heatwright.sim.elf import Elf
-from heatwright.sim.reference.course import SpreadCourse, course_of
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.output import heater_of
+from heatwright.sim.reference.outputs.course import SpreadCourse, course_of
+from heatwright.sim.reference.outputs.output import heater_of
 from heatwright.spec import TimeProportionalOutput
 
 BURST = "window: 1 s, resolution: 10 ms"

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
-from heatwright.spec.schema import schema
+from heatwright.spec.loading.schema import schema
 
 ROOT = Path(__file__).parents[2]
 SITE, PAGES = ROOT / "build" / "site", ROOT / "build" / "site-pages"

@@ -5,14 +5,14 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.sim.reference import Record, Reference
-from heatwright.sim.reference.copies import copy_of
-from heatwright.sim.reference.display import Display
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Limits, Orders
-from heatwright.sim.reference.master import Master
+from heatwright.sim.reference.interfaces.display import Display
+from heatwright.sim.reference.interfaces.master import Master
+from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.program_state import RESTORING
-from heatwright.sim.reference.programmed import ProgrammedOperator
-from heatwright.sim.reference.switched import SwitchedOperator
+from heatwright.sim.reference.programs.copies import copy_of
+from heatwright.sim.reference.programs.orders import ProgrammedOperator
+from heatwright.sim.reference.programs.state import RESTORING
 from heatwright.spec import Controller, PwmOutput, load_text
 
 

@@ -11,9 +11,9 @@ from reference_machines import STEP_A, Kiln, kiln_of, nozzle_of
 from rig.specs import EXAMPLES, example
 
 from heatwright.sim.reference import Reference
+from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
-from heatwright.sim.reference.tuning_rule import Constants, Swings, found_by
 from heatwright.spec import BOARDS, Sensor, kinds
 
 
@@ -71,7 +71,7 @@ def test_amperes_are_the_middle_of_the_step_and_never_negative(offset_v, raw, am
     ("resolution", "code"), [("9 bit", 808), ("10 bit", 804), ("11 bit", 806), ("12 bit", 805)]
 )
 def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code):
-    module = import_module("heatwright.sim.reference.ds18b20")
+    module = import_module("heatwright.sim.reference.sensors.ds18b20")
     told = {"kind": "ds18b20", "pin": "A1", "resolution": resolution}
     sensor = module.IdealSensor(module.Ds18b20.model_validate(told), BOARDS["mega2560"])
     assert sensor.read(50.32) == (0, code)

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatwright.sim.reference.course import course_of
-from heatwright.sim.reference.held import Held
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.output import heater_of, pwm_period
+from heatwright.sim.reference.outputs.course import course_of
+from heatwright.sim.reference.outputs.held import Held
+from heatwright.sim.reference.outputs.output import heater_of, pwm_period
 from heatwright.spec import DigitalOutput, PwmOutput, TimeProportionalOutput
 from heatwright.spec.base import ReadOnlyDict
 

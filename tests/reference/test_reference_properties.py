@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from reference_machines import Commanded, Kiln, commanded_of, kiln_of
 
 from heatwright.sim.reference import Record, Reference
-from heatwright.sim.reference.copies import cell_of, column_of, copy_of
 from heatwright.sim.reference.inputs import AUTOMATIC
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.program_state import (
+from heatwright.sim.reference.programs.copies import cell_of, column_of, copy_of
+from heatwright.sim.reference.programs.resumed import resumed
+from heatwright.sim.reference.programs.state import (
     IDLE,
     INTERRUPTED,
     PAUSED,
@@ -22,7 +23,6 @@ from heatwright.sim.reference.program_state import (
     RETURNING,
     RUNNING,
 )
-from heatwright.sim.reference.resumed import resumed
 from heatwright.sim.replay import replay
 from heatwright.spec import Controller, OnOff, Pid
 

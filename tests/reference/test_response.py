@@ -2,8 +2,8 @@
 
 import pytest
 
+from heatwright.sim.reference.algorithms.response import Response
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.response import Response
 
 
 class Course:

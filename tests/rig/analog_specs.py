@@ -7,8 +7,8 @@ from pydantic import TypeAdapter
 from rig.avr import whole
 from rig.specs import spec_of
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.spec import Analog, Rtd, Sensor, Thermistor
 
 AnalogSensor = Thermistor | Rtd | Analog

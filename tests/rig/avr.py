@@ -14,9 +14,9 @@ from rig.specs import controller_of, example, files_of, sources_of, spec_of
 from rig.store import CompileFailed, made
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.binary.dwarf import Variables
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.dwarf import Variables
-from heatwright.sim.elf import Elf
 from heatwright.spec import Board as BoardData
 from heatwright.templates import __file__ as templates
 

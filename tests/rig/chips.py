@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from rig.avr import whole
 from rig.specs import spec_of
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.sensors.spi_chip import SpiChip
 
 PINS = {

@@ -31,14 +31,15 @@ from rig.controllers_parts import (
 )
 from suite import SEED
 
-from heatwright.spec import BOARDS, Board, Spec, SpecError, eeprom, load_text
-from heatwright.spec.checks.memory import LEAST_BYTES, NEXTION_BYTES
+from heatwright.spec import BOARDS, Board, Spec, SpecError, load_text
+from heatwright.spec.board import eeprom
+from heatwright.spec.board.timers import ticks_at_all
+from heatwright.spec.board.uart import BAUD_TOLERANCE, baud_setting
+from heatwright.spec.checks.board.memory import LEAST_BYTES, NEXTION_BYTES
 from heatwright.spec.controller import WATCHDOG_S
 from heatwright.spec.interfaces import BUS_BAUDS, DISPLAY_BAUDS, FASTEST_HOST, LCD_KEYPAD
 from heatwright.spec.loops import LONGEST_RULE_S
 from heatwright.spec.sensors import shortest_period_s
-from heatwright.spec.timers import ticks_at_all
-from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
 
 NAMES = ("air", "bed", "plate_2")
 MONITORS = ("drivers", "camera")

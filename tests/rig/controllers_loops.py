@@ -15,10 +15,10 @@ from rig.controllers_parts import (
     usable_c,
 )
 
-from heatwright.spec.checks.reading import shortest_period_s
-from heatwright.spec.checks.timing import MOST_MISSING
+from heatwright.spec.checks.loops.timing import MOST_MISSING
+from heatwright.spec.checks.sensing.reading import shortest_period_s
 from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS
-from heatwright.spec.max31856 import lowered
+from heatwright.spec.sensing.max31856 import lowered
 
 TICK_S = 0.01
 LONGEST_PERIOD_S = 600.0

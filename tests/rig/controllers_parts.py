@@ -8,13 +8,13 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from heatwright.spec import Board, Pin, Sensor, Thermistor, Timer
-from heatwright.spec.analog_sensors import AnalogSensor
-from heatwright.spec.checks.pins import JTAG_PINS
-from heatwright.spec.circuits import SUPPLY_V, reference_v
-from heatwright.spec.max31856 import AVERAGES, RANGE_C, Max31856
-from heatwright.spec.pwm import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
-from heatwright.spec.thermocouples import MAX31855_RANGE_C
-from heatwright.spec.timers import tick_interval
+from heatwright.spec.board.pwm import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
+from heatwright.spec.board.timers import tick_interval
+from heatwright.spec.checks.board.pins import JTAG_PINS
+from heatwright.spec.sensing.analog_parts import AnalogSensor
+from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
+from heatwright.spec.sensing.max31856 import AVERAGES, RANGE_C, Max31856
+from heatwright.spec.sensing.thermocouples import MAX31855_RANGE_C
 
 Part = dict[str, Any]
 _SENSOR: TypeAdapter[Any] = TypeAdapter(Sensor)

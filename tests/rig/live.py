@@ -18,11 +18,11 @@ from rig.specs import EXAMPLES, controller_of
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.indicators import Indicators
+from heatwright.sim.lines.serial_noise import SerialNoise
+from heatwright.sim.lines.serial_port import SerialPort
 from heatwright.sim.live import Clock, run
 from heatwright.sim.native.characters import EIGHT_N_ONE, Format
 from heatwright.sim.sensors.adc_sensor import AdcSensor
-from heatwright.sim.serial_noise import SerialNoise
-from heatwright.sim.serial_port import SerialPort
 from heatwright.spec import Controller
 
 BUSY_S = 0.2

@@ -15,8 +15,8 @@ from rig.avr import Board, Program
 from rig.specs import sources_of, spec_of
 
 from heatwright.generator.plan.chips import is_old
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.outputs.switch import Switch
 from heatwright.spec import Controller, Stepper
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from rig.avr import compiled, powered
 
-from heatwright.sim.dwarf import Variables
+from heatwright.sim.binary.dwarf import Variables
 
 
 class Small:

@@ -10,10 +10,10 @@ from rig.avr import Board, Program
 from rig.specs import sources_of, spec_of
 
 from heatwright.sim.avr import RAM_FILL
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.interfaces.serial_log import HEADING, LogRow, SerialLog, attach
 from heatwright.spec import SerialLog as Spec
-from heatwright.spec.eeprom import layout
+from heatwright.spec.board.eeprom import layout
 
 SPEC = """
 heatwright: 1

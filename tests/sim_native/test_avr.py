@@ -17,8 +17,8 @@ from rig.avr import CLOCK_HZ, began_s, compiled, powered, running, shared, whole
 from rig.specs import example
 
 from heatwright.sim.avr import RAM_FILL, Avr
+from heatwright.sim.binary.elf import ElfError
 from heatwright.sim.device import AvrDevice, StaleBinary
-from heatwright.sim.elf import ElfError
 from heatwright.sim.native import SimulatorMissing, shim
 from heatwright.sim.native.pins import PIN_EVENT
 from heatwright.spec import Controller, digest

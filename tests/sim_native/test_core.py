@@ -20,9 +20,9 @@ from streams import CHIPS, Chip, image
 from suite import amount
 
 from heatwright.sim.avr import Avr, AvrError
-from heatwright.sim.dwarf import Variables
+from heatwright.sim.binary.dwarf import Variables
 from heatwright.sim.native.pins import Source, pin_name
-from heatwright.spec.uses import pin_uses
+from heatwright.spec.board.uses import pin_uses
 
 PARTS = {"atmega1284p": 0x20000, "atmega2560": 0x40000}
 """Parts whose flash is no smaller than what LPM can reach, with 2- and 3-byte return addresses."""

@@ -14,9 +14,9 @@ from test_core import MASKED, ran
 from test_programs import PROFILED
 
 from heatwright.sim.avr import Avr, instructions_by
+from heatwright.sim.binary.elf import Elf, Function
+from heatwright.sim.binary.profile import Profile
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf, Function
-from heatwright.sim.profile import Profile
 from heatwright.sim.timing.stage import Stage
 
 STEPS_S = 0.5

@@ -11,11 +11,11 @@ from rig.avr import CLOCK_HZ, compiled, powered, shared
 from vcd.reader import TokenKind, tokenize
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.dwarf import Variables
-from heatwright.sim.elf import Elf, ElfError
-from heatwright.sim.limit import limit_of
-from heatwright.sim.profile import Profile
-from heatwright.sim.vcd import VcdRecorder
+from heatwright.sim.binary.dwarf import Variables
+from heatwright.sim.binary.elf import Elf, ElfError
+from heatwright.sim.binary.profile import Profile
+from heatwright.sim.judges.limit import limit_of
+from heatwright.sim.plots.vcd import VcdRecorder
 
 SOURCE = """
 typedef enum { OFF, ON = 3 } mode_t;

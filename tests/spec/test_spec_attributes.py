@@ -10,9 +10,9 @@ from rig.specs import changed, controller_of, example
 
 import heatwright.spec as language
 from heatwright.spec import ComparisonRow, SpecError, Write, commands, load_text, row_controller
-from heatwright.spec.checks.reading import shortest_period_s
+from heatwright.spec.checks.sensing.reading import shortest_period_s
 from heatwright.spec.rules import RULES
-from heatwright.spec.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
+from heatwright.spec.scenario.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
 
 LEAST = changed(bases()["oven"], (", power: 240 W", ""))
 RULES_OFF = "{maximum: 80 °C, heating: off, runaway: off, frozen: off, rising_while_off: off}"

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 
 from heatwright.spec import BOARDS, Board, Controller, Ds18b20, PwmOutput, Stepper, Timer
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
-from heatwright.spec.pwm import (
+from heatwright.spec.board.pwm import (
     FASTEST_BY_INTERRUPTS_HZ,
     FEWEST_COUNTS,
     MOST_COUNTS_BY_INTERRUPTS,
     keeps_frequency,
     settings_by_interrupts,
 )
-from heatwright.spec.timers import Interval, NoTimer, TimerUse, allocate, tick_interval
-from heatwright.spec.uart import BAUD_TOLERANCE, baud_setting
+from heatwright.spec.board.timers import Interval, NoTimer, TimerUse, allocate, tick_interval
+from heatwright.spec.board.uart import BAUD_TOLERANCE, baud_setting
+from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
 
 VARIANTS = Path("/usr/share/arduino/hardware/arduino/avr/variants")
 BY_VARIANT = {"uno": "standard", "mega2560": "mega", "leonardo": "leonardo"}

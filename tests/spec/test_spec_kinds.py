@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
-from heatwright.spec.analog_sensors import AnalogSensor
+from heatwright.spec.sensing.analog_parts import AnalogSensor
 
 ROOT = Path(__file__).parents[2]
 ASKED = 15

@@ -17,11 +17,11 @@ from suite import amount
 
 from heatwright.spec import Spec, SpecError, digest, load, load_text, units
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.loader import MOST_PROBLEMS
+from heatwright.spec.loading.loader import MOST_PROBLEMS
+from heatwright.spec.loading.text import LARGEST_FILE, Unreadable
+from heatwright.spec.loading.translate import MOST_WORDED
+from heatwright.spec.loading.tree import parse as parse_tree
 from heatwright.spec.quantity import QuantityRange, about, duration, parse, rounded_up
-from heatwright.spec.text import LARGEST_FILE, Unreadable
-from heatwright.spec.translate import MOST_WORDED
-from heatwright.spec.tree import parse as parse_tree
 from heatwright.spec.units import Dimension
 
 CHAMBER = EXAMPLES / "chamber.yaml"
@@ -125,7 +125,7 @@ def test_abuse_ends_briefly(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_any_text_that_is_no_yaml_is_unreadable(
     text: str, loader: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("heatwright.spec.tree._Loader", loader)
+    monkeypatch.setattr("heatwright.spec.loading.tree._Loader", loader)
     with pytest.raises(Unreadable, match="this is not YAML: "):
         parse_tree(text, "spec.yaml")
 

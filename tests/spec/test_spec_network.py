@@ -15,12 +15,12 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from heatwright.spec import Controller, SpecError, Stepper, ThermalNetwork
-from heatwright.spec.checks import firing
-from heatwright.spec.checks.firing import Ramp
-from heatwright.spec.checks.machine import Machine
-from heatwright.spec.heat_flows import BEND
-from heatwright.spec.matrices import exponential, solve
-from heatwright.spec.network import Heated
+from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.checks.programs import firing
+from heatwright.spec.checks.programs.firing import Ramp
+from heatwright.spec.physics.heat_flows import BEND
+from heatwright.spec.physics.matrices import exponential, solve
+from heatwright.spec.physics.network import Heated
 
 EPSILON = np.finfo(float).eps
 

@@ -20,10 +20,10 @@ from suite import amount
 
 from heatwright import spec as language
 from heatwright.spec import BOARDS, Board, kinds, load_text, units
+from heatwright.spec.loading.schema import quantity_pattern, schema
+from heatwright.spec.loading.text import Unreadable
+from heatwright.spec.loading.tree import parse as parse_tree
 from heatwright.spec.quantity import parse
-from heatwright.spec.schema import quantity_pattern, schema
-from heatwright.spec.text import Unreadable
-from heatwright.spec.tree import parse as parse_tree
 from heatwright.spec.units import Dimension
 
 DIMENSIONS = [value for value in vars(units).values() if isinstance(value, Dimension)]

@@ -10,7 +10,7 @@ from storage_firing import IDLE, INTERRUPTED, LOOP, PAUSED
 from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import Command
 from heatwright.sim.plants import Plant, plant_of
-from heatwright.sim.reference import program_state as orders
+from heatwright.sim.reference.programs import state as orders
 from heatwright.spec import Spec
 
 STORED = """\

@@ -8,12 +8,12 @@ from rig.avr import whole
 from rig.specs import EXAMPLES, spec_of
 from storage_format import OVER, Progress, Segment
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
-from heatwright.spec.program_orders import Order
+from heatwright.spec.scenario.program_orders import Order
 
 STORED = """\
   stored:

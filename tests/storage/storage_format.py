@@ -7,8 +7,8 @@ from typing import NamedTuple
 from heatwright.sim.interfaces.modbus_frames import crc
 from heatwright.spec import Controller, digest
 from heatwright.spec.adjusted import numbers_of
+from heatwright.spec.board.eeprom import layout
 from heatwright.spec.commands import limits_adjustable, lockout_of, tunable
-from heatwright.spec.eeprom import layout
 
 BLANK = 0xFF
 SETTINGS_STRIDE = 64

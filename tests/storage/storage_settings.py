@@ -11,10 +11,10 @@ from storage_format import SETTINGS_STRIDE, TYPES, Settings, crc16
 from storage_host import Kept
 
 from heatwright.sim.host import Host
-from heatwright.sim.reference.pid import limits_of, may_limit
+from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
 from heatwright.spec import Pid
 from heatwright.spec.breakable import breakable
-from heatwright.spec.max31856 import lowered
+from heatwright.spec.sensing.max31856 import lowered
 
 REST_TICKS = 1000
 """A setting is saved when it has rested 10 s."""

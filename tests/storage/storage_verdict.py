@@ -19,8 +19,8 @@ from storage_firing import (
 )
 from storage_format import PROGRESS_BYTES, Memory, Progress, Settings, Stored
 
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.elf import Elf
 from heatwright.spec import Controller
 
 STOPPED, FAILED, TOO_FAR, POWER_UNREADABLE = 2, 3, 4, 5

@@ -5,7 +5,7 @@ from interrupted_firing import Kiln, spec_for, strike
 from interrupted_oracle import Oracle
 from suite import SEED, amount
 
-from heatwright.sim.reference import program_state as orders
+from heatwright.sim.reference.programs import state as orders
 
 KILNS = [(otherwise, seed) for otherwise in ("stop", "pause") for seed in range(4)]
 EACH = amount("interrupted_firings") // len(KILNS)

@@ -10,7 +10,7 @@ from storage_format import PROGRESS_BYTES, Memory
 from storage_specs import NAMES, board_text, text_of
 
 from heatwright.spec import Controller, SpecError, load_text
-from heatwright.spec.eeprom import CELL_WRITES, YEAR_S, layout, settings_bytes
+from heatwright.spec.board.eeprom import CELL_WRITES, YEAR_S, layout, settings_bytes
 
 BOARDS = ("uno", "leonardo", "mega2560")
 FEWEST_SETTINGS, MOST_SETTINGS = 4, 16

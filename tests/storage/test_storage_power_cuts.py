@@ -11,10 +11,10 @@ from storage_format import PROGRESS_BYTES, Progress
 from storage_verdict import FIRST_STEP_S, Again, Judge, Outcome
 from suite import amount
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults.bounds import checks_s
 from heatwright.spec import Controller
-from heatwright.spec.eeprom import start_s
+from heatwright.spec.board.eeprom import start_s
 
 SEEDS = range(24)
 CUTS = amount("power_cuts") // len(SEEDS)

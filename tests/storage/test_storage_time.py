@@ -6,7 +6,7 @@ from storage_firing import Firing, FiringByKeys, machine
 from storage_specs import text_of
 from storage_verdict import Book
 
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 
 ROWS = 1500
 WAIT_S = 100e-6

@@ -18,7 +18,7 @@ from heatwright.generator.toolchain.given import given
 from heatwright.generator.toolchain.offline import core_dir
 from heatwright.generator.toolchain.store import KEPT_S, forget_old
 from heatwright.spec.boards import BOARDS, Board
-from heatwright.spec.user_cache import cache_dir
+from heatwright.spec.loading.user_cache import cache_dir
 
 Project = Callable[..., Path]
 

@@ -14,8 +14,8 @@ from rig.specs import example
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.tune.task import task_of
+from heatwright.sim.reference.algorithms.pid import PidControl
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.pid import PidControl
 from heatwright.sim.tuning.disturbed import LOAD_PERCENT, load_answer, step_kick
 from heatwright.sim.tuning.gains import Gains, Series
 from heatwright.sim.tuning.loop import minimal_pid, pid, sampled, sampled_response

@@ -13,7 +13,7 @@ from rig.specs import changed, spec_of
 from heatwright.cli.main import cli
 from heatwright.cli.tune.task import task_of
 from heatwright.sim.bench import ReferenceDevice, bench
-from heatwright.sim.metrics import metrics
+from heatwright.sim.judges.metrics import metrics
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import margins
 from heatwright.sim.tuning.orders import heat

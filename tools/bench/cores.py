@@ -23,7 +23,7 @@ from measure import EXAMPLES, JUDGES, Tell
 
 from heatwright.cli.firmware import build_firmware
 from heatwright.sim.avr import Avr
-from heatwright.sim.elf import Elf
+from heatwright.sim.binary.elf import Elf
 from heatwright.spec import load
 
 MCU, CLOCK_HZ, FLASH_BYTES = "atmega328p", 16_000_000, 32768

@@ -83,7 +83,7 @@ class InC:
 def limit(device: AvrDevice, mcu: str) -> float | None:
     """Return the limit of the speed; None in a checkout that does not know it yet."""
     try:
-        from heatwright.sim.limit import limit_of  # noqa: PLC0415
+        from heatwright.sim.judges.limit import limit_of  # noqa: PLC0415
     except ImportError:
         return None
     return limit_of(device.avr, mcu, device.elf).speed

@@ -13,7 +13,7 @@ from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.interfaces.modbus_exchange import Exchange
 from heatwright.sim.interfaces.registers import Register, registers
 from heatwright.spec import Controller
-from heatwright.spec.writes import AMOUNTS, GAINS
+from heatwright.spec.scenario.writes import AMOUNTS, GAINS
 
 FUNCTIONS = {"coil": 1, "discrete_input": 2, "holding_register": 3, "input_register": 4}
 WRITABLE = ("coil", "holding_register")

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import cast
 
-from heatwright.sim.faults.converter import WATCH_S, chip_of, conversions, failing_supply, wires
-from heatwright.sim.faults.converter import cut as break_element
-from heatwright.sim.faults.converter import mend as mend_element
 from heatwright.sim.faults.fault import Act, Fault
-from heatwright.sim.faults.readings import no_reading, slow_conversions
+from heatwright.sim.faults.sensing.converter import (
+    WATCH_S,
+    chip_of,
+    conversions,
+    failing_supply,
+    wires,
+)
+from heatwright.sim.faults.sensing.converter import cut as break_element
+from heatwright.sim.faults.sensing.converter import mend as mend_element
+from heatwright.sim.faults.sensing.readings import no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright_max31865.simulated import Max31865

@@ -4,11 +4,11 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from heatwright.spec.averaging import Averaged
 from heatwright.spec.base import Least, PinName, WholeNumber
-from heatwright.spec.conversion import TICK_S
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
+from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.conversion import TICK_S
 from heatwright.spec.units import FREQUENCY, RESISTANCE
 
 OHM_AT_0 = {"pt100": 100.0, "pt1000": 1000.0}

@@ -6,15 +6,15 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.core import lockout_ends, rules
-from heatwright.generator.plan.monitors import told
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, pulled_up
+from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import Gcode
+from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.commands import keyed, limits_adjustable, minds_host, tunable
-from heatwright.spec.uart import baud_setting
 
 SILENT_S = 3.0
 """So long neither side speaks before the firmware says `ok` again."""

@@ -6,11 +6,11 @@ from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loops import prefix_of
-from heatwright.generator.plan.menu import Shown, plan_menu
-from heatwright.generator.plan.monitors import shown as plan_warning
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
+from heatwright.generator.plan.programs.menu import Shown, plan_menu
+from heatwright.generator.plan.protection.monitors import shown as plan_warning
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
 from heatwright.spec.commands import (

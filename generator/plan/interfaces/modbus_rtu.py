@@ -32,8 +32,8 @@ from heatwright.generator.plan.timers import free_running, round_interval
 from heatwright.generator.plan.timers import registers as timer_registers
 from heatwright.generator.plan.uart import form, registers
 from heatwright.spec import ModbusRtu
-from heatwright.spec.timers import Interval, allocate
-from heatwright.spec.uart import baud_setting
+from heatwright.spec.board.timers import Interval, allocate
+from heatwright.spec.board.uart import baud_setting
 
 VENDOR = "heatwright"
 

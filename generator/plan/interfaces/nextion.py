@@ -6,27 +6,27 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.core import lockout_ends, rules
-from heatwright.generator.plan.fault_log import fault_log
 from heatwright.generator.plan.loops import prefix_of
-from heatwright.generator.plan.monitors import told
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import components, whats
 from heatwright.generator.plan.nextion.words import words
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, pulled_up
+from heatwright.generator.plan.protection.fault_log import fault_log
+from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import Nextion
+from heatwright.spec.board.uart import RECEIVED_TOLERANCE, baud_setting
 from heatwright.spec.boards import Uart
 from heatwright.spec.commands import programmed, tunable
 from heatwright.spec.interfaces import DISPLAY_BAUDS, FASTER_DISPLAY_BAUDS
-from heatwright.spec.max31856 import TYPE_CODES
 from heatwright.spec.nextion import Page, chart_top_c, display_pages, selectable_types
 from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S
 from heatwright.spec.nextion.overview import CHART_EVERY_S, CHART_PX
 from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
-from heatwright.spec.uart import RECEIVED_TOLERANCE, baud_setting
+from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 TURN_S = 0.02
 """Time between two instructions at least: the display has its own work to do."""

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.monitors import told
 from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, pulled_up
+from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import SerialLog
+from heatwright.spec.board.eeprom import layout
+from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.boards import Board
 from heatwright.spec.commands import programmed
-from heatwright.spec.eeprom import layout
-from heatwright.spec.uart import baud_setting
 
 
 def plan(source: Source, interface: SerialLog) -> Part:

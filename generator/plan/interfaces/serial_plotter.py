@@ -9,9 +9,9 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import Controller, Pid, SerialPlotter
 from heatwright.spec.adjusted import numbers_of, sets_gains
+from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.boards import Board
 from heatwright.spec.commands import tunable
-from heatwright.spec.uart import baud_setting
 
 
 def plan(source: Source, interface: SerialPlotter) -> Part:

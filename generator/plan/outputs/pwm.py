@@ -12,8 +12,8 @@ from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import fast_pwm, free_running, registers
 from heatwright.spec import Board, Controller, PwmOutput
-from heatwright.spec.pwm import LATEST_INTERRUPT_S, keeps_frequency, pwm_setting
-from heatwright.spec.pwm_timers import PwmChannel
+from heatwright.spec.board.pwm import LATEST_INTERRUPT_S, keeps_frequency, pwm_setting
+from heatwright.spec.board.pwm_timers import PwmChannel
 
 
 def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part:

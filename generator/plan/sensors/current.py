@@ -11,8 +11,8 @@ from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, CurrentSensor
-from heatwright.spec.circuits import reference_v
-from heatwright.spec.currents import FILTER_PULSES
+from heatwright.spec.sensing.circuits import reference_v
+from heatwright.spec.sensing.currents import FILTER_PULSES
 
 CODES = 1024
 

@@ -22,7 +22,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Max31856
 from heatwright.spec.boards import Pin
 from heatwright.spec.commands import programmed
-from heatwright.spec.max31856 import TYPE_CODES
+from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 OPEN_TEST = 0x10
 """CR0, OCFAULT: look for an open thermocouple, with less than 5 kΩ in its wires."""

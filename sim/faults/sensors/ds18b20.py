@@ -9,7 +9,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, steps
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.readings import (
+from heatwright.sim.faults.sensing.readings import (
     DAMAGED_ANSWERS,
     SENSOR_RULES,
     bursts,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import cast
 
-from heatwright.sim.faults import converter
-from heatwright.sim.faults.converter import chip_of, cut, mend
 from heatwright.sim.faults.fault import Act, Fault
-from heatwright.sim.faults.readings import no_reading, slow_conversions
+from heatwright.sim.faults.sensing import converter
+from heatwright.sim.faults.sensing.converter import chip_of, cut, mend
+from heatwright.sim.faults.sensing.readings import no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.max31855 import Max31855
 from heatwright.sim.sensors.spi_chip import Wire

@@ -7,17 +7,17 @@ from typing import cast
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, reading_s
-from heatwright.sim.faults.converter import (
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.sensing.converter import (
     WATCH_S,
     chip_of,
     conversions,
     failing_supply,
     wires,
 )
-from heatwright.sim.faults.converter import cut as break_thermocouple
-from heatwright.sim.faults.converter import mend as mend_thermocouple
-from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.readings import no_reading, slow_conversions
+from heatwright.sim.faults.sensing.converter import cut as break_thermocouple
+from heatwright.sim.faults.sensing.converter import mend as mend_thermocouple
+from heatwright.sim.faults.sensing.readings import no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.max31856 import TEST_EVERY, Max31856

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.readings import no_reading
+from heatwright.sim.faults.sensing.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 
 

@@ -4,8 +4,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from heatwright.spec.averaging import Averaged
 from heatwright.spec.base import Least, PinName
+from heatwright.spec.sensing.averaging import Averaged
 
 
 class Newsensor(Averaged):

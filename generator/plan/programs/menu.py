@@ -1,0 +1,108 @@
+"""The menu of the LCD keypad shield for a loop with programs: screens, texts, what is changed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from heatwright.generator.plan.core import lockout_ends, rules
+from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.numbers import c_float, quantity, ticks
+from heatwright.generator.plan.parts import Call, Constant, File
+from heatwright.generator.plan.protection.fault_log import fault_log
+from heatwright.generator.plan.source import Source
+from heatwright.spec import LcdKeypad
+from heatwright.spec.commands import told_elsewhere, tunable
+from heatwright.spec.loops import Loop
+from heatwright.spec.sensing.max31856 import TYPE_CODES
+
+PARTS = ("run", "edit", "values")
+"""The menu's files beside panel.c."""
+
+WIDE_C = 1000.0
+"""From here on temperatures are shown without decimals: two of them fill a line."""
+
+JOULE_PER_KWH = 3.6e6
+TENTHS_PER_DUTY = 1000
+"""The energy counter's sum for one step at full power."""
+
+
+class Shown(NamedTuple):
+    """What the display shows: files, their constants, and what each tick does for them."""
+
+    files: tuple[File, ...]
+    constants: tuple[Constant, ...]
+    tick_calls: tuple[Call, ...] = ()
+
+
+def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
+    """Plan the menu of one loop with programs."""
+    controller = source.controller
+    name = interface.loop
+    loop = controller.loops[name]
+    sensor = controller.thermometers[loop.sensor]
+    power_w = getattr(controller.outputs[loop.heater], "power_w", None)
+    context = {
+        "where": source.where,
+        "loop_name": name,
+        "told_elsewhere": told_elsewhere(controller),
+        "prefix": prefix_of(name),
+        "sensor": loop.sensor,
+        "rules": rules(controller),
+        "lockout": lockout_ends(controller),
+        "keeps": controller.programs is not None and controller.programs.on_fault == "pause",
+        "decimals": int(loop.protection.maximum_c < WIDE_C),
+        "tunable": tunable(controller, name),
+        "adjustable": loop.protection.maximum_adjustable,
+        "types": [
+            {"code": TYPE_CODES.index(letter), "letter": letter} for letter in sensor.selectable
+        ],
+        "energy": power_w is not None,
+        "monitors": bool(controller.monitors),
+    }
+    log = fault_log()
+    files = (
+        *log.files,
+        File("src/panel.c", "interfaces/lcd_keypad/menu.c.j2", context),
+        File("src/menu_text.h", "interfaces/lcd_keypad/menu_text.h.j2", context),
+        File("src/menu_text.c", "interfaces/lcd_keypad/menu_text.c.j2", context),
+        *(
+            File(f"src/menu_{part}.{end}", f"interfaces/lcd_keypad/menu_{part}.{template}", context)
+            for part in PARTS
+            for end, template in (("h", "h"), ("c", "c.j2"))
+        ),
+    )
+    return Shown(
+        files,
+        (*_constants(source, loop, interface.step_k), *_energy(source, loop, power_w)),
+        log.tick_calls,
+    )
+
+
+def _constants(source: Source, loop: Loop, step_k: float) -> tuple[Constant, ...]:
+    return (
+        Constant(
+            "PANEL_PERIOD_TICKS",
+            f"{ticks(loop.period_s)}UL",
+            f"a control step of {quantity(loop.period_s, 's')}, in ticks of 10 ms",
+        ),
+        Constant(
+            "PANEL_TARGET_STEP",
+            f"{max(1, round(step_k * 10))}",
+            f"{source.at('step').where}: {quantity(step_k, 'K')}, in 0.1 K",
+        ),
+    )
+
+
+def _energy(source: Source, loop: Loop, power_w: float | None) -> tuple[Constant, ...]:
+    if power_w is None:
+        return ()
+    kwh = power_w * loop.period_s / TENTHS_PER_DUTY / JOULE_PER_KWH
+    heater = Source(source.spec, ("outputs", loop.heater, "power"))
+    return (
+        Constant(
+            "PANEL_KWH_PER_COUNT",
+            c_float(kwh),
+            f"{heater.where}: {quantity(power_w, 'W')} x {quantity(loop.period_s, 's')} "
+            "/ 1000 / 3.6e6 J",
+        ),
+    )

@@ -1,0 +1,195 @@
+"""Programs and their progress in EEPROM."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.text import c_string, markdown
+from heatwright.spec import Controller
+from heatwright.spec.board.eeprom import CELL_WRITES, Area, layout
+from heatwright.spec.programs import (
+    FASTEST_K_PER_H,
+    LONGEST_SEGMENT_S,
+    AfterPowerLoss,
+    Programs,
+    Segment,
+)
+from heatwright.spec.quantity import duration
+
+KINDS = {kind: f"PROGRAM_{kind.upper()}" for kind in ("over", "rate", "fast", "hold", "until")}
+UINT16_MAX = 0xFFFF
+PER_KELVIN = 10
+"""Temperatures of a program are whole tenths, and so are its rates."""
+FLOAT_ERROR = 1e-6
+"""Far below a tenth of a tenth, far above what single decimals lose in binary."""
+
+
+def programs(root: Source) -> Part:
+    """Plan where programs are kept, and where the one that runs notes how far it is."""
+    given = root.controller.programs
+    if given is None:
+        return Part()
+    source = root.at("programs")
+    context = {
+        "where": source.where,
+        "places": given.places,
+        "places_where": source.at("places").where,
+        "points": given.points,
+        "points_where": source.at("points").where,
+        "stored": [
+            _program(source.at("stored", index), given, index) for index in range(len(given.stored))
+        ],
+    }
+    return Part(
+        files=(
+            File("src/programs.h", "src/programs.h.j2", context),
+            File("src/programs.c", "src/programs.c.j2", context),
+            File("src/progress.h", "src/progress.h"),
+            File("src/progress.c", "src/progress.c"),
+        ),
+        groups=(Group("Programs in EEPROM", _constants(source)),),
+        start_calls=(Call(Stage.RESTORE, "progress.h", "progress_start();"),),
+        tick_calls=(
+            Call(Stage.STORE, "progress.h", "progress_tick();"),
+            Call(Stage.STORE, "programs.h", "programs_tick();"),
+        ),
+    )
+
+
+def in_words(controller: Controller) -> dict[str, str] | None:
+    """What the README says of programs; None if there are none."""
+    given = controller.programs
+    if given is None:
+        return None
+    years = math.floor(layout(controller).progress.years(given.save_every_s))
+    return {
+        "loop": given.loop,
+        "places": str(given.places),
+        "points": str(given.points),
+        "names": ", ".join(markdown(program.name) for program in given.stored),
+        "on_fault": _on_fault(given),
+        "after_power_loss": _after_power_loss(given.after_power_loss),
+        "save_every": duration(given.save_every_s),
+        "years": str(years),
+    }
+
+
+def _on_fault(programs: Programs) -> str:
+    if programs.on_fault == "stop":
+        return "A fault ends it."
+    within = quantity(programs.after_power_loss.resume_within_k, "K")
+    otherwise = {
+        "stop": "ends",
+        "pause": "is an ordinary pause, which can be resumed from anywhere",
+    }
+    return (
+        "A fault interrupts it. Once that is acknowledged somebody may resume it: it goes on if "
+        f"the temperature has changed by no more than {within}, else it "
+        f"{otherwise[programs.after_power_loss.otherwise]}."
+    )
+
+
+def _after_power_loss(power: AfterPowerLoss) -> str:
+    otherwise = {"stop": "ends", "pause": "is paused"}[power.otherwise]
+    if power.resume_within_k == 0:
+        return f"it {otherwise}"
+    within = quantity(power.resume_within_k, "K")
+    return (
+        f"it goes on if the temperature has changed by no more than {within}, else it {otherwise}"
+    )
+
+
+def _program(source: Source, programs: Programs, index: int) -> dict[str, object]:
+    program = programs.stored[index]
+    return {
+        "where": source.where,
+        "name": c_string(program.name),
+        "segments": [_segment(segment) for segment in program.segments],
+    }
+
+
+def _segment(segment: Segment) -> dict[str, str]:
+    """A segment as C, and in the words of the spec."""
+    amount, how = _amount(segment)
+    what = "hold" if segment.to_c is None else f"to {quantity(segment.to_c, 'degC')}"
+    return {
+        "kind": KINDS[segment.kind],
+        "to_dc": str(round((segment.to_c or 0.0) * PER_KELVIN)),
+        "amount": f"{amount}u" if amount <= UINT16_MAX else f"{amount}ul",
+        "meaning": f"{what} {how}",
+    }
+
+
+def _amount(segment: Segment) -> tuple[int, str]:
+    """Give a segment's time in seconds, or its rate in tenths of a kelvin per hour, and say it."""
+    if segment.over_s is not None:
+        return round(segment.over_s), f"over {duration(segment.over_s)}"
+    if segment.at_k_per_h is not None:
+        rate = quantity(segment.at_k_per_h, "K/h")
+        return round(segment.at_k_per_h * PER_KELVIN), f"at {rate}"
+    if segment.hold_s is not None:
+        return round(segment.hold_s), duration(segment.hold_s)
+    return 0, "as fast as possible" if segment.fast else "until the operator goes on"
+
+
+def _constants(source: Source) -> tuple[Constant, ...]:
+    controller = source.controller
+    assert controller.programs is not None  # noqa: S101 - the caller has looked
+    setpoint = controller.loops[controller.programs.loop].setpoint
+    bounds = Source(source.spec, ("loops", controller.programs.loop, "setpoint"))
+    lowest = math.ceil(setpoint.minimum_c * PER_KELVIN - FLOAT_ERROR)
+    highest = math.floor(setpoint.maximum_c * PER_KELVIN + FLOAT_ERROR)
+    return (
+        *_where_they_are(source),
+        Constant(
+            "PROGRAM_LOWEST_DC", _integer(lowest),
+            f"{bounds.at('minimum').where}: {quantity(setpoint.minimum_c, 'degC')} in tenths",
+        ),
+        Constant(
+            "PROGRAM_HIGHEST_DC", _integer(highest),
+            f"{bounds.at('maximum').where}: {quantity(setpoint.maximum_c, 'degC')} in tenths",
+        ),
+        Constant(
+            "PROGRAM_MOST_SECONDS", f"{LONGEST_SEGMENT_S:.0f}ul",
+            "31 days: no segment takes longer",
+        ),
+        Constant(
+            "PROGRAM_MOST_TENTHS_PER_HOUR", f"{round(FASTEST_K_PER_H * PER_KELVIN)}u",
+            "no rate of a segment is higher, in 0.1 K/h",
+        ),
+    )  # fmt: skip
+
+
+def _where_they_are(source: Source) -> tuple[Constant, ...]:
+    """Give the places of programs and progress in the EEPROM, and how long it lasts."""
+    given = source.controller.programs
+    assert given is not None  # noqa: S101 - as above
+    areas = layout(source.controller)
+    programs, progress = areas.programs, areas.progress
+    every = duration(given.save_every_s)
+    years = math.floor(progress.years(given.save_every_s))
+    saves = f"{progress.slots * CELL_WRITES / 1e6:.1f} million saves"
+    return (
+        Constant("PROGRAMS_EEPROM", f"{programs.start}u", _extent(programs)),
+        Constant(
+            "PROGRAMS_SLOT_BYTES", f"{programs.slot_bytes}u",
+            f"{source.at('points').where}: {given.points} segments; two slots to a program",
+        ),
+        Constant("PROGRESS_EEPROM", f"{progress.start}u", _extent(progress)),
+        Constant("PROGRESS_SLOT_BYTES", f"{progress.slot_bytes}u", "a record, and its frame"),
+        Constant(
+            "PROGRESS_SLOTS", f"{progress.slots}u",
+            f"{source.at('save_every').where}: {every}; {saves}, {years} years day and night",
+        ),
+    )  # fmt: skip
+
+
+def _extent(area: Area) -> str:
+    return f"bytes {area.start} to {area.end - 1} of the EEPROM"
+
+
+def _integer(value: int) -> str:
+    return f"({value})" if value < 0 else str(value)

@@ -1,0 +1,215 @@
+"""A program's variables, found by their names in its debug information.
+
+``Variables(elf)["loop_air.temperature_c"]`` gives address, size and numpy type; structures are
+entered with dots, array elements with ``[n]``. Names that two source files share (static variables)
+are told apart by the file: ``"control.c:state"``. A whole run of RAM images is decoded at once::
+
+    table = variables.decode(images, base, ["loop_air", "fault.code"])
+    table["loop_air"]["temperature_c"]      # float32, one per image
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from elftools.elf.elffile import ELFFile
+from numpy.typing import NDArray
+
+from heatwright.sim.binary.dwarf_types import Types
+from heatwright.sim.binary.elf import RAM, Elf, ElfError
+
+_OP_ADDR = 0x03
+_PATH = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*|\[\d+\])*")
+_STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(\d+)\]")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Where a variable is: RAM address, and its numpy type (``dtype.itemsize`` bytes)."""
+
+    name: str
+    address: int
+    dtype: np.dtype[Any]
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return int(self.dtype.itemsize)
+
+    def step(self, member: str) -> Variable:
+        """Return a member of this structure; raises ElfError when it has none of that name."""
+        fields = self.dtype.fields
+        if fields is None or member not in fields:
+            have = ", ".join(fields or ()) or "no members"
+            raise ElfError(f"{self.name} has no member {member} (it has {have}).")
+        dtype, offset = fields[member][:2]
+        return Variable(f"{self.name}.{member}", self.address + offset, dtype)
+
+    def element(self, index: int) -> Variable:
+        """Return an element of this array; raises ElfError when it is none, or shorter."""
+        if self.dtype.subdtype is None or index >= self.dtype.subdtype[1][0]:
+            raise ElfError(f"{self.name} has no element {index}.")
+        base, shape = self.dtype.subdtype
+        dtype = np.dtype((base, shape[1:])) if shape[1:] else base
+        return Variable(f"{self.name}[{index}]", self.address + index * dtype.itemsize, dtype)
+
+
+@lru_cache(maxsize=8)
+def _described(program: bytes) -> Mapping[str, list[Variable]]:
+    """Read what a program's file says of its variables; once, for it takes a tenth of a second."""
+    found: dict[str, list[Variable]] = {}
+    file = ELFFile(BytesIO(program))
+    if file.has_dwarf_info():
+        _Reader(found).read(file.get_dwarf_info())
+    return found
+
+
+class Variables(Mapping[str, Variable]):
+    """All variables in RAM with a fixed address, by name.
+
+    Raises ElfError when a name is asked for that the program has not, or has more than once. The
+    processor's registers are there too, by their names in the data sheet.
+    """
+
+    def __init__(self, elf: Elf) -> None:
+        self._elf = elf
+        self._all = _described(elf.path.read_bytes())
+        self._found: dict[str, Variable] = {}
+
+    def __getitem__(self, name: str) -> Variable:
+        if name not in self._found:
+            self._found[name] = self._described(name)
+        return self._found[name]
+
+    def _described(self, name: str) -> Variable:
+        file, _, path = name.rpartition(":")
+        steps = _steps(path)
+        found = self._find(file, steps[0][0])
+        for member, index in steps[1:]:
+            found = found.step(member) if member else found.element(int(index))
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        try:
+            return isinstance(name, str) and bool(self[name])
+        except ElfError:
+            return False
+
+    def of_file(self, file: str) -> list[Variable]:
+        """List the variables that a source file defines, such as "control.c"; "" for registers."""
+        start = f"{file}:"
+        return [each for key in self._all if key.startswith(start) for each in self._all[key]]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The source files in C that define variables."""
+        return tuple(sorted({key.partition(":")[0] for key in self._all if ".c:" in key}))
+
+    def _find(self, file: str, name: str) -> Variable:
+        found = self._all.get(f"{file}:{name}" if file else name, [])
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise ElfError(f"{self._elf.path.name} has {name} in several files: name the file.")
+        raise ElfError(f"{self._elf.path.name} has no variable {name}{self._hint()}.")
+
+    def _hint(self) -> str:
+        """The C library describes the registers; a program that says no more was compiled so."""
+        first = self._elf.static_ram[0]
+        if any(variable.address >= first for found in self._all.values() for variable in found):
+            return ""
+        return ", nor any other: compile it with -gdwarf-2"
+
+    def __iter__(self) -> Iterable[str]:  # type: ignore[override]
+        return iter(name for name, found in self._all.items() if len(found) == 1)
+
+    def __len__(self) -> int:
+        return sum(len(found) == 1 for found in self._all.values())
+
+    def decode(
+        self, images: NDArray[np.uint8], base: int, names: Iterable[str]
+    ) -> NDArray[np.void]:
+        """View RAM images as variables, without copying.
+
+        images -- one image per row, contiguous; base -- RAM address of the first column.
+        Returns one record per image, a field per name. Raises ElfError when a variable lies
+        outside the images.
+        """
+        found = {name: self[name] for name in names}
+        width = images.shape[1]
+        for name, variable in found.items():
+            if variable.address < base or variable.address + variable.size > base + width:
+                raise ElfError(f"{name} is not in the RAM range that was recorded.")
+        dtype = np.dtype(
+            {
+                "names": list(found),
+                "formats": [variable.dtype for variable in found.values()],
+                "offsets": [variable.address - base for variable in found.values()],
+                "itemsize": width,
+            }
+        )
+        return np.ascontiguousarray(images).view(dtype)[:, 0]
+
+
+def _steps(path: str) -> list[tuple[str, str]]:
+    if not _PATH.fullmatch(path):
+        raise ElfError(f"{path!r} is not the name of a variable.")
+    return [(str(member), str(index)) for member, index in _STEP.findall(path)]
+
+
+class _Reader:
+    """Walks the debug information once."""
+
+    def __init__(self, into: dict[str, list[Variable]]) -> None:
+        self._into = into
+        self._seen: set[tuple[str, int]] = set()
+
+    def read(self, info: Any) -> None:
+        types = Types()
+        for unit in info.iter_CUs():
+            file = Path(_name(unit.get_top_DIE()) or "").name
+            for die in unit.iter_DIEs():
+                if die.tag == "DW_TAG_variable":
+                    self._add(die, file, types)
+
+    def _add(self, die: Any, file: str, types: Types) -> None:
+        address = _address(die)
+        name = _name(die)
+        origin = _origin(die)
+        if address is None or name is None or (name, address) in self._seen:
+            return
+        self._seen.add((name, address))
+        dtype = types.dtype(die if "DW_AT_type" in die.attributes else origin)
+        variable = Variable(name, address, dtype)
+        self._into.setdefault(name, []).append(variable)
+        self._into.setdefault(f"{file}:{name}", []).append(variable)
+
+
+def _origin(die: Any) -> Any:
+    for attribute in ("DW_AT_specification", "DW_AT_abstract_origin"):
+        if attribute in die.attributes:
+            return die.get_DIE_from_attribute(attribute)
+    return die
+
+
+def _name(die: Any) -> str | None:
+    found = die.attributes.get("DW_AT_name") or _origin(die).attributes.get("DW_AT_name")
+    return found.value.decode() if found else None
+
+
+def _address(die: Any) -> int | None:
+    """Return the RAM address of a variable that has a fixed one."""
+    location = die.attributes.get("DW_AT_location")
+    if location is None or not isinstance(location.value, list):
+        return None
+    if len(location.value) != 5 or location.value[0] != _OP_ADDR:
+        return None
+    address = int.from_bytes(bytes(location.value[1:]), "little")
+    return address - RAM if RAM <= address < RAM + 0x10000 else None

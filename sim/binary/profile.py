@@ -1,0 +1,200 @@
+"""Where a program spends its time, to the cycle; on simavr's core one instruction at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from elftools.elf.elffile import ELFFile
+from numpy.typing import NDArray
+
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.native.hw import Hw
+from heatwright.sim.native.log import Log
+
+ENTRY = np.dtype({"names": ["cycle", "pc"], "formats": ["<u8", "<u4"], "itemsize": 16})
+NO_FUNCTION = 0xFFFF
+
+
+@dataclass(frozen=True)
+class FunctionProfile:
+    """A function's calls, and its cycles: with what it calls (total, longest), and its own.
+
+    Interrupts that come while it runs are not counted to it. masked: the longest time with
+    interrupts off that began in it.
+    """
+
+    calls: int
+    total: int
+    longest: int
+    own: int
+    masked: int
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """The longest of its kind: cycles, the time it began (s), the function it began in."""
+
+    cycles: int
+    seconds: float
+    began_s: float
+    function: str
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines of a source file that have code, and those of them that were reached."""
+
+    code: frozenset[int]
+    reached: frozenset[int]
+
+    @property
+    def missed(self) -> tuple[int, ...]:
+        """Lines that were never reached."""
+        return tuple(sorted(self.code - self.reached))
+
+
+class Profile:
+    """Profiling from the moment it is made until ``stop``; see Avr.profile.
+
+    log -- of the entries of traced functions, in the shim.
+    """
+
+    def __init__(self, hw: Hw, program: Elf) -> None:
+        self._owner = hw
+        self._lib, self._stopped = hw.lib, False
+        self._program = program
+        self.log = Log(hw, hw.lib.HW_ENTRY_LOG, ENTRY)
+        self._others = np.empty(0, ENTRY)  # entries of functions not asked for yet
+        table = self._table(hw.lib.hw_flash_size(hw.pointer))
+        starts = np.array([function.start for function in program.functions], np.uint32)
+        if self._lib.hw_profile_start(
+            self._hw,
+            hw.ffi.from_buffer("uint16_t[]", table),
+            hw.ffi.from_buffer("uint32_t[]", starts),
+            len(starts),
+        ):
+            raise ValueError("This processor is already being profiled.")
+
+    def _table(self, flash_size: int) -> NDArray[np.uint16]:
+        """Number of the function each word of flash belongs to."""
+        table = np.full(flash_size // 2, NO_FUNCTION, np.uint16)
+        for number, function in enumerate(self._program.functions):
+            table[function.start // 2 : (function.end + 1) // 2] = number
+        return table
+
+    @property
+    def _hw(self) -> Any:
+        if self._stopped:
+            raise ValueError("This profile has been stopped: read its results before.")
+        return self._owner.pointer
+
+    def stop(self) -> None:
+        """End it: the processor runs at full speed again. Read the results before.
+
+        Whoever asks for one later gets a ValueError; entries that were logged can still be had.
+        """
+        self._lib.hw_profile_stop(self._hw)
+        self._stopped = True
+
+    @property
+    def functions(self) -> dict[str, FunctionProfile]:
+        """The functions that have run, by name."""
+        table = self._lib.hw_profile_functions(self._hw)
+        return {
+            function.name: FunctionProfile(*_fields(table[number]))
+            for number, function in enumerate(self._program.functions)
+            if table[number].own
+        }
+
+    def trace(self, function: str) -> None:
+        """Note each call of a function from now on; see entries. ElfError if there is none."""
+        number = self._program.functions.index(self._program.function(function))
+        self._lib.hw_profile_trace_entry(self._hw, number, 1)
+
+    def entries(self, function: str) -> NDArray[np.uint64]:
+        """Return the cycles at which a traced function was called since the last call of this."""
+        start = self._program.function(function).start
+        found = np.concatenate([self._others, self.log.take()])
+        mine = found["pc"] == start
+        self._others = found[~mine]
+        cycles: NDArray[np.uint64] = found["cycle"][mine]
+        return cycles
+
+    @property
+    def masked(self) -> Stretch:
+        """The longest time with interrupts off, once they have been on after a reset."""
+        return self._stretch(self._lib.hw_profile_masked(self._hw))
+
+    @property
+    def busy(self) -> Stretch:
+        """The longest stay within 8 words of code without sleep, interrupts not counted."""
+        return self._stretch(self._lib.hw_profile_busy(self._hw))
+
+    def _stretch(self, found: Any) -> Stretch:
+        clock = self._owner.clock_hz
+        function = self._program.function_at(found.pc)
+        name = function.name if function else "?"
+        return Stretch(int(found.cycles), found.cycles / clock, found.at / clock, name)
+
+    @property
+    def stack_used(self) -> int:
+        """Most bytes of stack in use at any time."""
+        top = int(self._lib.hw_ram_end(self._hw))
+        return top - int(self._lib.hw_profile_stack(self._hw))
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """For each word of flash, whether it has been executed."""
+        words = self._lib.hw_flash_size(self._hw) // 2
+        raw = self._owner.ffi.buffer(self._lib.hw_profile_coverage(self._hw), words)
+        return np.frombuffer(raw, np.uint8).astype(bool)
+
+    def lines(self) -> dict[str, Lines]:
+        """Return, for each source file, its lines with code and those reached.
+
+        An empty result means the program carries no line numbers.
+        """
+        reached = self.reached
+        found: dict[str, tuple[set[int], set[int]]] = {}
+        for start, end, file, line in line_ranges(self._program.path):
+            code, hit = found.setdefault(file, (set(), set()))
+            code.add(line)
+            if reached[start // 2 : (end + 1) // 2].any():
+                hit.add(line)
+        return {file: Lines(frozenset(code), frozenset(hit)) for file, (code, hit) in found.items()}
+
+
+def _fields(record: Any) -> tuple[int, int, int, int, int]:
+    return record.calls, record.total, record.longest, record.own, record.masked
+
+
+def line_ranges(path: Path) -> list[tuple[int, int, str, int]]:
+    """Return first byte, end, file and line of each run of code, from the line number table."""
+    ranges: list[tuple[int, int, str, int]] = []
+    with path.open("rb") as stream:
+        elf = ELFFile(stream)
+        if not elf.has_dwarf_info():
+            return ranges
+        info = elf.get_dwarf_info()
+        for unit in info.iter_CUs():
+            program = info.line_program_for_CU(unit)
+            if program is not None:
+                ranges += _of_program(program)
+    return ranges
+
+
+def _of_program(program: Any) -> list[tuple[int, int, str, int]]:
+    ranges = []
+    before = None
+    for entry in program.get_entries():
+        state = entry.state
+        if state is None:
+            continue
+        if before is not None and state.address > before.address:
+            name = program["file_entry"][before.file - 1].name.decode()
+            ranges.append((before.address, state.address, name, before.line))
+        before = None if state.end_sequence else state
+    return ranges

@@ -1,0 +1,267 @@
+"""The controller itself damaged: EEPROM, also by a loss of power; RAM, flash, clock, ADC, pins."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from importlib import import_module
+from types import ModuleType
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
+from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.sensing.readings import SENSOR_RULES
+from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.spec.registry import module_of
+from heatwright.spec.self_checks import (
+    measures_known_voltage,
+    proves_watchdog,
+    read_back,
+    self_checked,
+)
+
+SEED = 1
+WATCH_S = 30.0
+HIGHEST_BIT = 7
+"""Of a byte; of the third of a float it is the last of the exponent."""
+LOWEST_BIT = 0
+SEAL, UNSEALED = "flash_seal", b"\xff\xff"
+"""What holds the checksum of the program, and how the compiler leaves it."""
+BYTES = 7
+"""Of a record, after which the power goes: half of the shortest."""
+REFERENCE_OFF = 0.6
+WRONG_S = 1.0 + 2 * TICK_S
+"""A second, and the ticks before and after it."""
+HELD_S = 5 * TICK_S
+"""Three looks at a pin, one of them when it is switched, and a tick about them."""
+SLOW = 0.5
+"""Of the frequency: a crystal of 8 MHz for one of 16."""
+REST_S = 2.0
+LONGEST_MS = 1000
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to any EEPROM."""
+    yield Fault(
+        "eeprom_damaged",
+        lambda: starts.heating(site),
+        damage,
+        trip=Trip(("settings_corrupt",), start_up_s(site)),
+    )
+    yield Fault(
+        "setpoint_flipped",
+        lambda: starts.heating(site),
+        flip_setpoint,
+        trip=Trip(("memory_damaged",), 2 * site.loop.period_s),
+    )
+    if self_checked(site.controller):
+        for name, cause, rule in (
+            ("duty_left_out", leave_out_duty, "sequence_broken"),
+            ("stack_guard_flipped", flip_stack_guard, "stack_overrun"),
+            ("ram_cell_stuck", stick_cell, "ram_damaged"),
+            ("eeprom_decays", flip_eeprom, "eeprom_worn"),
+        ):
+            yield Fault(
+                name,
+                lambda: starts.heating(site),
+                cause,
+                trip=Trip((rule,), 2 * TICK_S),
+                off_within_s=2 * TICK_S,
+                all_off=True,
+                floats=True,
+            )
+        yield Fault(
+            "flash_flipped",
+            lambda: starts.heating(site),
+            flip_flash,
+            flip_flash,
+            trip=Trip(("flash_damaged",), flash_s(site.program)),
+            floats=True,
+        )
+        yield Fault(
+            "flash_not_sealed",
+            lambda: starts.heating(site),
+            unseal,
+            seal,
+            trip=Trip(("flash_unsealed",), start_up_s(site)),
+            floats=True,
+        )
+        if measures_known_voltage(site.controller):
+            yield Fault(
+                "adc_reference_off",
+                lambda: starts.heating(site),
+                lambda world: measure(world, REFERENCE_OFF),
+                lambda world: measure(world, 1.0),
+                trip=Trip(("adc_wrong",), WRONG_S),
+                floats=True,
+            )
+        yield from _held_pins(site)
+        if proves_watchdog(site.controller):
+            yield Fault(
+                "crystal_slow",
+                lambda: starts.heating(site),
+                lambda world: change_crystal(world, SLOW),
+                lambda world: change_crystal(world, 1.0),
+                trip=Trip(("clock_wrong",), start_up_s(site) / SLOW),
+                floats=True,
+            )
+    if site.has_operator:
+        yield Fault(
+            "record_cut_short",
+            lambda: latched(site),
+            cut_short,
+            may=SENSOR_RULES,
+            sensor_lies=True,
+            calm=True,
+            watch_s=WATCH_S,
+        )
+
+
+def damage(world: World) -> None:
+    """Fill the EEPROM with random bytes while the power is off."""
+    noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
+    world.device.avr.eeprom.contents = noise.randbytes(world.device.avr.eeprom.size)
+    world.power_cut(STEP_S)
+
+
+def flip_setpoint(world: World) -> None:
+    """Flip a bit of the setpoint in the RAM: it becomes twice as far from 0 °C, or half."""
+    place = world.device.variables[f"settings.{world.site.loop_name}_setpoint_c"]
+    world.device.avr.flip(place.address + place.size - 2, HIGHEST_BIT)
+
+
+def flip_flash(world: World) -> None:
+    """Flip a bit of the program's last byte: with it variables begin, and until a reset no more."""
+    world.device.avr.flip_flash(len(world.site.program.flash) - 1, LOWEST_BIT)
+
+
+def leave_out_duty(world: World) -> None:
+    """Flip a bit of the mark that duties leave: one was done that no step has begun."""
+    world.device.avr.flip(_place(world, f"loop_{world.site.loop_name}.c:done"), LOWEST_BIT)
+
+
+def flip_stack_guard(world: World) -> None:
+    """Flip a bit of what stands between stack and variables."""
+    world.device.avr.flip(_place(world, "checks_stack_guard"), LOWEST_BIT)
+
+
+def flip_eeprom(world: World) -> None:
+    """Flip a bit of every cell of the EEPROM."""
+    eeprom = world.device.avr.eeprom
+    eeprom.contents = bytes(byte ^ 1 << LOWEST_BIT for byte in eeprom.contents)
+
+
+def stick_cell(world: World) -> None:
+    """Have a bit of a cell stuck at 0 while it is tested, with the next tick."""
+    avr, test = world.device.avr, world.site.program.function("ram_tick")
+    cell = _place(world, "checks_stack_guard")
+    avr.write_ram(_place(world, "ram.c:place"), cell.to_bytes(2, "little"))
+
+    def act(end_s: float) -> None:
+        end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
+        while avr.cycle < end:
+            avr.run_to(avr.cycle + 1)
+            if test.start <= avr.program_counter < test.end:
+                avr.write_ram(cell, bytes([avr.read_ram(cell, 1)[0] & ~(1 << LOWEST_BIT)]))
+
+    world.act_within(act)
+
+
+def measure(world: World, times: float) -> None:
+    """Have the chip's own voltage be measured as so many times what it is."""
+    part = world.device.avr.part
+    world.device.avr.adc.known(part.adc_known, times * part.known_mv)
+
+
+def change_crystal(world: World, times: float) -> None:
+    """Begin anew with a crystal of another frequency, in times of what the spec says."""
+    world.device.crystal_hz = round(times * world.site.controller.board.clock_hz)
+    world.power_cut(world.step_s)
+
+
+def _held_pins(site: Site) -> Iterator[Fault]:
+    """Hold the relay's pin, or else that of the loop's heater, if it is read back."""
+    able, relay = read_back(site.controller), site.controller.safety.relay
+    output = relay if relay in able else site.loop.heater
+    if output not in able:
+        return
+    window_s = getattr(site.controller.outputs[output], "window_s", 0.0)
+    yield Fault(
+        "pin_held",
+        lambda: starts.heating(site),
+        lambda world: hold_off(world, output),
+        lambda world: let_go(world, output),
+        trip=Trip(("pin_held",), HELD_S + window_s),
+        floats=True,
+    )
+
+
+def hold_off(world: World, output: str) -> None:
+    """Short the pin of an output that is on to where it is off."""
+    switch = world.device.outputs[output]
+    world.device.avr.pins.drive(switch.pin, "low" if switch.active == "high" else "high")
+
+
+def let_go(world: World, output: str) -> None:
+    """Take the short away."""
+    world.device.avr.pins.drive(world.device.outputs[output].pin, None)
+
+
+def _place(world: World, variable: str) -> int:
+    return int(world.device.variables[variable].address)
+
+
+def unseal(world: World) -> None:
+    """Begin with a program that nobody has sealed."""
+    _put_seal(world, UNSEALED)
+
+
+def seal(world: World) -> None:
+    """Put the program into the chip again, sealed."""
+    program = world.site.program
+    _put_seal(world, program.flash_bytes(SEAL, len(UNSEALED)))
+
+
+def _put_seal(world: World, wanted: bytes) -> None:
+    avr, place = world.device.avr, world.site.program.symbols[SEAL]
+    for number, byte in enumerate(wanted):
+        avr.put_flash(place + number, byte)
+    avr.reset("external")
+
+
+def latched(site: Site) -> World:
+    """Begin with a fault that is latched, stored, and whose cause has gone."""
+    world = starts.heating(site)
+    cut_line(world)
+    world.until(OfState(lambda now: now.fault != 0), answer_s(site.loop))
+    world.run(REST_S)
+    mend_line(world)
+    return world
+
+
+def cut_line(world: World) -> None:
+    """Take the loop's sensor from the controller, in the way of its kind."""
+    _of_sensor(world.site).cut(world)
+
+
+def mend_line(world: World) -> None:
+    """Give it back."""
+    _of_sensor(world.site).mend(world)
+
+
+def _of_sensor(site: Site) -> ModuleType:
+    kind = site.controller.sensors[site.loop.sensor].kind
+    return import_module(module_of("sensor", "faults", kind))
+
+
+def cut_short(world: World) -> None:
+    """Acknowledge, and cut the power in the middle of the record that says so."""
+    eeprom = world.device.avr.eeprom
+    before = eeprom.writes
+    world.hand.begin_acknowledging(world)
+    for _ in range(LONGEST_MS):
+        world.device.advance(world.now_s + 0.001)
+        if eeprom.writes >= before + BYTES and eeprom.writing:
+            break
+    world.power_cut(STEP_S, undefined=random.Random(SEED).randrange(256))  # noqa: S311 - as above

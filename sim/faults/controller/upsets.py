@@ -1,0 +1,185 @@
+"""Single-event upsets: one random bit flips, or the processor jumps, and what follows is judged.
+
+A bit of the static RAM, the stack, a working register, a register of the chip's periphery, the
+flash or the EEPROM is inverted, or the program counter is set anywhere in the program; at a random
+moment, in a loop that heats, one that is off, or one with a latched fault whose cause has gone. A
+register of the periphery acts as if an instruction had written it. What is flipped in the EEPROM is
+followed by a loss of power: only then is it read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from random import Random
+from typing import NamedTuple
+
+from heatwright.sim.avr import AvrError
+from heatwright.sim.binary.elf import Elf
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.controller import memory
+from heatwright.sim.faults.site import Site
+from heatwright.sim.faults.world import STEP_S, World
+from heatwright.spec import Controller, starts_enabled
+
+KINDS = ("ram", "stack", "register", "periphery", "flash", "eeprom", "jump")
+GUARDED = ("ram", "stack", "register", "periphery", "eeprom")
+"""Of these none may be bad; what flips in the flash, and jumps, docs/safety.md lists as a risk."""
+STACK_BYTES = 64
+"""Below the top of the RAM: what is in use while the program sleeps, and more."""
+PERIPHERY_START = 0x20
+"""The working registers are below."""
+RECORDS_BYTES = 256
+"""From the beginning of the EEPROM: settings and the latched fault."""
+WATCH_S = 30.0
+WATCH_PERIODS = 10
+PERIODS = 2
+"""For so long what the last step decided may last."""
+
+HEATS, TOO_HOT, FORGETS = "heats", "too hot", "forgets"
+"""What must not be: a heater on beyond its bound, a node hotter than it bears, a fault that is
+latched no longer although nobody acknowledged it."""
+BAD = (HEATS, TOO_HOT, FORGETS)
+RESULTS = ("nothing", "told", "reset", "unknown", *BAD)
+"""All there is: unknown -- the program left what is simulated, so nobody can say."""
+
+
+class Upset(NamedTuple):
+    """One upset: in which loop and state, after how long in it (s), what, where, and which bit.
+
+    address -- in the data space, the EEPROM or the flash, in bytes.
+    """
+
+    number: int
+    loop: str
+    state: str
+    after_s: float
+    kind: str
+    address: int
+    bit: int
+
+    def __str__(self) -> str:
+        """Say it in a line."""
+        place = f"{self.kind} 0x{self.address:04X}"
+        where = place if self.kind == "jump" else f"{place} bit {self.bit}"
+        return f"upset {self.number}: {where}, {self.loop} {self.state}, after {self.after_s:.3f} s"
+
+
+class Outcome(NamedTuple):
+    """What came of one: one of RESULTS, in more words where it must not be."""
+
+    upset: Upset
+    result: str
+    words: str
+
+
+def off(site: Site) -> World:
+    """Begin warm, with the loop switched off by its operator."""
+    world = starts.heating(site)
+    if site.is_switched:
+        world.switch(on=False)
+    else:
+        world.set_setpoint(0.0)
+    world.run(PERIODS * site.loop.period_s + STEP_S)
+    return world
+
+
+STATES: Mapping[str, Callable[[Site], World]] = {
+    "hot": starts.heating,
+    "latched": memory.latched,
+    "off": off,
+}
+
+
+def draw(controller: Controller, program: Elf, number: int, seed: int) -> Upset:
+    """Draw the one of a number: the same for the same seed and program."""
+    random = Random(f"upset {seed} {number}")  # noqa: S311 - no secret
+    site = Site(controller, random.choice(list(controller.loops)), program)
+    states = [each for each in STATES if each != "off" or site.is_commanded]
+    kind = random.choice(KINDS)
+    return Upset(
+        number,
+        site.loop_name,
+        random.choice(states),
+        random.uniform(0.0, PERIODS * site.loop.period_s),
+        kind,
+        _address(controller, program, kind, random),
+        random.randrange(8),
+    )
+
+
+def _address(controller: Controller, program: Elf, kind: str, random: Random) -> int:
+    board = controller.board
+    ram_end = board.ram_start + board.ram_bytes
+    places = {
+        "ram": range(*program.static_ram),
+        "stack": range(ram_end - STACK_BYTES, ram_end),
+        "register": range(PERIPHERY_START),
+        "periphery": range(PERIPHERY_START, board.ram_start),
+        "flash": range(len(program.flash)),
+        "eeprom": range(min(RECORDS_BYTES, board.eeprom_bytes)),
+        "jump": range(0, len(program.flash), 2),
+    }
+    return random.choice(places[kind])
+
+
+def try_upset(controller: Controller, program: Elf, upset: Upset) -> Outcome:
+    """Try one on a world of its own."""
+    site = Site(controller, upset.loop, program)
+    world = STATES[upset.state](site)
+    world.run(upset.after_s)
+    world.device.avr.take_resets()
+    world.watch_peaks()
+    since_s, before, acknowledged = world.now_s, world.fault, _acknowledgements(world)
+    try:
+        _strike(world, upset)
+        world.run(max(WATCH_S, WATCH_PERIODS * site.loop.period_s))
+        result, words = _judged(world, upset, since_s, acknowledged)
+    except AvrError as error:
+        return Outcome(upset, "unknown", str(error))
+    if result == "nothing" and world.fault != before:
+        result = "told"
+    return Outcome(upset, result, words)
+
+
+def _strike(world: World, upset: Upset) -> None:
+    avr = world.device.avr
+    if upset.kind == "eeprom":
+        image = bytearray(avr.eeprom.contents)
+        image[upset.address] ^= 1 << upset.bit
+        avr.eeprom.contents = bytes(image)
+        world.power_cut(STEP_S)
+    elif upset.kind == "flash":
+        avr.flip_flash(upset.address, upset.bit)
+    elif upset.kind == "jump":
+        avr.jump(upset.address)
+    else:
+        avr.flip(upset.address, upset.bit)
+
+
+def _acknowledgements(world: World) -> int:
+    return int(world.device.read("fault.acknowledgements"))
+
+
+def _judged(
+    world: World, upset: Upset, since_s: float, acknowledged_before: int
+) -> tuple[str, str]:
+    """Say which of RESULTS it is, by the machine and the pins; "nothing" where nothing shows."""
+    resets = upset.kind != "eeprom" and len(world.device.avr.take_resets())
+    period_s = world.site.loop.period_s
+    acknowledged = not resets and _acknowledgements(world) != acknowledged_before
+    starts_anew = resets and starts_enabled(world.site.controller, upset.loop)
+    must_be_off = (upset.state == "latched" and not acknowledged) or (
+        upset.state == "off" and not starts_anew
+    )
+    heater = world.heaters if upset.state == "latched" else world.heater
+    last_s = heater.last_on_s(since_s + PERIODS * period_s + 2 * TICK_S)
+    if must_be_off and last_s is not None:
+        return HEATS, f"a heater was on {last_s - since_s:.2f} s after it"
+    if upset.state == "latched" and not world.fault and not acknowledged:
+        return FORGETS, "no fault is latched, and nobody has acknowledged one"
+    bears_c = world.bears_c
+    for node, peak_c in world.peaks.highest_c.items():
+        if peak_c > bears_c[node]:
+            return TOO_HOT, f"{node} became {peak_c:.1f} °C hot and bears {bears_c[node]:.1f} °C"
+    return "reset" if resets else "nothing", ""

@@ -1,0 +1,83 @@
+"""Coolers that are always on or never, and heating and cooling by turns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.bounds import watchdog_s
+from heatwright.sim.faults.controller import processor
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.machine import Heat
+
+WATCH_S = 60.0
+TURNS = 40
+MARGIN_K = 5.0
+BEYOND_K = 30.0
+LONGEST_S = 60.0
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to the loop's cooler."""
+    cooler = site.loop.cooler
+    if cooler is None:
+        return
+    yield Fault(
+        "cooler_shorted",
+        lambda: starts.heating(site),
+        _wire(cooler, effects.SHORTED),
+        _mend(cooler),
+        watch_s=watch_s(site),
+        again=True,
+    )
+    yield Fault(
+        "cooler_dead",
+        lambda: cooling(site),
+        _wire(cooler, effects.OPENED),
+        calm=True,
+        watch_s=WATCH_S,
+    )
+    if site.has_operator:
+        yield Fault("heating_and_cooling_by_turns", lambda: starts.heating(site), _turns, calm=True)
+    yield Fault(
+        "hung_while_cooling",
+        lambda: cooling(site),
+        lambda world: processor.hang(world, processor.INTERRUPTS_ON),
+        trip=Trip(("watchdog_reset",), watchdog_s(site)),
+    )
+
+
+def cooling(site: Site) -> World:
+    """Begin well above a setpoint, with the cooler on."""
+    target_c = starts.setpoints_c(site)[0]
+    start_c = min(target_c + BEYOND_K, site.loop.protection.maximum_c - MARGIN_K)
+    world = World(site, Weather(start_c, starts.ambient_c(site)))
+    starts.first_steps(world)
+    world.set_setpoint(target_c)
+    world.until(OfState(lambda now: now.loop("cooling") == 1), LONGEST_S)
+    return world
+
+
+def _wire(cooler: str, share: Heat) -> Act:
+    def cause(world: World) -> None:
+        world.wiring.heat[cooler] = share
+
+    return cause
+
+
+def _mend(cooler: str) -> Act:
+    def cure(world: World) -> None:
+        world.wiring.heat.pop(cooler)
+
+    return cure
+
+
+def _turns(world: World) -> None:
+    """Ask for hot and cold by turns, as fast as the steps take it over."""
+    high_c, low_c = starts.highest_c(world.site), starts.setpoints_c(world.site)[0]
+    for turn in range(TURNS):
+        world.set_setpoint(low_c if turn % 2 == 0 else high_c)
+        world.run(2 * world.site.loop.period_s)

@@ -1,0 +1,41 @@
+"""A heater whose current is measured."""
+
+from __future__ import annotations
+
+from heatwright.sim.circuits import reference_v
+from heatwright.sim.faults.world import Site
+from heatwright.sim.reference.protection.limiter import IDLE_ADC_STEPS, IDLE_SHARE, rms_to_mean
+from heatwright.spec import Current, CurrentSensor, Switch, full_a
+
+CODES = 1024
+SOFT_START = 0.25
+
+
+class Measured:
+    """A heater whose current is measured, in amperes.
+
+    full_a -- while it is on; mean_a -- at a duty of 100 %; the others are means at that duty, too:
+    idle_a -- what counts as a current at all; over_a -- what trips; limit_a -- what it is held to.
+    """
+
+    def __init__(self, output: Switch, current: Current, step_a: float) -> None:
+        self.full_a = full_a(output) or 0.0
+        self.mean_a = (output.power_w or 0.0) / (output.supply_v or 1.0)
+        root = rms_to_mean(output)
+        self.idle_a = max(IDLE_SHARE * current.nominal_a * root, IDLE_ADC_STEPS * step_a)
+        self.over_a = current.over_a * root
+        self.limit_a = None if current.limit_a is None else current.limit_a * root
+
+
+def measured(site: Site) -> Measured | None:
+    """Return the loop's heater in amperes; None if its current is not measured."""
+    output = site.controller.switches[site.loop.heater]
+    if output.current is None:
+        return None
+    sensor = site.controller.ammeters[output.current.sensor]
+    return Measured(output, output.current, current_step_a(site, sensor))
+
+
+def current_step_a(site: Site, sensor: CurrentSensor) -> float:
+    """Return one step of the ADC, A."""
+    return reference_v(sensor, site.controller.board) / CODES / sensor.scale_v_per_a

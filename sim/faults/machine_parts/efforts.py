@@ -1,0 +1,135 @@
+"""Readings that drift low or stand too high, and a heater that gives less than it did."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.bears import bears_c
+from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.machine import asked_share, share_for, steady_c
+from heatwright.sim.faults.sensing.any_sensor import feel, mend
+from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.machine import Feel
+from heatwright.sim.plants import profile_c
+from heatwright.spec.loops import Effort
+
+SEEN, ASKED = 0.75, 0.9
+"""Of full power: what the band must leave to be seen, and what an aged heater then takes."""
+BEYOND = 1.15
+"""Of the most that is allowed: what a machine takes whose reading has drifted."""
+SPARE = 0.05
+"""Of what nodes bear above the surroundings: a drift is seen late."""
+SLOW = 4.0
+"""Times of the filter, in which a reading drifts; a drift is so much slower than a jump, too."""
+STANDING_K = 1.0
+"""So far above its setpoint, and its hysteresis, a reading stands."""
+FILTERS, TIMES = 4.0, 2.0
+"""For so long it is watched: in times of the filter, and of the rule."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what the rules of effort are there for, where they see it."""
+    effort = site.loop.protection.effort
+    if effort is None or site.loop.cooler is not None:
+        return
+    watch_s = FILTERS * effort.band.filter_s + TIMES * effort.for_s
+    if site.loop.algorithm.pid:  # who switches asks for all power, and 10 sees it
+        yield from _aged(site, effort, watch_s)
+    yield from _drifting(site, effort, watch_s)
+    yield from _standing_high(site, effort, watch_s)
+
+
+def _held(site: Site, setpoint_c: float) -> World:
+    """Begin at a setpoint, and hold it."""
+    world = World(site, Weather(setpoint_c, starts.ambient_c(site)))
+    starts.first_steps(world)
+    world.set_setpoint(setpoint_c)
+    starts.first_steps(world)
+    return world
+
+
+def _setpoints_c(site: Site) -> list[float]:
+    """List the setpoints that take more than the loop gives in any case, the highest first."""
+    highest_c, ambient_c = starts.highest_c(site), starts.ambient_c(site)
+    least_c = steady_c(site, asked_share(site, _duties(site)[0]), ambient_c=ambient_c)
+    reached = [each for each in starts.setpoints_c(site) if each <= highest_c]
+    return [each for each in reversed(reached) if each > max(ambient_c, least_c)]
+
+
+def _duties(site: Site) -> tuple[float, float]:
+    """Return the least and the most that the loop gives for a reading that stands, %."""
+    pid, full = site.loop.algorithm.pid, site.loop.algorithm.full_percent
+    if pid is None:
+        return 0.0, full
+    integral = pid.integral
+    return max(0.0, integral.minimum_percent), min(full, integral.maximum_percent)
+
+
+def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
+    """A heater that has aged, or a supply that is low: it takes most of the time to hold on."""
+    full = _duties(site)[1]
+    seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[0] < SEEN * full]
+    if not seen_c:
+        return
+    takes = share_for(site, seen_c[0], ambient_c=starts.ambient_c(site))
+    share = takes / asked_share(site, ASKED * full)
+
+    def cause(world: World) -> None:
+        world.wiring.heat[site.loop.heater] = effects.weakened(share)
+
+    def cure(world: World) -> None:
+        world.wiring.heat.pop(site.loop.heater)
+
+    yield Fault("heater_aged", lambda: _held(site, seen_c[0]), cause, cure, watch_s=watch_s)
+
+
+def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
+    """A reading that drifts low, as far as all nodes bear what follows."""
+    setpoint_c = min(_setpoints_c(site), default=None)
+    if setpoint_c is None:
+        return
+    takes = BEYOND * effort.band.at(setpoint_c)[0]
+    ambient_c = starts.ambient_c(site)
+    if not takes < _duties(site)[1]:
+        return
+    true_c = steady_c(site, asked_share(site, takes), ambient_c=ambient_c)
+    bears = bears_c(site.controller, site.network)
+    nodes = profile_c(site.controller, site.network, site.loop_name, true_c, ambient_c=ambient_c)
+    limits_c = {node: ambient_c + (1 - SPARE) * (bears[node] - ambient_c) for node in nodes}
+    if any(each_c > limits_c[node] for node, each_c in nodes.items()):
+        return
+    rate_k_per_s = min(
+        (true_c - setpoint_c) / (SLOW * effort.band.filter_s),
+        site.loop.protection.rise_rate_k_per_s / SLOW,
+    )
+
+    def change(world: World) -> Feel:
+        began_s = world.now_s
+        return lambda felt_c: (
+            felt_c - min(true_c - setpoint_c, rate_k_per_s * (world.now_s - began_s))
+        )
+
+    yield Fault(
+        "reading_drifts_low",
+        lambda: _held(site, setpoint_c),
+        feel(site, change),
+        mend(site),
+        watch_s=watch_s + (true_c - setpoint_c) / rate_k_per_s,
+    )
+
+
+def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
+    """A reading that stands above the setpoint: the heater stays off, and the machine cools."""
+    seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[1] > 0]
+    if not seen_c:
+        return
+    stands_c = seen_c[0] + site.loop.algorithm.swing_k / 2 + STANDING_K
+    rate_k_per_s = site.loop.protection.rise_rate_k_per_s / SLOW
+    yield Fault(
+        "reading_stands_high",
+        lambda: _held(site, seen_c[0]),
+        feel(site, lambda world: effects.drifting(world, rate_k_per_s, stands_c)),
+        mend(site),
+        watch_s=watch_s,
+    )

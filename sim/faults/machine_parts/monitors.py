@@ -1,0 +1,191 @@
+"""Monitors: sensors that break, parts that are too warm, and people who are told of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import NamedTuple, cast
+
+from heatwright.sim.circuits import Wiring
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S, reading_s, steps
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.sensing.readings import SENSOR_RULES
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.sensors.adc_sensor import AdcSensor
+from heatwright.sim.sensors.ds18b20 import Ds18b20
+from heatwright.sim.sensors.spi_chip import SpiChip
+from heatwright.spec import Loop, Monitor, modbus_of, nextion_of, watching_loop
+from heatwright.spec.commands import log_of
+from heatwright.spec.sensors import Thermometer
+
+TOLD_S = 10.0
+"""Within this long, and some control steps, everybody has been told: a small display by turns."""
+TOLD_STEPS = 4
+COLUMNS = 7
+"""Of a monitor's name on a display of 16 columns."""
+
+
+class Watched(NamedTuple):
+    """A monitor, its sensor, and the loop in whose steps it is judged."""
+
+    name: str
+    monitor: Monitor
+    sensor: Thermometer
+    loop: Loop
+    step_k: float
+
+    @property
+    def warned_c(self) -> float:
+        """A tip that is warned of."""
+        return self.monitor.warning_c + self.step_k
+
+    @property
+    def over_c(self) -> float:
+        """A tip that trips, and that the sensor can still read."""
+        limit_c = self.monitor.limit_c
+        return min(limit_c + self.sensor.error_k(limit_c) + self.step_k, self.sensor.range_c[1])
+
+    @property
+    def well_c(self) -> float:
+        """A tip at which the warning ends."""
+        ends_c = self.monitor.warning_c - self.monitor.hysteresis_k
+        return max(ends_c - self.step_k, self.sensor.range_c[0])
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to each monitor."""
+    controller = site.controller
+    for name, monitor in controller.monitors.items():
+        sensor = controller.thermometers[monitor.sensor]
+        loop = watching_loop(controller, name)
+        assert loop is not None  # noqa: S101 - the language sees to it
+        step_k = sensor.step_at_k(monitor.warning_c, controller.board.mcu)
+        watched = Watched(name, monitor, sensor, controller.loops[loop], step_k)
+        yield from _broken(site, watched)
+        yield _over_limit(site, watched)
+        if site.controller.loops[loop].also != name:  # else the loop would not believe it
+            yield _warned(site, watched)
+
+
+def _broken(site: Site, watched: Watched) -> Iterator[Fault]:
+    """A sensor that is torn or shorted: the heaters are off once it has been so for long."""
+    loop = watched.loop
+    allowed_s = (steps(watched.monitor.stale_after_s, loop) + 1) * loop.period_s + TICK_S
+    for what in ("torn", "shorted"):
+        yield Fault(
+            f"monitor_{watched.name}_{what}",
+            lambda: starts.heating(site),
+            _break(watched, what),
+            _break(watched, ""),
+            trip=Trip(SENSOR_RULES, allowed_s),
+            off_within_s=allowed_s + TICK_S,
+            all_off=True,
+            others_lie=(f"monitor_{watched.name}",),
+            again=True,
+        )
+
+
+def _break(watched: Watched, what: str) -> Act:
+    """Tear or short the sensor's wires; "" mends them."""
+
+    def act(world: World) -> None:
+        part = world.device.sensors[watched.monitor.sensor]
+        if watched.sensor.on_adc:
+            cast("AdcSensor", part).wiring = Wiring(
+                opened=what == "torn", shorted=what == "shorted"
+            )
+            return
+        chip = cast("Ds18b20 | SpiChip", part)
+        if what == "torn":
+            chip.unplug()
+        else:
+            chip.plug()
+            chip.short("low" if what else None)
+
+    return act
+
+
+def _feel(watched: Watched, tip_c: float) -> Act:
+    def act(world: World) -> None:
+        world.wiring.feel[watched.monitor.sensor] = lambda _: tip_c
+
+    return act
+
+
+def _feel_again(world: World, *, watched: Watched) -> None:
+    world.wiring.feel.pop(watched.monitor.sensor)
+
+
+def _over_limit(site: Site, watched: Watched) -> Fault:
+    """Something heats what is monitored, which no loop's sensor feels."""
+    allowed_s = reading_s(watched.loop)
+    return Fault(
+        f"monitor_{watched.name}_over_limit",
+        lambda: starts.heating(site),
+        _feel(watched, watched.over_c),
+        partial(_feel_again, watched=watched),
+        trip=Trip(("monitor_limit",), allowed_s),
+        off_within_s=allowed_s + TICK_S,
+        all_off=True,
+        again=True,
+    )
+
+
+def _warned(site: Site, watched: Watched) -> Fault:
+    """A warning: the machine goes on, people are told, and it ends where it says."""
+
+    def judge(world: World) -> str:
+        if not world.device.read(f"monitor_{watched.name}.warns"):
+            return f"{watched.name} is at {watched.warned_c:.1f} °C, and nothing warns"
+        told = "; ".join(untold(world))
+        _feel(watched, watched.well_c)(world)
+        world.run(3 * watched.loop.period_s)
+        if world.device.read(f"monitor_{watched.name}.warns"):
+            return f"{watched.name} is at {watched.well_c:.1f} °C, and the warning goes on"
+        return told
+
+    return Fault(
+        f"monitor_{watched.name}_warns",
+        lambda: starts.heating(site),
+        _feel(watched, watched.warned_c),
+        calm=True,
+        watch_s=reading_s(watched.loop) + watched.loop.period_s,
+        judge=judge,
+    )
+
+
+def untold(world: World) -> Iterator[str]:
+    """Yield who was not told of the first monitor that warns."""
+    site, device = world.site, world.device
+    warning = [name for name in site.controller.monitors if device.read(f"monitor_{name}.warns")]
+    first = warning[0]
+    periods_s = [loop.period_s for loop in site.controller.loops.values()]
+    within_s = TOLD_S + TOLD_STEPS * max(periods_s)
+    if site.has_keys:
+        end = f" {first[:COLUMNS]}!"
+        if not world.until(lambda now: now.screen[1].rstrip().endswith(end), within_s):
+            yield f"the display does not say {end!r}"
+    if site.is_hosted and not device.host.texts(f"echo:warning, too warm: {first} at "):
+        yield f"the host was not told of {first}"
+    if nextion_of(site.controller) is not None:
+        words = f"warm: {first}"
+        if not world.until(
+            lambda now: now.device.display.value("main.alarm.txt") == words, within_s
+        ):
+            yield f"the touch display does not say {words!r}"
+    if modbus_of(site.controller) is not None:
+        bits = sum(
+            1 << place for place, name in enumerate(site.controller.monitors) if name in warning
+        )
+        if not world.until(lambda now: now.device.master.values.get("warnings") == bits, within_s):
+            yield "the master was not told"
+    if log_of(site.controller) is not None:
+        device.log_reader.write("monitors")
+        if not world.until(lambda now: _log_says(now, first), within_s):
+            yield f"the log does not say that {first} warns"
+
+
+def _log_says(world: World, name: str) -> bool:
+    texts = world.device.log_reader.texts
+    return any(text.startswith(f"{name},") and text.endswith(",warning") for text in texts)

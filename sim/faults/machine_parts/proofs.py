@@ -1,0 +1,113 @@
+"""Fans that must prove that they turn: they stand still, and what says so breaks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.sensing.readings import CURRENT_RULES
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.native.relay import Wire
+from heatwright.spec import Proof, Tachometer, proven_in
+
+SLOW, FAST = 0.88, 1.1
+"""Of the limits of a tachometer: two pulses of a window, of 16 or more, beyond them."""
+HIGHEST = 0.6
+"""Share of a pulse that may be low, or high."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to the fans whose proof is judged in the loop's steps."""
+    for fan in proven_in(site.controller, site.loop_name):
+        yield _unproven(site, fan, f"{fan}_stuck", _stick(fan))
+        yield _unproven(site, fan, f"{fan}_proof_torn", _broken(fan, wire=Wire.TORN))
+        counted = _proof(site, fan).tachometer
+        if counted is None:
+            yield _believed(site, fan)
+        else:
+            yield from _of_tachometer(site, fan, counted)
+
+
+def _of_tachometer(site: Site, fan: str, counted: Tachometer) -> Iterator[Fault]:
+    """A fan that turns too slowly, a line that stands at ground, or picks up what no fan makes."""
+    slow, fast = (each / counted.speed_rpm for each in (counted.slowest_rpm, counted.fastest_rpm))
+    too_fast_hz = counted.pulses_hz(FAST * counted.fastest_rpm)
+    yield _unproven(site, fan, f"{fan}_weak", _broken(fan, pace=SLOW * slow))
+    yield _unproven(site, fan, f"{fan}_proof_shorted", _broken(fan, wire=Wire.SHORTED))
+    yield _unproven(site, fan, f"{fan}_proof_noisy", _broken(fan, noise_hz=too_fast_hz))
+    for name, share, low in (("slow", slow, HIGHEST), ("fast", fast, 1 - HIGHEST)):
+        yield Fault(
+            f"{fan}_turns_{name}",
+            lambda: starts.heating(site),
+            _broken(fan, noise_hz=counted.pulses_hz(share * counted.speed_rpm), low_share=low),
+            _mend(fan),
+            watch_s=watch_s(site),
+            calm=True,
+        )
+
+
+def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
+    """Nothing proves that it turns: no heat within two ticks, then a fault.
+
+    A heater whose current is measured has none then, which may be told sooner.
+    """
+    proof = _proof(site, fan)
+    counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0
+    measured = getattr(site.controller.outputs[site.loop.heater], "current", None)
+    rules = ("fan_stopped", *(CURRENT_RULES if measured else ()))
+    return Fault(
+        name,
+        lambda: starts.heating(site),
+        cause,
+        _mend(fan),
+        trip=Trip(rules, counting_s + proof.within_s + site.loop.period_s + TICK_S),
+        off_within_s=counting_s + 2 * TICK_S,
+        again=True,
+    )
+
+
+def _believed(site: Site, fan: str) -> Fault:
+    """A contact that is closed for ever, and then a fan that stands still: nobody can know."""
+
+    def cause(world: World) -> None:
+        world.wiring.heat[fan] = effects.OPENED
+        world.device.proofs[fan].fail(stands=True, wire=Wire.SHORTED)
+
+    return Fault(
+        f"{fan}_stuck_with_its_contact",
+        lambda: starts.heating(site),
+        cause,
+        _mend(fan),
+        watch_s=watch_s(site),
+        again=True,
+    )
+
+
+def _stick(fan: str) -> Act:
+    def cause(world: World) -> None:
+        world.wiring.heat[fan] = effects.OPENED  # it moves no air
+        world.device.proofs[fan].fail(stands=True)
+
+    return cause
+
+
+def _broken(fan: str, **how: Any) -> Act:
+    return lambda world: world.device.proofs[fan].fail(**how)
+
+
+def _proof(site: Site, fan: str) -> Proof:
+    proof = site.controller.outputs[fan].proof
+    assert proof is not None  # noqa: S101 - it has one
+    return proof
+
+
+def _mend(fan: str) -> Act:
+    def cure(world: World) -> None:
+        world.wiring.heat.pop(fan, None)
+        world.device.proofs[fan].fail()
+
+    return cure

@@ -1,0 +1,99 @@
+"""Faults of a heater's wire that only its current tells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.bounds import reading_s
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.machine_parts.currents import SOFT_START, Measured, measured
+from heatwright.sim.faults.world import STEP_S, Site, World, given
+from heatwright.sim.machine import Heat
+
+BEYOND = 1.2
+"""How far beyond what trips the current of a shorted wire is."""
+WATCH_S = 30.0
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what can happen to the wire of a heater whose current is measured."""
+    heater = measured(site)
+    if heater is None:
+        return
+    yield _shorted(site, heater)
+    limit_a = heater.limit_a
+    if limit_a is not None and SOFT_START * _limited_growth(heater, limit_a) < 1:
+        yield _part_shorted(site, heater, limit_a)
+
+
+def _limited_growth(heater: Measured, limit_a: float) -> float:
+    """Return how many times the current of a wire may be that the limit holds from the start on."""
+    return (limit_a + heater.over_a) / 2 / heater.mean_a
+
+
+def _grows(site: Site, times: float) -> Act:
+    """Let heater and current be so many times as strong as they should."""
+
+    def cause(world: World) -> None:
+        world.wiring.heat[site.loop.heater] = effects.weakened(times)
+
+    return cause
+
+
+def _mends(site: Site) -> Act:
+    def cure(world: World) -> None:
+        world.wiring.heat.pop(site.loop.heater)
+
+    return cure
+
+
+def _shorted(site: Site, heater: Measured) -> Fault:
+    """A wire with so little resistance that too much flows at any duty: what the supply gives.
+
+    A loop that nobody can ask for more may want less than the shortest pulse: then nothing flows.
+    """
+    most = BEYOND * heater.over_a / heater.mean_a
+
+    def cause(world: World) -> None:
+        world.wiring.heat[site.loop.heater] = Heat(once_asked=most)
+
+    return Fault(
+        "heater_shorted",
+        lambda: starts.heating(site),
+        cause,
+        _mends(site),
+        trip=Trip(
+            ("over_current",),
+            reading_s(site.loop) + STEP_S,
+            given(site),
+            WATCH_S,
+            certain=site.has_operator,
+        ),
+        again=True,
+    )
+
+
+def _part_shorted(site: Site, heater: Measured, limit_a: float) -> Fault:
+    """A wire that has lost resistance before it is switched on: its duty is held down."""
+    times = BEYOND * heater.over_a / heater.mean_a
+
+    def make() -> World:
+        world = starts.cold(site)
+        _grows(site, times)(world)
+        return world
+
+    def cause(world: World) -> None:
+        world.set_setpoint(starts.highest_c(site))
+
+    def held(world: World) -> str:
+        log = world.device.steps(world.site.loop_name)
+        found_a = float(log["current.amperes"].max())
+        asked_a = times * heater.mean_a * float(log["current.applied_percent"].max()) / 100
+        if asked_a >= 2 * heater.idle_a and found_a < min(limit_a, asked_a) / 2:
+            return f"no more than {found_a:.2f} A flowed"
+        if found_a >= heater.over_a:
+            return f"{found_a:.2f} A flowed, where {heater.over_a:g} A trip"
+        return ""
+
+    return Fault("heater_part_shorted", make, cause, calm=True, watch_s=WATCH_S, judge=held)

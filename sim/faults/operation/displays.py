@@ -1,0 +1,105 @@
+"""The touch display's side: unplugged, at another speed, restarted, flooding, hands that play."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.operation.operators import keeps_time
+from heatwright.sim.faults.world import Site, World
+from heatwright.spec import nextion_of
+from heatwright.spec.nextion import HEIGHT, WIDTH
+
+WATCH_S = 60.0
+"""Longer than the half minute after which everything is sent again."""
+AWAY_S = 20.0
+OTHER_BAUD = 9600
+"""What a new display has."""
+SEED = 6
+TOUCHES = 60
+FLOOD_S = 20.0
+FLOOD_BYTES = 1000
+"""A tenth of a second at 115200 baud: the line is never quiet."""
+BELOW_ALL, BEYOND_ALL = "-300", "99999"
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what a touch display can do to the loop it serves; it may trip nothing."""
+    display = nextion_of(site.controller)
+    if display is None or display.loop != site.loop_name:
+        return
+    for name, cause in (
+        ("touch_display_unplugged", _unplug),
+        ("touch_display_of_other_speed", _other_speed(display.baud)),
+        ("touch_display_floods", _flood),
+        ("touch_display_asks_too_much", _ask_too_much),
+    ):
+        yield Fault(
+            name, lambda: starts.heating(site), cause, calm=True, watch_s=WATCH_S, judge=_unmoved
+        )
+    yield Fault(
+        "touched_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S
+    )
+
+
+def _unplug(world: World) -> None:
+    """Pull the plug for a while."""
+    world.device.display.unplug()
+    world.run(AWAY_S)
+    world.device.display.plug()
+
+
+def _other_speed(baud: int) -> Act:
+    """Let the display have another speed: what it says then is noise, until it is found."""
+
+    def cause(world: World) -> None:
+        display = world.device.display
+        display.set_speed(OTHER_BAUD if baud != OTHER_BAUD else 2 * OTHER_BAUD)
+        for _ in range(TOUCHES):
+            if display.line.baud != baud:
+                world.device.send("#2 0;#3 0;#17;")
+            world.run(AWAY_S / TOUCHES)
+
+    return cause
+
+
+def _flood(world: World) -> None:
+    """Send what is no command, without a pause."""
+    noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
+    quiet = bytes(byte for byte in range(256) if byte != ord("#"))
+    for _ in range(round(FLOOD_S / 0.1)):
+        world.device.display.send(bytes(noise.choices(quiet, k=FLOOD_BYTES)))
+        world.run(0.1)
+
+
+def _ask_too_much(world: World) -> None:
+    """Ask for what is out of bounds, of every command that takes a number."""
+    for command in (2, 3, 4, 8, 10, 13, 15, 20):
+        for value in (BELOW_ALL, BEYOND_ALL, "1e9", "--1", "", "nan"):
+            world.device.send(f"#{command} {value};")
+            world.run(0.1)
+
+
+def _unmoved(world: World) -> str:
+    """See that the setpoint stands, that every step came in time, and that the display lives."""
+    moved = starts.setpoint_moved(world, starts.highest_c(world.site))
+    if moved:
+        return moved
+    if not world.loop("enabled"):
+        return "the loop was switched off"
+    display = world.device.display
+    shown = display.value("main.temp.val")
+    if display.page != "main" or abs(float(shown) - world.loop("temperature_c")) > 1.0:
+        return f"the display shows page {display.page} and {shown} °C"
+    return keeps_time(world)
+
+
+def _play(world: World) -> None:
+    """Touch the screen at random places."""
+    chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
+    for _ in range(TOUCHES):
+        world.device.display.display.touch(chance.randrange(WIDTH), chance.randrange(HEIGHT))
+        world.device.display.release()
+        world.run(chance.choice((0.1, 0.5, 2.0)))

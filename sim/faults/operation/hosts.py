@@ -1,0 +1,118 @@
+"""The host's side: silence, a stop in a flood, orders out of bounds, a cable that garbles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.fault import Fault, Trip, nothing
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.lines.serial_noise import SerialNoise
+from heatwright.spec.commands import gcode_of
+
+WATCH_S = 60.0
+ANSWERED_S = 10.0
+"""A question that is just being asked is answered by then, though the cable damages it."""
+STOP = b"\nM112\n"
+BITS_A_BYTE = 10
+FLOOD = b"M105\n" * 4000
+FLOODED_S = 0.5
+"""Longer than it takes to fill whatever the firmware keeps for later."""
+BEYOND_K = 1.0
+GARBLED_SHARE = 0.02
+"""Of the bytes: about every fourth line."""
+LINES = 100
+SEED = 3
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what a host, or the cable to it, can do to a loop it commands."""
+    host = gcode_of(site.controller)
+    assert host is not None  # noqa: S101 - only of loops that it commands
+    after_s = site.loop.protection.master_lost_after_s
+    if after_s is not None:
+        yield from _silent(site, after_s)
+    stopped = Trip(("emergency_stop",), len(STOP) * BITS_A_BYTE / host.baud + 2 * TICK_S)
+    yield Fault("host_stop", lambda: starts.heating(site), _stop, trip=stopped)
+    yield Fault("host_stop_in_flood", lambda: _flooded(site), _stop, trip=stopped)
+    yield Fault(
+        "host_out_of_bounds",
+        lambda: starts.heating(site),
+        _ask_too_much,
+        calm=True,
+        watch_s=WATCH_S,
+        judge=_keeps_setpoint,
+    )
+    yield Fault(
+        "host_garbled",
+        lambda: starts.heating(site),
+        _garble,
+        calm=True,
+        watch_s=WATCH_S,
+        judge=_hears_all,
+    )
+
+
+def _silent(site: Site, after_s: float) -> Iterator[Fault]:
+    """A host that says nothing from now on, and one that only asks for the temperatures."""
+    yield Fault(
+        "host_lost",
+        lambda: starts.heating(site),
+        lambda world: world.device.host.unplug(),
+        lambda world: world.device.host.plug(),
+        trip=Trip(("master_lost",), after_s + site.loop.period_s + TICK_S),
+    )
+    yield Fault(
+        "host_only_asks",
+        lambda: starts.heating(site),
+        nothing,
+        calm=True,
+        watch_s=after_s + WATCH_S,
+    )
+
+
+def _flooded(site: Site) -> World:
+    """Begin with a machine that heats, and more lines waiting than it can ever answer."""
+    world = starts.heating(site)
+    world.device.host.send_bytes(FLOOD)
+    world.run(FLOODED_S)
+    return world
+
+
+def _stop(world: World) -> None:
+    """Send M112, behind nothing but what the firmware has received already."""
+    host = world.device.host
+    host.unsend()
+    host.send_bytes(STOP)
+
+
+def _ask_too_much(world: World) -> None:
+    """Ask for temperatures that the specification forbids, and for none at all."""
+    loop = world.site.loop
+    beyond = (loop.setpoint.maximum_c + BEYOND_K, loop.protection.maximum_c, 1e6, -BEYOND_K)
+    for wanted in (*(f"{each:g}" for each in beyond), "9999999999", "1E3", "nan", "-", ""):
+        world.send(f"{world.site.heat_command} S{wanted}")
+
+
+def _keeps_setpoint(world: World) -> str:
+    """See that none of it was taken over."""
+    return starts.setpoint_moved(world, starts.highest_c(world.site))
+
+
+def _garble(world: World) -> None:
+    """Send numbered lines through a cable that damages many of them."""
+    host = world.device.host
+    host.noise = SerialNoise(to_board_share=GARBLED_SHARE, seed=SEED)
+    for _ in range(LINES):
+        world.device.send(f"{world.site.heat_command} S{starts.highest_c(world.site):g}")
+
+
+def _hears_all(world: World) -> str:
+    """See that every line was done in the end, and nothing else."""
+    host = world.device.host
+    if not world.until(lambda now: not now.device.host.is_busy, ANSWERED_S):
+        return "the host still waits for an answer"
+    if not host.resends:
+        return "no damaged line was asked for again"
+    return _keeps_setpoint(world)

@@ -1,0 +1,142 @@
+"""The master's side: one that falls silent, insists, asks too much; a line that garbles."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.controller.processor import stays_off
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.operation.operators import keeps_time
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.interfaces import modbus_frames as frames
+from heatwright.sim.native.characters import Format
+from heatwright.spec import ModbusRtu, modbus_of
+
+WATCH_S = 60.0
+INSISTS_S = 20.0
+HEARD_S = 3.0
+"""A master polls once a second: after so long it has been answered."""
+REQUESTS = 40
+EVERY_S = 0.7
+"""Not in step with the polls, so that some of them are hit, too."""
+BEYOND_K = 0.1
+SEED = 4
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what a master, or the line to it, can do to a loop that it switches."""
+    modbus = modbus_of(site.controller)
+    if modbus is None:
+        return
+    if site.loop.protection.master_lost_after_s is not None:
+        yield _lost(site, site.loop.protection.master_lost_after_s)
+    yield Fault(
+        "master_insists_on_heat",
+        lambda: starts.heating(site),
+        _insist,
+        calm=True,
+        watch_s=WATCH_S,
+        judge=stays_off,
+    )
+    for name, cause in (
+        ("master_out_of_bounds", _ask_too_much),
+        ("bus_damaged", _damage),
+        ("bus_of_other_format", _speak_otherwise(modbus)),
+        ("bus_of_other_slaves", _speak_to_others),
+    ):
+        yield Fault(
+            name, lambda: starts.heating(site), cause, calm=True, watch_s=WATCH_S, judge=_unmoved
+        )
+
+
+def _lost(site: Site, after_s: float) -> Fault:
+    """A master that is silent from now on; nobody is there to acknowledge until it is back."""
+    return Fault(
+        "master_lost",
+        lambda: starts.heating(site),
+        lambda world: world.device.master.unplug(),
+        lambda world: world.device.master.plug(),
+        trip=Trip(("master_lost",), after_s + site.loop.period_s + TICK_S),
+    )
+
+
+def _insist(world: World) -> None:
+    """Cut the power, and write ON again and again: without OFF before, it may not heat."""
+    world.power_cut()
+    master = world.device.master
+    wanted = master.request(f"{world.site.loop_name}.enabled", value=True).pdu
+    for _ in range(round(INSISTS_S / EVERY_S)):
+        master.ask(wanted)
+        world.run(EVERY_S)
+
+
+def _ask_too_much(world: World) -> None:
+    """Ask for setpoints beyond the limits, as near as can be said and as far."""
+    setpoint, name = world.site.loop.setpoint, f"{world.site.loop_name}.setpoint"
+    for wanted_c in (
+        setpoint.maximum_c + BEYOND_K,
+        world.site.loop.protection.maximum_c,
+        setpoint.minimum_c - BEYOND_K,
+        3276.7,
+        -3276.8,
+    ):
+        world.write(name, wanted_c)
+
+
+def _lower(world: World) -> bytes:
+    """Return what would ask for the lowest setpoint."""
+    lowest_c = starts.setpoints_c(world.site)[0]
+    return world.device.master.request(f"{world.site.loop_name}.setpoint", lowest_c).pdu
+
+
+def _damage(world: World) -> None:
+    """Send requests with one bit turned over."""
+    chance = random.Random(SEED)  # noqa: S311 - noise, not a secret
+    master = world.device.master
+    request = frames.framed(master.address, _lower(world))
+    for _ in range(REQUESTS):
+        damaged = bytearray(request)
+        damaged[chance.randrange(len(damaged))] ^= 1 << chance.randrange(8)
+        master.bus.send(bytes(damaged))
+        world.run(EVERY_S)
+
+
+def _speak_otherwise(modbus: ModbusRtu) -> Act:
+    """Send sound requests with another parity, and twice as fast."""
+    other = Format(8, "even" if modbus.parity == "odd" else "odd", 1)
+
+    def cause(world: World) -> None:
+        master = world.device.master
+        request = frames.framed(master.address, _lower(world))
+        for turn in range(REQUESTS):
+            if turn % 2:
+                master.bus.send(request, form=other)
+            else:
+                master.bus.send(request, baud=2 * modbus.baud)
+            world.run(EVERY_S)
+
+    return cause
+
+
+def _speak_to_others(world: World) -> None:
+    """Send sound requests to every other slave."""
+    master, request = world.device.master, _lower(world)
+    for address in range(1, 256):
+        if address != master.address:
+            master.bus.send(frames.framed(address, request))
+            world.run(EVERY_S / 4)
+
+
+def _unmoved(world: World) -> str:
+    """See that no setpoint was taken over, no step was late, and good requests are answered."""
+    moved = starts.setpoint_moved(world, starts.highest_c(world.site))
+    if moved:
+        return moved
+    polls = world.device.master.polls
+    world.run(HEARD_S)
+    if world.device.master.polls == polls:
+        return "the master is not answered any more"
+    return keeps_time(world)

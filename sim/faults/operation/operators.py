@@ -1,0 +1,205 @@
+"""The operator's side: keys that hang, hands that play, displays and computers that misbehave."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+import numpy as np
+
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.bounds import TICK_S, answer_s
+from heatwright.sim.faults.controller import memory
+from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.operation import hosts
+from heatwright.sim.faults.sensing.readings import SENSOR_RULES
+from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.world import Site, World
+from heatwright.sim.interfaces.keypad import CODES
+from heatwright.sim.trace import StepLog
+from heatwright.spec import programmed
+from heatwright.spec.commands import countdown_of, keypad_of
+
+SEED = 2
+WATCH_S = 60.0
+RESYNC_S = 32.0
+"""A display that was plugged in is set up anew every 30 s, in less than a second."""
+FLOOD_BAUD = 115200
+FLOOD_BYTES = 100_000
+PRESSES = 60
+LEAKS_S = 60.0
+LEAK_DWELLS_S = (0.02, 0.05, 0.1, 0.3, 0.8)
+JITTER_S = 0.001
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to the interfaces of the controller."""
+    if site.has_keys:
+        yield from _keys(site)
+        yield Fault(
+            "display_unplugged",
+            lambda: starts.heating(site),
+            _unplug_and_plug,
+            calm=True,
+            watch_s=RESYNC_S,
+            judge=_shows_again,
+        )
+    if site.is_hosted:
+        yield from hosts.faults(site)
+    if site.controller.board.uarts:
+        yield Fault(
+            "serial_flood",
+            lambda: starts.heating(site),
+            _flood,
+            calm=True,
+            watch_s=WATCH_S,
+            may=("master_lost",),
+            judge=keeps_time,
+        )
+
+
+def _keys(site: Site) -> Iterator[Fault]:
+    yield Fault(
+        "key_stuck",
+        lambda: starts.heating(site),
+        hold("down"),
+        calm=True,
+        watch_s=WATCH_S,
+        judge=_one_step,
+    )
+    yield Fault("keys_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S)
+    countdown = countdown_of(site.controller, site.loop_name)
+    if countdown is not None:
+        yield Fault(
+            "countdown_ends",
+            lambda: starts.held(site),
+            _set_time,
+            calm=True,
+            watch_s=countdown.step_s,
+            judge=_goes_off_in_time,
+        )
+    trip = Trip(SENSOR_RULES, answer_s(site.loop))
+
+    def cause(world: World) -> None:
+        hold("select")(world)
+        memory.cut_line(world)
+
+    def cure(world: World) -> None:
+        memory.mend_line(world)
+        world.device.press(None)
+
+    yield Fault(
+        "select_stuck", lambda: starts.heating(site), cause, cure, trip=trip, sensor_lies=True
+    )
+    yield Fault(
+        "select_leaks",
+        lambda: starts.heating(site),
+        _leak,
+        memory.mend_line,
+        trip=trip,
+        sensor_lies=True,
+        judge=_acknowledged_once,
+    )
+
+
+def _leak(world: World) -> None:
+    """Let SELECT and UP leak, and take the sensor away: whoever acknowledged would heat on."""
+    world.device.shield.keypad.flicker(("select", "up"), LEAK_DWELLS_S, LEAKS_S)
+    world.run(1.0)
+    memory.cut_line(world)
+    world.run(LEAKS_S)
+
+
+def _acknowledged_once(world: World) -> str:
+    """See that nothing acknowledged but the one press that was meant, at the end."""
+    times = sum(not each.code for each in world.trips.changes)
+    return "" if times <= 1 else f"the key has acknowledged {times - 1} times"
+
+
+def hold(key: str) -> Act:
+    """Hold a key down."""
+    return lambda world: world.device.press(key)
+
+
+def _set_time(world: World) -> None:
+    """Set the shortest time, and go back to the setpoint."""
+    for key in ("right", "up", "right"):
+        world.press(key)
+
+
+def _goes_off_in_time(world: World) -> str:
+    """See that the loop goes off once it was near its setpoint for the time, and stays off."""
+    period_s = world.site.loop.period_s
+    if world.now_s - _last_on_s(world) > 2 * period_s:
+        return f"it was off at {_last_on_s(world):.1f} s, too soon"
+    if not world.until(OfState(lambda now: not now.loop("enabled")), starts.LONGEST_S):
+        return "it is still on"
+    went_s = world.now_s
+    world.run(WATCH_S)
+    last_s = world.heater.last_on_s(went_s)
+    return "" if last_s is None else f"the heater was on again at {last_s:.1f} s"
+
+
+def _last_on_s(world: World) -> float:
+    log = world.device.steps(world.site.loop_name)
+    return float(log["time_s"][log["enabled"] > 0][-1])
+
+
+def _one_step(world: World) -> str:
+    """See that a key that hangs is one press; on a menu's first screen it is none at all."""
+    moves_k = 0.0 if world.site.has_menu else world.site.key_step_k
+    return starts.setpoint_moved(world, starts.highest_c(world.site) - moves_k)
+
+
+def _play(world: World) -> None:
+    """Press any key at random."""
+    chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
+    keys = tuple(key for key in CODES if key)
+    for _ in range(PRESSES):
+        world.press(chance.choice(keys))
+        world.run(chance.choice((0.0, 0.5, 3.0)))
+
+
+def _unplug_and_plug(world: World) -> None:
+    """Take the display off for some seconds."""
+    lcd = world.device.shield.lcd
+    lcd.unplug(world.now_s)
+    world.run(3.0)
+    world.device.feed()
+    lcd.plug(world.now_s)
+
+
+def _shows_again(world: World) -> str:
+    """See that the display shows both lines, and that nothing waited for it."""
+    first, second = world.screen
+    controller, keypad = world.site.controller, keypad_of(world.site.controller)
+    if keypad is not None and programmed(controller, keypad.loop):
+        on = "on" if world.device.steps(keypad.loop)["enabled"][-1] else "off"
+        shows = " >" in first and second.rstrip() == on
+    else:
+        shows = first.startswith("T=") and second.startswith("Set temp ")
+    if not shows:
+        return f"the display says {first!r} and {second!r}"
+    return keeps_time(world)
+
+
+def _flood(world: World) -> None:
+    """Send bytes without end to the serial port."""
+    noise = random.Random(SEED)  # noqa: S311 - as above
+    device = world.device
+    device.avr.uarts[device.uart].send(noise.randbytes(FLOOD_BYTES), FLOOD_BAUD)
+
+
+def keeps_time(world: World) -> str:
+    """See that every control step came when it was due."""
+    late_s = off_s(world.device.steps(world.site.loop_name), world.site.loop.period_s)
+    return "" if late_s < JITTER_S + TICK_S else f"a step was {late_s * 1000:.1f} ms off its time"
+
+
+def off_s(log: StepLog, period_s: float) -> float:
+    """Return how far a step was from its time, at most, on the grid that the first one begins, s.
+
+    From row to row the difference wraps as the counter does, however often it wraps in the log.
+    """
+    since = np.cumsum(np.diff(log["steps"], prepend=log["steps"][:1]), dtype=np.int64)
+    return float(np.abs(log["time_s"] - log["time_s"][0] - period_s * since).max())

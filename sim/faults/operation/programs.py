@@ -1,0 +1,337 @@
+"""Programs that meet faults and losses of power: they end, or go on, as the specification says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults.bounds import answer_s, watchdog_s
+from heatwright.sim.faults.controller import memory
+from heatwright.sim.faults.controller.processor import INTERRUPTS_ON, hang
+from heatwright.sim.faults.fault import Fault, Judge, Trip
+from heatwright.sim.faults.machine import steady_c, watch_s
+from heatwright.sim.faults.sensing.readings import SENSOR_RULES
+from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.world import STEP_S, Site, Weather, World
+from heatwright.sim.plants import plant_of
+from heatwright.sim.reference.programs.state import (
+    FAILED,
+    IDLE,
+    INTERRUPTED,
+    PAUSED,
+    RETURNING,
+    RUNNING,
+    TOO_FAR,
+)
+from heatwright.spec import HoldBack, Programs, Segment, programmed, switched
+from heatwright.spec.programs import AfterPowerLoss
+from heatwright.spec.rules import RULES
+
+LAGS = "program_lags"
+
+UNDER_WAY_S = 90.0
+"""So long it runs before anything happens: longer than the usual time between two saves."""
+WATCH_S = 30.0
+"""Longer than a hand needs to order something at the keys or the display."""
+FAR_K = 5.0
+"""So far beyond what a resumption allows the machine cools while the power is off."""
+COOLING_S = 4 * 3600.0
+LOOK_STEPS = 3
+BELOW_TARGET_K = 20.0
+"""A weak heater would level out so far below the first segment's target."""
+
+
+def faults(site: Site) -> Iterator[Fault]:
+    """Yield what applies to a loop that programs serve, if one is stored."""
+    programs = site.controller.programs
+    if programs is None or not programmed(site.controller, site.loop_name) or not programs.stored:
+        return
+    yield Fault(
+        "sensor_lost_in_program",
+        lambda: under_way(site),
+        memory.cut_line,
+        memory.mend_line,
+        trip=Trip(SENSOR_RULES, answer_s(site.loop)),
+        sensor_lies=True,
+        judge=_judge(programs),
+    )
+    yield Fault(
+        "hung_in_program",
+        lambda: under_way(site),
+        lambda world: hang(world, INTERRUPTS_ON),
+        trip=Trip(("watchdog_reset",), watchdog_s(site)),
+        judge=_judge(programs),
+    )
+    if programs.on_fault == "pause":
+        yield Fault(
+            "power_cut_in_interrupted_program",
+            lambda: under_way(site),
+            _cut_while_latched,
+            trip=Trip(SENSOR_RULES, answer_s(site.loop)),
+            sensor_lies=True,
+            judge=_judge(programs),
+        )
+    yield from _lagging(site, programs)
+    yield from _power_cuts(site, programs)
+
+
+def shows_s(site: Site) -> float:
+    """Return how long it takes at most until an order, or a start-up, shows in the program, s.
+
+    Only a step takes an order, one that has a reading: it may be a whole period away.
+    """
+    return WATCH_S + starts.FIRST_STEPS * site.loop.period_s
+
+
+def under_way(site: Site) -> World:
+    """Begin with the first program, which has run for a while."""
+    world = _started(site)
+    world.run(UNDER_WAY_S)
+    return world
+
+
+def _started(site: Site) -> World:
+    ambient_c = starts.ambient_c(site)
+    world = World(site, Weather(ambient_c, ambient_c))
+    starts.first_steps(world)
+    world.device.program("start", 1)
+    world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
+    return world
+
+
+def _program(world: World, member: str) -> Any:
+    return world.device.read(f"program.{member}").item()
+
+
+def _failed(world: World) -> str:
+    """See that the program has ended for good, and that nothing heats after the acknowledgement."""
+    if (_program(world, "state"), _program(world, "ended")) != (IDLE, FAILED):
+        return f"the program is in state {_program(world, 'state')}, not ended by the fault"
+    began_s = world.now_s
+    world.run(shows_s(world.site))
+    return "" if world.heater.last_on_s(began_s) is None else "the heater is on again"
+
+
+def _judge(programs: Programs) -> Judge:
+    if programs.on_fault == "stop":
+        return _failed
+    return lambda world: _kept(world, programs)
+
+
+def _kept(world: World, programs: Programs) -> str:
+    """See that it waits for somebody, with the heater off, and then goes on as it must."""
+    state, *place = _place(world)
+    if state != INTERRUPTED:
+        return f"the program is in state {state}, not interrupted by the fault"
+    began_s, closed = world.now_s, _relay_closed_cycles(world)
+    world.run(shows_s(world.site))
+    if world.heater.last_on_s(began_s) is not None:
+        return "the heater is on again"
+    if _relay_closed_cycles(world) != closed:
+        return "the safety relay was closed"
+    if _place(world) != [INTERRUPTED, *place]:
+        return f"it is at {_place(world)}, and was at {place}"
+    wanted = _resumes_to(world, programs.after_power_loss)
+    world.device.program("resume")
+    world.until(lambda now: _program(now, "state") != INTERRUPTED, shows_s(world.site))
+    state, *now = _place(world)
+    if state not in wanted:
+        return f"it was resumed and is in state {state}, not one of {wanted}"
+    moved = state == RUNNING  # it may have done a step by now
+    return "" if moved or now == place else f"it goes on at {now}, and was at {place}"
+
+
+def _relay_closed_cycles(world: World) -> int:
+    """Return for how long the safety relay has been closed; 0 where another loop may have it so."""
+    controller, relay = world.site.controller, world.device.relay
+    others_rest = all(
+        switched(controller, name) and not world.device.read(f"loop_{name}.enabled")
+        for name in controller.loops
+        if name != world.site.loop_name
+    )
+    return relay.closed_cycles if relay is not None and others_rest else 0
+
+
+def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:
+    """Name the states that a resumption may lead to."""
+    gone_k = abs(world.loop("temperature_c") - _program(world, "before_c"))
+    if after.resume_within_k > 0 and gone_k <= after.resume_within_k:
+        return RETURNING, RUNNING
+    return (PAUSED if after.otherwise == "pause" else IDLE,)
+
+
+def _place(world: World) -> list[Any]:
+    """Say where the program is."""
+    members = ("state", "number", "segment", "elapsed", "clock", "segment_clock", "setpoint_c")
+    return [_program(world, member) for member in members]
+
+
+def _cut_while_latched(world: World) -> None:
+    """Lose the sensor, then the power, and find the sensor well again."""
+    memory.cut_line(world)
+    world.until(OfState(lambda now: now.fault != 0), answer_s(world.site.loop))
+    world.run(shows_s(world.site))
+    memory.mend_line(world)
+    world.power_cut()
+
+
+# -- a machine that lags ---------------------------------------------------------------------
+
+
+def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
+    """A heater too weak for the first ramp, which still raises the temperature all the time."""
+    hold_back, first = programs.hold_back, programs.stored[0].segments[0]
+    ramp_s = _ramp_s(site, first)
+    if hold_back is None or ramp_s is None or first.to_c is None:
+        return
+    ambient_c = starts.ambient_c(site)
+    share = _share_for(site, first.to_c - BELOW_TARGET_K, ambient_c)
+
+    def cause(world: World) -> None:
+        world.wiring.heat[site.loop.heater] = effects.weakened(share)
+
+    def mend(world: World) -> None:
+        world.wiring.heat.pop(site.loop.heater)
+
+    yield Fault(
+        "heater_too_weak_for_program",
+        lambda: _started(site),
+        cause,
+        mend,
+        watch_s=ramp_s + hold_back.limit_s + watch_s(site),
+        judge=lambda world: _lag_was_long(world, programs, hold_back),
+    )
+
+
+def _ramp_s(site: Site, segment: Segment) -> float | None:
+    """Return how long the first ramp lasts from the surroundings' temperature; None: no ramp."""
+    if segment.over_s is not None:
+        return segment.over_s
+    if segment.at_k_per_h is None or segment.to_c is None:
+        return None
+    return abs(segment.to_c - starts.ambient_c(site)) / segment.at_k_per_h * 3600.0
+
+
+def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
+    """Return the share of full power at which the machine levels out, by halving."""
+    low, high = 0.0, 1.0
+    for _ in range(20):
+        middle = (low + high) / 2
+        if steady_c(site, middle, ambient_c=ambient_c) < level_c:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _lag_was_long(world: World, programs: Programs, hold_back: HoldBack) -> str:
+    """See that it had its time, and what became of the program."""
+    lags = [trip for trip in world.trips.since(0.0) if RULES[trip.code].id == LAGS]
+    early = bool(lags) and lags[0].time_s < hold_back.limit_s
+    return "it tripped before its time was over" if early else _judge(programs)(world)
+
+
+# -- losses of power -------------------------------------------------------------------------
+
+
+def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
+    resumes = programs.after_power_loss.resume_within_k > 0
+    again = Fault(
+        "power_cut_in_program",
+        lambda: under_way(site),
+        lambda world: world.power_cut(),
+        calm=True,
+        watch_s=shows_s(site),
+        judge=(lambda world: _goes_on(world, programs)) if resumes else _stays_ended,
+    )
+    yield again
+    yield replace(
+        again,
+        id="power_cut_until_cold",
+        make=lambda: _hot(site, programs),
+        cause=lambda world: _cut_until_cold(world, programs),
+        judge=_stays_paused if programs.after_power_loss.otherwise == "pause" else _stays_ended,
+    )
+    yield replace(again, id="power_cut_in_pause", make=lambda: _paused(site), judge=_stays_paused)
+
+
+def _hot(site: Site, programs: Programs) -> World:
+    """Begin a program on a machine that can cool by more than a resumption allows."""
+    ambient_c = starts.ambient_c(site)
+    warm_c = ambient_c + programs.after_power_loss.resume_within_k + 4 * FAR_K
+    world = World(site, Weather(warm_c, ambient_c))
+    starts.first_steps(world)
+    world.device.program("start", 1)
+    world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
+    world.run(WATCH_S)
+    return world
+
+
+def _paused(site: Site) -> World:
+    world = under_way(site)
+    world.device.program("pause")
+    world.until(lambda now: _program(now, "state") == PAUSED, shows_s(site))
+    world.run(LOOK_STEPS * site.loop.period_s)
+    return world
+
+
+def _cut_until_cold(world: World, programs: Programs) -> None:
+    """Leave the power off until the machine is colder than a resumption allows."""
+    cold_c = world.sensed_c - programs.after_power_loss.resume_within_k - FAR_K
+    off_s = _cools_in_s(world, cold_c)
+    world.power_cut(off_s)
+
+
+def _cools_in_s(world: World, cold_c: float) -> float:
+    """Return how long the machine takes to cool, with nothing on, s."""
+    site = world.site
+    lag = site.network.model_copy(update={"initial_c": world.sensed_c})
+    plant = plant_of(site.controller, lag, ambient_c=world.ambient_c, step_s=STEP_S)
+    off = dict.fromkeys(site.controller.outputs, 0.0)
+    for row in range(round(COOLING_S / STEP_S)):
+        if plant.sensed_c()[site.loop.sensor] <= cold_c:
+            return row * STEP_S
+        plant.step(off)
+    return COOLING_S
+
+
+def _goes_on(world: World, programs: Programs) -> str:
+    """See that it goes on where it was last saved, after a reading."""
+    state, segment = _program(world, "state"), _program(world, "segment")
+    if state not in (RUNNING, RETURNING) or segment != 1 or _program(world, "number") != 1:
+        return f"after the loss of power it is in state {state}, segment {segment}"
+    run_s = _program(world, "clock") * world.site.loop.period_s
+    least_s = UNDER_WAY_S - programs.save_every_s - world.site.loop.period_s
+    if not least_s <= run_s <= UNDER_WAY_S + 2 * shows_s(world.site):
+        return f"it goes on {run_s:g} s after its start"
+    return _read_first(world)
+
+
+def _read_first(world: World) -> str:
+    """See that no heater was on before the first valid reading after the power came back."""
+    log = world.device.steps(world.site.loop_name)
+    valid = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
+    first_s = float(valid["time_s"][0]) if len(valid) else float("inf")
+    world.device.feed()
+    on_s = world.heater.first_on_s
+    early = on_s is not None and on_s < first_s
+    return "the heater was on before the first reading" if early else ""
+
+
+def _stays_ended(world: World) -> str:
+    ended = (_program(world, "state"), _program(world, "ended"))
+    if ended != (IDLE, TOO_FAR):
+        return f"after the loss of power it is in state {ended[0]}, ended {ended[1]}"
+    return _never_on(world)
+
+
+def _stays_paused(world: World) -> str:
+    state = _program(world, "state")
+    return _never_on(world) if state == PAUSED else f"it is in state {state}, not paused"
+
+
+def _never_on(world: World) -> str:
+    on_s = world.heater.last_on_s(world.power_on_s)
+    return "" if on_s is None else f"the heater was on at {on_s:.3f} s"

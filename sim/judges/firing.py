@@ -1,0 +1,104 @@
+"""Figures of merit of a program's run: how near to its setpoint the temperature went.
+
+Ramps and holds are judged apart. On a ramp the heater takes a while to come up to what the slope
+needs, so its first minute is left out, also where it goes on after a pause; and so is all the time
+in which the heater is at an end of its range, for then the machine follows as fast as it can, and
+no controller would do better.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.reference.programs.copies import FAST, HOLD, OVER, RATE, UNTIL
+from heatwright.sim.reference.programs.state import RUNNING
+from heatwright.sim.trace import Series, StepLog
+from heatwright.spec import Loop
+
+FIRST_S = 60.0
+"""Of a ramp: it is not judged."""
+STEADY_SHARE = 1 / 3
+"""The steady part of a hold is its last third."""
+
+
+@dataclass(frozen=True)
+class Firing:
+    """Figures of merit of the programs of one run."""
+
+    tracking_k: float | None
+    """Largest distance of a reading from the setpoint on the ramps; None if there is nothing to
+    judge."""
+    overshoot_k: float
+    """How far the readings of a hold went beyond it, in the direction of the way that led there."""
+    steady: StepLog
+    """Steady part of the last hold; all of the program if it has none."""
+    rows: StepLog
+    """All steps in which a program ran."""
+
+
+def firing_of(log: StepLog, loop: Loop) -> Firing | None:
+    """Evaluate the programs in a log; None if none ran."""
+    if "program.state" not in (log.dtype.names or ()):
+        return None
+    runs = log["program.state"] == RUNNING
+    kept = runs & (log["reading_status"] == 0)
+    rows = log[kept]
+    if not len(rows):
+        return None
+    parts = list(_parts(rows, np.cumsum(~runs)[kept]))
+    ramps_k = [_errors_k(_judged(part, loop)) for part in parts if _is_ramp(part)]
+    judged = [float(np.abs(errors_k).max()) for errors_k in ramps_k if len(errors_k)]
+    holds = [part for part in parts if part["program.kind"][0] in (HOLD, UNTIL)]
+    last = holds[-1] if holds else rows
+    return Firing(
+        tracking_k=max(judged, default=None),
+        overshoot_k=max((*_overshoots_k(parts), 0.0)),
+        steady=last[-max(1, round(len(last) * STEADY_SHARE)) :],
+        rows=rows,
+    )
+
+
+def _parts(rows: StepLog, pauses: NDArray[np.intp]) -> Iterator[StepLog]:
+    """Take the steps apart where another segment begins, or one begins anew or goes on.
+
+    `pauses` grows, from one of these rows to the next, where the program did not run in between.
+    """
+    anew = np.diff(rows["program.segment_clock"].astype(np.int64)) <= 0
+    other = np.diff(rows["program.segment"].astype(np.int64)) != 0
+    yield from np.split(rows, np.flatnonzero(anew | other | (np.diff(pauses) != 0)) + 1)
+
+
+def _is_ramp(part: StepLog) -> bool:
+    return bool(part["program.kind"][0] in (OVER, RATE) and _direction(part))
+
+
+def _direction(part: StepLog) -> float:
+    """Return 1 for a way up, −1 for one down, 0 for none."""
+    return float(np.sign(part["program.to_c"][0] - part["program.from_c"][0]))
+
+
+def _judged(ramp: StepLog, loop: Loop) -> StepLog:
+    limits = getattr(loop.algorithm, "output", None)
+    top_percent = 100.0 if limits is None else limits.maximum_percent
+    free = (ramp["duty_percent"] > 0) & (ramp["duty_percent"] < top_percent)
+    clock = ramp["program.segment_clock"].astype(np.int64)
+    begun = (clock - clock[0] + 1) * loop.period_s > FIRST_S
+    judged: StepLog = ramp[free & begun]
+    return judged
+
+
+def _errors_k(part: StepLog) -> Series:
+    errors: Series = part["temperature_c"].astype(float) - part["setpoint_c"].astype(float)
+    return errors
+
+
+def _overshoots_k(parts: list[StepLog]) -> Iterator[float]:
+    """Yield how far each hold was passed, by the way that came before it."""
+    direction = 0.0
+    for part in parts:
+        if part["program.kind"][0] in (OVER, RATE, FAST):
+            direction = _direction(part)
+        else:
+            yield float((direction * _errors_k(part)).max())

@@ -1,0 +1,65 @@
+"""The count of trips for a lock-out, held to the model from step to step of a loop's log.
+
+What went in shows in the log: trips in the fault's code, acknowledgements in their count. One of a
+fault that is locked out was a person's, where keys are, or came after a loss of power and a wait.
+What several of them within one step, and a reset, have made of the count is taken as it is.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from heatwright.sim.reference.protection.lockout import SECOND_US, Lockout
+from heatwright.sim.tape import Tape
+from heatwright.sim.trace import StepLog
+from heatwright.spec import Controller
+from heatwright.spec.commands import keypad_of, lockout_of
+
+TRIPS = "fault.trips"
+
+
+class Miscount(NamedTuple):
+    """A row whose count is another one than the model's."""
+
+    row: int
+    expected: str
+    actual: str
+
+
+def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Miscount]:
+    """Yield the rows in which the firmware has counted trips otherwise than the model.
+
+    Raises KeyError: there is no such loop.
+    """
+    spec = lockout_of(controller)
+    if spec is None or TRIPS not in (log.dtype.names or ()):
+        return
+    period_us = round(controller.loops[loop].period_s * SECOND_US)
+    by_keys = keypad_of(controller) is not None
+    told = log["fault.time_s"].tolist() if "fault.time_s" in (log.dtype.names or ()) else None
+    tape, model, steps, latched = Tape(log), Lockout(controller), 0, 0
+    locked_since_reset = False
+    for row, (code, trips) in enumerate(zip(tape.fault_code, log[TRIPS].tolist(), strict=True)):
+        begins, acknowledged = tape.begins[row], tape.acknowledged[row]
+        steps = 1 if begins else steps + 1
+        now_us = steps * period_us
+        at_us = now_us if told is None else told[row] * SECOND_US
+        if acknowledged and model.is_locked and not begins:
+            if not by_keys and (locked_since_reset or now_us < spec.wait_s * SECOND_US):
+                yield Miscount(row, "locked out", "acknowledged")
+            model.trips = 0
+        if begins:
+            model = Lockout(controller)
+            model.count(code, at_us if at_us <= now_us else 0)
+            locked_since_reset = False
+        elif code and (acknowledged or not latched):
+            model.count(code, at_us)
+            locked_since_reset = model.is_locked
+        if begins:
+            model.trips = trips  # what has come and gone since is not in the log
+        elif acknowledged > bool(latched):
+            model.take(trips, at_us)
+        model.age(now_us)
+        if model.trips != trips:
+            yield Miscount(row, str(model.trips), str(trips))
+            model.trips = trips
+        latched = code

@@ -1,0 +1,43 @@
+"""On-off control with hysteresis and lead (docs/control.md, "on_off")."""
+
+from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.spec import OnOff
+
+
+class OnOffControl(KeyedSwitch):
+    """Switches at the setpoint on the temperature expected `lead` ahead."""
+
+    full_percent = FULL
+    """What the algorithm asks for at most."""
+
+    def __init__(self, algorithm: OnOff, period_s: float, keyed: tuple[str, ...] = ()) -> None:
+        """Derive the constants; keyed -- the fields that keys set."""
+        super().__init__(algorithm, period_s, keyed)
+        self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"))
+        self.reset()
+
+    def reset(self) -> None:
+        """Start anew after a fault."""
+        self._lead.reset()
+        self._heating = 0
+
+    def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
+        """Return the duty in percent."""
+        expected_c = self._lead.expected_c(temperature_c, last_c, gap)
+        if self._has_width:
+            if expected_c >= setpoint_c + self._hysteresis:
+                self._heating = 0
+            elif expected_c <= setpoint_c - self._hysteresis:
+                self._heating = 1
+        else:
+            self._heating = 0 if expected_c >= setpoint_c else 1
+        return FULL if self._heating else ZERO
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (*self._values(), self._heating)
+
+
+Control = OnOffControl

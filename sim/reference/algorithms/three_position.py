@@ -1,0 +1,58 @@
+"""Heater below a dead band, cooler above it (docs/control.md, "three_position")."""
+
+from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
+from heatwright.sim.reference.interfaces.keyed import Numbers
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.spec import ThreePosition
+
+
+class ThreePositionControl(KeyedSwitch):
+    """Switches heater and cooler, never both, on the temperature expected `lead` ahead."""
+
+    full_percent = FULL
+    """What the algorithm asks for at most."""
+
+    def __init__(
+        self, algorithm: ThreePosition, period_s: float, keyed: tuple[str, ...] = ()
+    ) -> None:
+        """Derive the constants; keyed -- the fields that keys set."""
+        super().__init__(algorithm, period_s, keyed)
+        self._dead_band = Single(algorithm.dead_band_k)
+        self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)
+        self.members: tuple[Member, ...] = (
+            *self._members,
+            ("heating", "u1"),
+            ("cooling", "u1"),
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Start anew after a fault."""
+        self._lead.reset()
+        self._heating = 0
+        self.cooling = 0
+
+    def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
+        """Return the duty in percent."""
+        expected_c = self._lead.expected_c(temperature_c, last_c, gap)
+        self._heating = int(expected_c < setpoint_c - self._width(self._heating))
+        self.cooling = int(expected_c > setpoint_c + self._width(self.cooling))
+        return FULL if self._heating else ZERO
+
+    def take(self, numbers: Numbers) -> None:
+        """Take over what keys have set: the band's inside follows the hysteresis."""
+        super().take(numbers)
+        if "hysteresis_k" in numbers:
+            self._inside = self._dead_band - self._hysteresis
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (*self._values(), self._heating, self.cooling)
+
+    def _width(self, on: int) -> Single:
+        """Return how far from the setpoint heater or cooler has to be, to go or stay on."""
+        return self._inside if on else self._dead_band
+
+
+Control = ThreePositionControl

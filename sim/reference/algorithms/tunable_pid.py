@@ -1,0 +1,79 @@
+"""PID control whose gains a host may change, and whose duty (docs/control.md, "pid").
+
+All terms exist, whatever the gains of the specification are.
+"""
+
+from heatwright.sim.reference.algorithms.pid import (
+    PidControl,
+    in_order,
+    least_maximum_of,
+    limits_of,
+)
+from heatwright.sim.reference.inputs import Gains, Limits
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import ZERO, Single, clamp
+from heatwright.spec import Pid
+
+
+class TunablePid(PidControl):
+    """PID control that takes its gains over at every step."""
+
+    def __init__(self, algorithm: Pid, period_s: float) -> None:
+        """Begin without gains: the first step takes them over."""
+        super().__init__(algorithm, period_s)
+        self._adjustable = algorithm.limits_adjustable
+        self._least_maximum = least_maximum_of(algorithm)
+        self.limits = self._widest = limits_of(algorithm)
+        """Those in force."""
+        self._integrates = self._differentiates = True
+        self._period_s = Single(period_s)
+        self._kp = self._ki = self._kd = ZERO
+        self._lost = (ZERO, ZERO)
+        self.members: tuple[Member, ...] = (
+            *self._members(),
+            ("kp", "f4"),
+            ("ki", "f4"),
+            ("kd", "f4"),
+        )
+
+    def take(self, gains: Gains) -> None:
+        """Take over the gains for the step that comes next."""
+        self._lost = (self._kp - gains.kp, self._kd - gains.kd)
+        self._kp, self._ki, self._kd = gains
+        self._ki_step = self._ki * self._period_s
+
+    def take_limits(self, limits: Limits | None) -> None:
+        """Take over the limits, where they are adjustable; what cannot be is as specified."""
+        if not self._adjustable:
+            return
+        if limits is None:
+            message = "The loop needs its limits"
+            raise ValueError(message)
+        sound = in_order(limits, self._widest, self._least_maximum)
+        self.limits = limits if sound else self._widest
+        *self._integral_limits, self.full_percent = self.limits
+
+    def follow(self, temperature_c: Single, gap: int, setpoint_c: Single, manual: Single) -> Single:
+        """Let the operator decide, and be ready to go on from there."""
+        error = self._begin(temperature_c, gap, setpoint_c)
+        duty_percent = self._limited(manual)
+        self._integral = clamp(
+            duty_percent - self._proportional - self._kd * self._derivative, *self._integral_limits
+        )
+        self._end(temperature_c, error, duty_percent)
+        return duty_percent
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (*super().values(), self._kp, self._ki, self._kd)
+
+    def _balance(self, error: Single) -> None:
+        """Give the integral what the other terms lose by new gains."""
+        lost_kp, lost_kd = self._lost
+        if self._started and not (lost_kp == ZERO and lost_kd == ZERO):
+            self._integral = clamp(
+                self._integral + lost_kp * error + lost_kd * self._derivative,
+                *self._integral_limits,
+            )
+        if self._adjustable:
+            self._integral = clamp(self._integral, *self._integral_limits)

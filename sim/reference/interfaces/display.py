@@ -1,0 +1,102 @@
+"""What a touch display's orders do to the reference device (docs/nextion.md)."""
+
+import re
+from collections.abc import Callable
+from contextlib import suppress
+
+from heatwright.sim.reference.interfaces.operator import Operator
+from heatwright.sim.reference.interfaces.switched import SwitchedOperator
+from heatwright.sim.reference.programs.orders import ProgrammedOperator
+from heatwright.sim.reference.programs.points import Editor
+from heatwright.spec import Controller
+
+_ORDER = re.compile(r"#(\d{1,2}) ?([^#;]*);")
+POINTS = 7
+
+Does = dict[int, Callable[[float], object]]
+
+
+class Display:
+    """A display that nothing is answered.
+
+    Of all orders it gives those that steer: what only asks for a page, a name or a list changes
+    nothing here. What the firmware would refuse changes nothing either.
+    """
+
+    def __init__(
+        self, controller: Controller, operator: Operator, acknowledge: Callable[[], None]
+    ) -> None:
+        """Serve the loop of an operator; `acknowledge` is for the faults of every loop.
+
+        Raises:
+            TypeError: it is of a loop that cannot be switched.
+
+        """
+        if not isinstance(operator, SwitchedOperator):
+            message = "A display needs a loop that is switched"
+            raise TypeError(message)
+        self._does: Does = {**_steering(operator), 16: lambda _: acknowledge()}
+        self._programs: ProgrammedOperator | None = None
+        if isinstance(operator, ProgrammedOperator):
+            self._programs = operator
+            self._editor = Editor(controller)
+            self._shown = 1
+            self._does |= {**_orders(operator), 13: self._show}
+
+    def send(self, text: str) -> None:
+        """Do what the bytes say, order by order.
+
+        Raises:
+            ValueError: there is no order in them.
+
+        """
+        found = _ORDER.findall(text)
+        if not found:
+            message = f"{text!r} is no order of a display: write one such as #8 1;"
+            raise ValueError(message)
+        for order, data in found:
+            self._do(int(order), data)
+
+    def _do(self, order: int, data: str) -> None:
+        does = self._does.get(order)
+        with suppress(ValueError):
+            if order == POINTS and self._programs is not None:
+                shown = self._programs.copies.get(self._shown, ())
+                self._programs.copies[self._shown] = self._editor.edited(shown, data)
+            elif does is not None:
+                does(float(data or 0))
+
+    def _show(self, number: float) -> None:
+        self._shown = int(number)
+
+
+def _steering(operator: SwitchedOperator) -> Does:
+    """Return the orders that need no programs."""
+    return {
+        2: lambda on: _switch(operator, on=bool(on)),
+        3: operator.set,
+        4: operator.set_manual,
+        5: lambda kp: operator.set_gains(kp, None, None),
+        6: lambda ki: operator.set_gains(None, ki, None),
+        19: lambda kd: operator.set_gains(None, None, kd),
+        20: operator.set_critical,
+    }
+
+
+def _switch(operator: SwitchedOperator, *, on: bool) -> None:
+    """Switch off, or on under automatic control."""
+    if not on:
+        operator.disable()
+    elif operator.enable():
+        operator.steer_by_hand(on=False)
+
+
+def _orders(operator: ProgrammedOperator) -> Does:
+    """Return the orders to a program."""
+    return {
+        8: lambda number: operator.order("start", int(number)),
+        9: lambda runs: operator.order("resume" if runs else "pause"),
+        10: lambda segment: operator.order("jump", int(segment) + 1),
+        17: lambda _: operator.disable(),
+        18: lambda _: operator.order("skip"),
+    }

@@ -1,0 +1,58 @@
+"""What a master writes to the reference device (docs/control.md, "Switched loops")."""
+
+from collections.abc import Callable, Mapping
+
+from heatwright.sim.reference.control import gains_of
+from heatwright.sim.reference.interfaces.switched import SwitchedOperator
+from heatwright.spec import Controller, Write
+
+
+class Master:
+    """A master whose writes arrive at once, and who is never silent."""
+
+    def __init__(
+        self,
+        controller: Controller,
+        operators: Mapping[str, SwitchedOperator],
+        acknowledge: Callable[[], None],
+    ) -> None:
+        """Serve the loops of operators, by name; `acknowledge` is for the faults of all of them."""
+        self._operators = operators
+        self._acknowledge = acknowledge
+        self._gains = {name: gains_of(controller.loops[name].algorithm) for name in operators}
+
+    def write(self, name: str, value: float | bool) -> None:
+        """Write a value by its name in a scenario; what is refused changes nothing.
+
+        Raises:
+            KeyError: there is nothing of that name.
+
+        """
+        written = Write(name, value)
+        if written.loop:
+            _steer(self._operators[written.loop], written.what, value)
+        elif written.what == "acknowledge":
+            self._acknowledge()
+        elif written.what == "restore" and any(self._gains.values()):
+            for loop, gains in self._gains.items():
+                if gains is not None:
+                    self._operators[loop].restore_gains(gains)
+        elif written.what != "store":
+            raise KeyError(name)
+
+
+def _steer(operator: SwitchedOperator, what: str, value: float | bool) -> None:
+    if what == "enabled":
+        operator.switch(on=bool(value))
+    elif what == "setpoint":
+        operator.set(value)
+    elif what == "manual_duty":
+        operator.set_manual_percent(value)
+    elif what == "manual":
+        operator.steer_by_hand(on=bool(value))
+    elif what == "tune":
+        operator.switch_tuning(on=bool(value))
+    elif what in ("kp", "ki", "kd"):
+        operator.set_gains(*(value if gain == what else None for gain in ("kp", "ki", "kd")))
+    else:
+        raise KeyError(what)

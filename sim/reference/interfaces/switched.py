@@ -1,0 +1,137 @@
+"""What a master wants of a loop (docs/control.md, "Switched loops")."""
+
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.interfaces.operator import Operator
+from heatwright.sim.reference.loop import Reference
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.spec import Controller, must_release, starts_enabled
+
+
+class SwitchedOperator(Operator):
+    """The wishes for a loop that is switched on and off apart from its setpoint."""
+
+    def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
+        """Wish for what the specification says."""
+        super().__init__(controller, name, reference)
+        self._enabled = int(starts_enabled(controller, name))
+        self._was_on = self._off_is_due = False
+        self._must_release = must_release(controller)
+        self._released = False
+        self._had_fault = False
+
+    @property
+    def orders(self) -> Orders:
+        """What the next step takes over: an off first, whatever came after it."""
+        enabled = self._enabled and not self._off_is_due
+        return super().orders._replace(enabled=int(enabled))
+
+    @property
+    def is_off(self) -> bool:
+        """Whether the loop is switched off."""
+        return not self._enabled
+
+    def change(self, by_k: Single) -> None:
+        """Press UP or DOWN; from off UP switches on, and changes nothing else."""
+        if not self.is_off:
+            super().change(by_k)
+        elif by_k > ZERO:
+            self.switch(on=True)
+
+    def key_off(self) -> None:
+        """Press what switches off; no master is free to switch on again by it."""
+        self._go_off()
+
+    def set(self, setpoint_c: float) -> bool:
+        """Set the temperature to hold once the loop is on; tell whether that may be."""
+        wanted_c = Single(setpoint_c)
+        inside = self._minimum_c <= wanted_c <= self._maximum_c
+        if not inside or (self._mode == TUNING and wanted_c != self.setpoint_c):
+            return False
+        self.setpoint_c = wanted_c
+        return True
+
+    def enable(self) -> bool:
+        """Switch on; tell whether that may be."""
+        free = self._enabled or self._released or not self._must_release
+        if self._reference.fault_code or not free:
+            return False
+        self._enabled = 1
+        return True
+
+    def disable(self) -> None:
+        """Switch off, and let the loop be switched on again."""
+        self._go_off()
+        self._released = True
+
+    def switch(self, *, on: bool) -> None:
+        """Do what a person with a switch does: off before on, if that is what it takes."""
+        if not on:
+            self.disable()
+        elif not self.enable():
+            self.disable()
+            self.enable()
+
+    def set_manual_percent(self, percent: float) -> bool:
+        """Set the duty that holds in manual mode; tell whether that may be."""
+        if self.gains is None or not ZERO <= Single(percent) <= FULL:
+            return False
+        self._manual_percent = Single(percent)
+        return True
+
+    def set_manual(self, percent: float | None) -> bool:
+        """Hold a duty, the present one if none is given; tell whether that may be."""
+        return not self.is_off and super().set_manual(percent)
+
+    def steer_by_hand(self, *, on: bool) -> None:
+        """Hold the duty that was set before if that may be, or let the algorithm decide."""
+        if on:
+            self.set_manual(float(self._manual_percent))
+        elif self._mode == MANUAL:
+            self._mode = AUTOMATIC
+
+    def switch_tuning(self, *, on: bool) -> None:
+        """Start a tuning for the setpoint if that may be, or give it up."""
+        if on:
+            self.tune(float(self.setpoint_c), None)
+        else:
+            self.stop_tuning()
+
+    def tune(self, target_c: float, cycles: int | None) -> bool:
+        """Start a tuning; tell whether that may be."""
+        tuner = self._reference.steering.tuner
+        if tuner is None or self.is_off or self._reference.fault_code or not self.set(target_c):
+            return False
+        tuner.start(cycles)
+        self._mode = TUNING
+        return True
+
+    def acknowledge(self) -> None:
+        """Acknowledge a fault: the loop is off then, and as released as it was."""
+        released = self._released
+        super().acknowledge()
+        self._released = released
+        self._had_fault = False
+
+    def after_step(self) -> None:
+        """Take over what a tuning has come to, and a new fault."""
+        self._was_on = bool(self.orders.enabled)
+        self._off_is_due = False
+        super().after_step()
+        self.see_fault()
+
+    def see_fault(self) -> None:
+        """Ask for another release, whichever loop a new fault is of."""
+        has_fault = bool(self._reference.fault_code)
+        if has_fault and not self._had_fault:
+            self._released = False
+        self._had_fault = has_fault
+
+    def restore_gains(self, gains: Gains) -> None:
+        """Go back to the gains of the specification."""
+        self.gains = gains
+
+    def _go_off(self) -> None:
+        self._mode = AUTOMATIC
+        self._enabled = 0
+        self._off_is_due = self._was_on
+        self._released = False

@@ -1,0 +1,134 @@
+"""What a heater's pin does between control steps: for the reference device."""
+
+from typing import Protocol
+
+from heatwright.sim.reference.outputs.held import HeldCourse, has_minimum, held_of
+from heatwright.sim.reference.outputs.output import pwm_period
+from heatwright.spec import Controller, DigitalOutput, PwmOutput, TimeProportionalOutput
+from heatwright.spec.board.timers import TICK_S
+
+
+class Course(Protocol):
+    """Course of an output in time; all times in microseconds since the start."""
+
+    def apply(self, counts: int) -> None:
+        """Take over the counts of a control step, now."""
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time and return for how many microseconds the output was active."""
+
+
+class SteadyCourse:
+    """A share of the time: all or nothing, or a PWM too fast to be followed."""
+
+    def __init__(self, whole: int) -> None:
+        """Start off; `whole` counts are full power."""
+        self._whole = whole
+        self._share = 0.0
+        self._now_us = 0
+
+    def apply(self, counts: int) -> None:
+        """Set the share."""
+        self._share = counts / self._whole
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time."""
+        on_us = (to_us - self._now_us) * self._share
+        self._now_us = to_us
+        return on_us
+
+
+class WindowCourse:
+    """On for the first part of each window, or cycle; they begin with the first control step."""
+
+    def __init__(self, window_us: float, step_us: float) -> None:
+        """Start off, without a window."""
+        self._window_us = window_us
+        self._step_us = step_us
+        self._now_us = 0.0
+        self._start_us = -1.0
+        self._off_us = 0.0
+        self._counts = 0
+
+    def apply(self, counts: int) -> None:
+        """Set the on-time of the windows that begin from now on; zero switches off at once."""
+        self._counts = counts
+        if self._start_us < 0 or self._now_us == self._start_us:
+            self._open()
+        if counts == 0:
+            self._off_us = min(self._off_us, self._now_us)
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time."""
+        on_us = 0.0
+        while self._now_us < to_us:
+            started = self._start_us >= 0
+            end_us = min(to_us, self._start_us + self._window_us) if started else float(to_us)
+            on_us += max(0.0, min(end_us, self._off_us) - self._now_us)
+            self._now_us = end_us
+            if started and end_us == self._start_us + self._window_us:
+                self._open()
+        return on_us
+
+    def _open(self) -> None:
+        self._start_us = self._now_us
+        self._off_us = self._now_us + self._counts * self._step_us
+
+
+class SpreadCourse:
+    """The on-time of a window in single steps: step s is on if (s · on) mod window < on."""
+
+    def __init__(self, window_steps: int, step_us: int) -> None:
+        """Start off, without a window."""
+        self._window_steps = window_steps
+        self._step_us = step_us
+        self._now_us = 0
+        self._start_us = -1
+        self._counts = 0
+        self._on_steps = 0
+
+    def apply(self, counts: int) -> None:
+        """Set the on-time of the windows that begin from now on; zero switches off at once."""
+        self._counts = counts
+        if self._start_us < 0 or self._now_us == self._start_us:
+            self._open()
+        if counts == 0:
+            self._on_steps = 0
+
+    def advance(self, to_us: int) -> float:
+        """Go on to a time."""
+        on_us = 0
+        while self._now_us < to_us:
+            if self._start_us < 0:
+                self._now_us = to_us
+                break
+            step = (self._now_us - self._start_us) // self._step_us
+            end_us = min(to_us, self._start_us + (step + 1) * self._step_us)
+            if step * self._on_steps % self._window_steps < self._on_steps:
+                on_us += end_us - self._now_us
+            self._now_us = end_us
+            if end_us == self._start_us + self._window_steps * self._step_us:
+                self._open()
+        return float(on_us)
+
+    def _open(self) -> None:
+        self._start_us = self._now_us
+        self._on_steps = self._counts
+
+
+def course_of(controller: Controller, name: str) -> Course:
+    """Return the course of a controller's heater."""
+    output = controller.outputs[name]
+    if isinstance(output, TimeProportionalOutput):
+        window_us, step_us = round(output.window_s * 1e6), round(output.resolution_s * 1e6)
+        if output.distribution == "spread":
+            return SpreadCourse(window_us // step_us, step_us)
+        return WindowCourse(window_us, step_us)
+    if isinstance(output, PwmOutput):
+        counts = pwm_period(controller, name).counts
+        if output.cycle_s <= TICK_S:
+            return SteadyCourse(counts)
+        return WindowCourse(output.cycle_s * 1e6, output.cycle_s * 1e6 / counts)
+    if isinstance(output, DigitalOutput) and has_minimum(output):
+        return HeldCourse(held_of(output))
+    return SteadyCourse(1)

@@ -1,0 +1,161 @@
+"""From the duty of a loop to the counts that its heater is given (docs/control.md, "Output")."""
+
+import math
+from typing import NamedTuple, Protocol
+
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
+from heatwright.spec.board.timers import allocate
+from heatwright.spec.registry import KindIncomplete
+
+HALF = Single(0.5)
+
+
+class HeaterOutput(Protocol):
+    """Counts of one kind of output."""
+
+    members: tuple[Member, ...]
+    counts: int
+    """The on-time, in counts; all of them are full power."""
+
+    def apply(self, duty_percent: Single) -> None:
+        """Take over the duty of a control step."""
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+
+
+class Digital:
+    """Fully on or off: the duty says it all."""
+
+    members: tuple[Member, ...] = ()
+
+    def __init__(self) -> None:
+        """Start off."""
+        self.counts = 0
+
+    def apply(self, duty_percent: Single) -> None:
+        """Switch."""
+        self.counts = int(duty_percent > ZERO)
+
+    def values(self) -> tuple[Value, ...]:
+        """Return nothing."""
+        return ()
+
+
+class PwmPeriod(NamedTuple):
+    """Counts of a PWM period, and the fewest of a pulse or a pause."""
+
+    counts: int
+    fewest: int
+
+
+class Pwm:
+    """On-time in counts of the timer."""
+
+    members: tuple[Member, ...] = (("on_counts", "u2"),)
+
+    def __init__(self, period: PwmPeriod, share: float) -> None:
+        """Start off; `share` of the time gives the power that 100 % asks for."""
+        self._period = period
+        self._per_percent = Single(period.counts * share / 100)
+        self.counts = 0
+
+    def apply(self, duty_percent: Single) -> None:
+        """Round to the nearest count; too short a pulse or pause becomes none."""
+        self.counts = int(duty_percent * self._per_percent + HALF)
+        if self.counts < self._period.fewest:
+            self.counts = 0
+        elif self.counts > self._period.counts - self._period.fewest:
+            self.counts = self._period.counts
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the on-time."""
+        return (self.counts,)
+
+
+class TimeProportional:
+    """On-time in steps of the window's resolution."""
+
+    members: tuple[Member, ...] = (("on_steps", "u2"),)
+
+    def __init__(self, output: TimeProportionalOutput) -> None:
+        """Derive the window and its shortest on- and off-time, in steps."""
+        self._whole = round(output.window_s / output.resolution_s)
+        self._per_percent = Single(self._whole / 100)
+        self._least_on = round(output.minimum_on_s / output.resolution_s)
+        self._most_on = self._whole - round(output.minimum_off_s / output.resolution_s)
+        self.counts = 0
+
+    def apply(self, duty_percent: Single) -> None:
+        """Round to the nearest step; too short an on- or off-time becomes none."""
+        on_steps = int(duty_percent * self._per_percent + HALF)
+        if on_steps < self._least_on:
+            on_steps = 0
+        elif on_steps > self._most_on:
+            on_steps = self._whole
+        self.counts = on_steps
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the on-time."""
+        return (self.counts,)
+
+
+def heater_of(controller: Controller, name: str) -> HeaterOutput:
+    """Return the counts of a controller's output."""
+    output = controller.outputs[name]
+    if isinstance(output, TimeProportionalOutput):
+        return TimeProportional(output)
+    if isinstance(output, PwmOutput):
+        return Pwm(pwm_period(controller, name), rated_share(output))
+    if not output.is_on_off:
+        raise KindIncomplete(
+            f"The output kind {output.kind} has no reference model: a package may bring outputs "
+            "that are on or off, and no others."
+        )
+    return Digital()
+
+
+def rated_share(output: PwmOutput) -> float:
+    """Return the share of the time that is the rated power, where the supply gives more."""
+    if output.supply_v is None or output.rated_v is None:
+        return 1.0
+    return (output.rated_v / output.supply_v) ** 2
+
+
+LATEST_S = 50e-6
+"""A pulse that interrupts make is no shorter than one of them may be late."""
+
+
+def pwm_period(controller: Controller, name: str) -> PwmPeriod:
+    """Return the counts of a PWM output's period.
+
+    Its timer is the one the specification's allocation gives it. Made by the timer itself they are
+    the finest it gives at the frequency: a 16-bit timer counts to any end that 16 bits can say, an
+    8-bit one to 256. Made by interrupts every period on the timer is less than half its round.
+    """
+    made = allocate(controller).pwm
+    channel = made[name]
+    board = controller.board
+    timer = board.timers[channel.timer]
+    if not channel.by_interrupts and timer.bits == 8:
+        return PwmPeriod(256, 0)
+    neighbours = [each for each in made if made[each].timer == channel.timer]
+    wanted_hz = {each: _frequency_hz(controller, each) for each in neighbours}
+    limit = 1 << (15 if channel.by_interrupts else 16)
+    for prescaler in timer.prescalers:
+        counts = {
+            each: round(board.clock_hz / (prescaler * wanted_hz[each])) for each in neighbours
+        }
+        if max(counts.values()) < limit:
+            fewest = math.ceil(LATEST_S * board.clock_hz / prescaler)
+            return PwmPeriod(counts[name], fewest if channel.by_interrupts else 0)
+    message = f"{wanted_hz[name]:g} Hz is too slow for timer {channel.timer}"
+    raise ValueError(message)
+
+
+def _frequency_hz(controller: Controller, name: str) -> float:
+    output = controller.outputs[name]
+    assert isinstance(output, PwmOutput)  # noqa: S101 - only these have a channel
+    return output.frequency_hz

@@ -1,0 +1,294 @@
+"""The program that moves a loop's setpoint, step by step (docs/control.md, "Programs")."""
+
+from typing import NamedTuple
+
+from heatwright.sim.reference.inputs import AUTOMATIC, Orders
+from heatwright.sim.reference.members import Value
+from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.programs.copies import Copy
+from heatwright.sim.reference.programs.ramps import Way
+from heatwright.sim.reference.programs.state import (
+    FAILED,
+    FINISHED,
+    FOR_TARGET,
+    IDLE,
+    INTERRUPTED,
+    JUMP,
+    MEMBERS,
+    NOTHING,
+    PAUSE,
+    PAUSED,
+    RESTORING,
+    RESUME,
+    RETURNING,
+    RUNNING,
+    SKIP,
+    START,
+    STOP,
+    STOPPED,
+    TOO_FAR,
+    ProgramState,
+)
+from heatwright.spec import Loop, Programs
+
+PROGRAM_LAGS = 24
+
+HALF, TENTHS = Single(0.5), Single(10)
+LARGEST_SUM = 0xFFFF_FFFF
+
+
+class HandedOver(NamedTuple):
+    """What a program leaves the loop with when it ends."""
+
+    enabled: int
+    setpoint_c: Single | None
+    """None: as commanded."""
+
+
+class ProgramRun:
+    """One program at a time, with the copy that it works off."""
+
+    members = MEMBERS
+
+    def __init__(self, programs: Programs, loop: Loop) -> None:
+        """Derive the constants."""
+        after = programs.after_power_loss
+        self._way = Way(programs, loop.period_s)
+        self._number = 0
+        self._reading_c = ZERO
+        self._resumes_k = Single(after.resume_within_k) if after.resume_within_k else None
+        self._else_pauses = after.otherwise == "pause"
+        self._keeps = programs.on_fault == "pause"
+        self._holds = programs.at_end == "hold"
+        self._range_c = Single(loop.setpoint.minimum_c), Single(loop.setpoint.maximum_c)
+        self.now = ProgramState()
+        self.handed_over: HandedOver | None = None
+        """What the program left the loop with, if it ended in this step."""
+
+    @property
+    def is_active(self) -> bool:
+        """Whether a program decides what the loop does."""
+        return self.now.state != IDLE
+
+    @property
+    def moves(self) -> bool:
+        """Whether the setpoint of this step is one that moved along, not a new one."""
+        return self.now.state == RUNNING and not self.now.leap
+
+    @property
+    def copy(self) -> Copy:
+        """The program that is worked off, or was last."""
+        return self._way.copy
+
+    def load(self, number: int, copy: Copy) -> None:
+        """Read the copy of the program that is started next, or goes on."""
+        self._number, self._way.copy = number, copy
+
+    def restore(self, state: ProgramState) -> None:
+        """Go on with what a record says, after a loss of power."""
+        self.now = state
+
+    def fail(self) -> None:
+        """End what is still active, or keep it where it is: there is a fault, or was one."""
+        now = self.now
+        if not self._keeps:
+            if self.is_active:
+                self._end(FAILED)
+        elif now.state in (RUNNING, RETURNING, RESTORING):
+            now.state = INTERRUPTED
+            now.waiting = NOTHING
+            now.waited = 0
+
+    def step(
+        self,
+        order: tuple[int, int],
+        temperature_c: Single | None,
+        *,
+        reading_c: Single,
+        fault: bool,
+    ) -> tuple[int, bool]:
+        """Do the program's part of a step.
+
+        Args:
+            order: what waits to be taken, and its argument.
+            temperature_c: what the control goes by, None without a valid reading.
+            reading_c: the last reading by itself.
+            fault: whether a fault is latched.
+
+        Returns:
+            The code of a fault, 0 for none; and whether the order goes on waiting.
+
+        """
+        now = self.now
+        now.leap = now.order = now.argument = 0
+        self._reading_c = reading_c
+        now.rate_k_per_s = ZERO
+        self.handed_over = None
+        if fault:
+            self.fail()
+            if self._keeps and order[0] == STOP:
+                now.order, now.argument = order
+                self._obeyed(temperature_c)
+            return 0, False
+        waits = not self._may_take(order[0], temperature_c)
+        if not waits:
+            now.order, now.argument = order
+        if now.state == RESTORING:
+            self._restored(temperature_c)
+            return 0, waits
+        if self._obeyed(temperature_c):
+            return 0, waits
+        return self._go_on(temperature_c), waits
+
+    def steered(self, orders: Orders, setpoint_c: Single) -> tuple[Orders, Single]:
+        """Return orders and setpoint of a step, as the program has them."""
+        state = self.now.state
+        if state in (RUNNING, RETURNING):
+            return orders._replace(enabled=1, mode=AUTOMATIC), self.now.setpoint_c
+        if state != IDLE:
+            return orders._replace(enabled=0, mode=AUTOMATIC), self.now.setpoint_c
+        if self.handed_over is None:
+            return orders, setpoint_c
+        enabled, held_c = self.handed_over
+        orders = orders._replace(enabled=enabled, mode=AUTOMATIC)
+        return orders, setpoint_c if held_c is None else held_c
+
+    def count(self, duty_percent: Single, temperature_c: Single, *, fault: bool) -> None:
+        """Count the energy of a step; note the temperature of one that found no fault."""
+        if self.now.state in (RUNNING, RETURNING):
+            self.now.energy = (self.now.energy + _permille(duty_percent)) & LARGEST_SUM
+            if self._keeps and not fault:
+                self.now.before_c = temperature_c
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return self.now.values()
+
+    def _may_take(self, order: int, temperature_c: Single | None) -> bool:
+        if self.now.state == RESTORING:
+            return order == STOP
+        return order in (STOP, PAUSE) or temperature_c is not None
+
+    # -- a loss of power -----------------------------------------------------------------------
+
+    def _restored(self, temperature_c: Single | None) -> None:
+        now = self.now
+        if now.order == STOP:
+            self._end(STOPPED)
+        elif temperature_c is not None:
+            self._go_on_if_near()
+
+    def _go_on_if_near(self) -> None:
+        now = self.now
+        gone_k = abs(self._reading_c - now.before_c)
+        if self._resumes_k is not None and gone_k <= self._resumes_k:
+            now.state = RETURNING
+            now.leap = 1
+        elif self._else_pauses:
+            now.state = PAUSED
+        else:
+            self._end(TOO_FAR)
+
+    # -- orders --------------------------------------------------------------------------------
+
+    def _obeyed(self, temperature_c: Single | None) -> bool:
+        """Do what was ordered, if it fits; tell whether the setpoint rests for this step."""
+        now = self.now
+        if now.order == STOP and self.is_active:
+            self._end(STOPPED)
+        elif now.order == PAUSE and now.state in (RUNNING, RETURNING):
+            now.state = PAUSED
+            now.waiting = NOTHING
+        elif now.order == START and now.state == IDLE and temperature_c is not None:
+            self._start(temperature_c)
+            return True
+        elif now.order == RESUME and now.state == PAUSED:
+            now.state = RETURNING
+            now.leap = 1
+            return True
+        elif now.order == RESUME and now.state == INTERRUPTED and temperature_c is not None:
+            self._go_on_if_near()
+            return True
+        elif now.order == SKIP and now.state == RUNNING:
+            self._begin(now.segment + 1)
+            return True
+        elif now.order == JUMP and self.is_active and 1 <= now.argument <= now.segments + 1:
+            self._jump(now.argument)
+            return True
+        return False
+
+    def _start(self, temperature_c: Single) -> None:
+        now = self.now
+        now.number, now.segments = self._number, len(self._way.copy)
+        now.ended = now.clock = now.energy = 0
+        if self._keeps:
+            now.before_c = temperature_c
+        now.first_c = now.setpoint_c = min(temperature_c, self._range_c[1])
+        now.state = RUNNING
+        now.leap = 1
+        self._begin(1)
+
+    def _jump(self, number: int) -> None:
+        now = self.now
+        now.setpoint_c = self._way.start_c(now, number)
+        self._begin(min(number, now.segments))
+        if number > now.segments:
+            now.elapsed = now.length
+        now.leap = 1
+        if now.state == RUNNING:
+            now.state = RETURNING
+
+    # -- the way -------------------------------------------------------------------------------
+
+    def _go_on(self, temperature_c: Single | None) -> int:
+        now = self.now
+        if now.state == RETURNING:
+            self._return(temperature_c)
+        elif now.state == RUNNING:
+            now.clock += 1
+            now.segment_clock += 1
+            if temperature_c is not None:
+                return self._go(temperature_c)
+        return 0
+
+    def _return(self, temperature_c: Single | None) -> None:
+        now = self.now
+        if temperature_c is not None and self._way.is_near(temperature_c, now.setpoint_c):
+            now.state = RUNNING
+            now.waiting = NOTHING
+        else:
+            now.waiting = FOR_TARGET
+
+    def _go(self, temperature_c: Single) -> int:
+        if self._way.go(self.now, temperature_c):
+            self._finish()
+        elif self._way.lags(self.now, temperature_c):
+            return PROGRAM_LAGS
+        return 0
+
+    def _begin(self, number: int) -> None:
+        if not self._way.begin(self.now, number):
+            self._finish()
+
+    def _finish(self) -> None:
+        held_c = self.now.setpoint_c
+        if self._holds and self._range_c[0] <= held_c <= self._range_c[1]:
+            self._leave(FINISHED, HandedOver(1, held_c))
+        else:
+            self._end(FINISHED)
+
+    def _end(self, why: int) -> None:
+        self._leave(why, HandedOver(0, None))
+
+    def _leave(self, why: int, left: HandedOver) -> None:
+        self.now.state, self.now.waiting, self.now.ended = IDLE, NOTHING, why
+        self.handed_over = left
+
+
+def without_energy_of(duty_percent: Single, energy: int) -> int:
+    """Return the sum before a step that was counted."""
+    return (energy - _permille(duty_percent)) & LARGEST_SUM
+
+
+def _permille(duty_percent: Single) -> int:
+    return int(duty_percent * TENTHS + HALF)

@@ -1,0 +1,49 @@
+"""A monitor: a sensor of no loop, judged in a loop's step (docs/control.md, "Monitors")."""
+
+from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.numbers import Single, steps
+from heatwright.sim.reference.sensors.reading import Readings
+from heatwright.spec import Controller
+
+MONITOR_LIMIT = 27
+
+
+class MonitorModel:
+    """What is known of a monitor, and what is wrong with it.
+
+    members -- its numbers, without the name of the monitor.
+    """
+
+    def __init__(self, controller: Controller, name: str, period_s: float) -> None:
+        """Derive the constants; period_s -- of the loop in whose steps it is judged."""
+        spec = controller.monitors[name]
+        self._readings = Readings(controller, spec.sensor)
+        self._warning_c = Single(spec.warning_c)
+        self._end_c = Single(spec.warning_c - spec.hysteresis_k)
+        self._limit_c = Single(spec.limit_c)
+        self._stale = steps(spec.stale_after_s, period_s)
+        self._warns = 0
+        self.members: tuple[Member, ...] = (
+            *self._readings.members,
+            ("warns", "u1"),
+        )
+
+    @property
+    def temperature_c(self) -> Single:
+        """The last valid reading; 0 before the first."""
+        return self._readings.single.temperature_c
+
+    def step(self, status: int, raw: int) -> int:
+        """Take a reading and return the code of the fault, 0 for none."""
+        self._readings.take(status, raw)
+        if status:
+            return status if self._readings.missing >= self._stale else 0
+        if self.temperature_c >= self._warning_c:
+            self._warns = 1
+        elif self.temperature_c <= self._end_c:
+            self._warns = 0
+        return MONITOR_LIMIT if self.temperature_c >= self._limit_c else 0
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (*self._readings.values(), self._warns)

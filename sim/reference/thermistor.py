@@ -1,5 +1,0 @@
-"""Sensor of kind `thermistor`: see heatwright.sim.reference.adc."""
-
-from heatwright.sim.reference.adc import IdealSensor, converter
-
-__all__ = ["IdealSensor", "converter"]

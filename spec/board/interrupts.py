@@ -1,0 +1,93 @@
+"""How long interrupts may keep each other waiting on a machine, and how long the tick's does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from heatwright.spec.board.pwm import LATEST_INTERRUPT_S
+from heatwright.spec.board.pwm_timers import share_pwm
+from heatwright.spec.controller import Controller
+
+ANY_S = 100e-6
+"""Where nothing needs them sooner: a hundredth of the tick."""
+SLOT_S = 50e-6
+"""A slot of the 1-Wire bus that writes a zero lasts for 64 µs, and may for 120."""
+OTHERS_S = 10e-6
+"""What else may come before the interrupt of a PWM: that of a line, and of another channel."""
+BITS_OF_A_BYTE = 10
+"""On a serial line, at least: a start bit, eight bits, a stop bit."""
+
+# Cycles of the tick's interrupt, each a little more than was measured: what is within keeps to it.
+TICK_CYCLES = 135
+LOOP_CYCLES = 65
+WINDOW_CYCLES = 45
+"""Of a heater that is time-proportional."""
+HELD_CYCLES = 45
+"""Of a heater or a cooler with minimum times."""
+BY_INTERRUPTS_CYCLES = 85
+"""Of a heater whose PWM interrupts make."""
+COOLER_CYCLES = 80
+FAN_CYCLES = 30
+RELAY_CYCLES = 100
+STEPPER_CYCLES = 15
+INPUTS_CYCLES = 30
+INPUT_CYCLES = 10
+"""Of each of them."""
+
+
+class Wait(NamedTuple):
+    """How long something bears that interrupts are off, s; what it is, and what bears more."""
+
+    seconds: float
+    what: str
+    instead: str
+
+
+def waits(controller: Controller) -> Iterator[Wait]:
+    """List what interrupts serve, and how late they may come for it to lose nothing.
+
+    A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
+    shorter than the latest of its interrupts. A stepper's steps are half of their interval apart
+    at least, however late an interrupt makes one of them.
+    """
+    yield Wait(ANY_S, "a hundredth of the tick", "")
+    for name, sensor in controller.sensors.items():
+        if sensor.on_one_wire:
+            yield Wait(SLOT_S, f"the slots of {name}'s bus", "a sensor of another kind")
+    for part in controller.interfaces:
+        if part.line is not None and part.line.receives:
+            wait_s = BITS_OF_A_BYTE / part.line.baud
+            yield Wait(wait_s, f"a byte on the line of {part.kind}", "a slower line")
+    for name, channel in share_pwm(controller).channels.items():
+        if channel.by_interrupts:
+            other = "the kind time_proportional"
+            wait_s = LATEST_INTERRUPT_S - OTHERS_S
+            yield Wait(wait_s, f"the PWM of {name}, by interrupts", other)
+    for name, stepper in controller.steppers.items():
+        step_s = 1 / (stepper.maximum_mm_per_s * stepper.steps_per_mm)
+        yield Wait(step_s / 2, f"half a step of {name}", "a slower maximum")
+
+
+def longest_wait_s(controller: Controller) -> float:
+    """Return how long interrupts may be off, s."""
+    return min(each.seconds for each in waits(controller))
+
+
+def longest_tick_s(controller: Controller) -> float:
+    """Return how long the tick's interrupt takes at most, s: it is the longest that there is."""
+    outputs, channels = controller.outputs, share_pwm(controller).channels
+    cycles = TICK_CYCLES
+    cycles += RELAY_CYCLES * (controller.safety.relay is not None)
+    inputs = len(controller.safety.inputs)
+    cycles += INPUTS_CYCLES * bool(inputs) + INPUT_CYCLES * inputs
+    cycles += STEPPER_CYCLES * len(controller.steppers)
+    for loop in controller.loops.values():
+        cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)
+        cycles += COOLER_CYCLES * (loop.cooler is not None)
+        cycles += WINDOW_CYCLES * getattr(outputs.get(loop.heater), "is_windowed", False)
+        for name in filter(None, (loop.heater, loop.cooler)):
+            cycles += HELD_CYCLES * getattr(outputs.get(name), "is_held", False)
+        channel = channels.get(loop.heater)
+        cycles += BY_INTERRUPTS_CYCLES * (channel is not None and channel.by_interrupts)
+    return cycles / controller.board.clock_hz

@@ -1,0 +1,66 @@
+"""What a firmware takes at least of flash and RAM, from its spec alone.
+
+Each figure, here and of each kind (`least` of its model), is some 15 % below the least that was
+measured, whatever else the spec says: what is over by these figures does not fit, with any
+compiler. What a firmware really takes, `heatwright build` tells.
+"""
+
+from __future__ import annotations
+
+from heatwright.spec.base import Least
+from heatwright.spec.board.eeprom import log_entry_bytes
+from heatwright.spec.boards import Board
+from heatwright.spec.checks.board.memory import least_bytes
+from heatwright.spec.commands import placed, tunable
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import LcdKeypad, SerialLog
+from heatwright.spec.self_checks import self_checked
+
+EVERY = Least(2250, 100)
+"""Clock, gate, faults, settings, start-up, library; and the stack."""
+TUNABLE = Least(2160, 0)
+"""Of a loop whose gains a host or a master may set, and have stored."""
+AUTOTUNE = Least(1670, 79)
+"""Beside that."""
+COUNTDOWN = Least(1090, 7)
+"""Of a keypad."""
+MENU = Least(4700, 140)
+"""Of a keypad, where there are programs."""
+PROGRAMS = Least(4300, 220)
+SELF_CHECKS = Least(650, 12)
+
+
+def least(controller: Controller) -> Least:
+    """Return what the firmware takes at least, together."""
+    whole = (
+        *controller.sensors.values(),
+        *controller.outputs.values(),
+        *(loop.algorithm for loop in controller.loops.values()),
+        *controller.interfaces,
+    )
+    parts = [EVERY, *(each.least for each in whole)]
+    for keypad in placed(controller, LcdKeypad).values():
+        parts += [MENU] * (controller.programs is not None)
+        parts += [COUNTDOWN] * (keypad.countdown is not None)
+    parts += [TUNABLE for name in controller.loops if tunable(controller, name)]
+    parts += [AUTOTUNE for loop in controller.loops.values() if loop.autotune is not None]
+    parts += [PROGRAMS] * (controller.programs is not None)
+    parts += [SELF_CHECKS] * self_checked(controller)
+    flash, ram = (sum(sizes) for sizes in zip(*parts, strict=True))
+    return Least(flash, max(ram, least_bytes(controller)) + _rings(controller))
+
+
+def _rings(controller: Controller) -> int:
+    """Count the RAM of a log's entries."""
+    kept = (each for each in placed(controller, SerialLog).values() if each.keep == "ram")
+    return sum(each.entries * log_entry_bytes(controller, each) for each in kept)
+
+
+def rooms(board: Board) -> Least:
+    """Return what a board has for a firmware."""
+    return Least(board.flash_bytes - board.bootloader_bytes, board.ram_bytes)
+
+
+def fits(taken: Least, board: Board, spare: float = 1.0) -> bool:
+    """Tell whether a board has the room, so many times."""
+    return all(spare * each <= room for each, room in zip(taken, rooms(board), strict=True))

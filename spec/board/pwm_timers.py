@@ -1,0 +1,218 @@
+"""Which timer makes each PWM output: its pin's own, or a 16-bit one by interrupts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from heatwright.spec.board.pwm import (
+    FASTEST_BY_INTERRUPTS_HZ,
+    FEWEST_COUNTS,
+    PwmSetting,
+    keeps_frequency,
+    pwm_setting,
+    pwm_settings,
+    settings_by_interrupts,
+)
+from heatwright.spec.boards import Board, Pin, Timer
+from heatwright.spec.controller import Controller
+from heatwright.spec.loading.suggest import listed
+from heatwright.spec.outputs import SLOWEST_PWM_HZ, PwmOutput
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import hertz
+
+
+class TimerProblem(NamedTuple):
+    """What the timers cannot do, and what to change."""
+
+    path: Path
+    reason: str
+    remedy: str
+    because_of: tuple[Path, ...]
+
+
+class PwmChannel(NamedTuple):
+    """The compare channel that makes an output's PWM, and how."""
+
+    timer: int
+    channel: str
+    prescaler: int
+    counts: int
+    frequency_hz: float
+    by_interrupts: bool
+
+
+class PwmTimers(NamedTuple):
+    """The outputs that are made, the timers they take, and what cannot be made."""
+
+    channels: Mapping[str, PwmChannel]
+    problems: tuple[TimerProblem, ...]
+
+    @property
+    def taken(self) -> frozenset[int]:
+        """Numbers of the timers in use."""
+        return frozenset(channel.timer for channel in self.channels.values())
+
+
+def share_pwm(controller: Controller) -> PwmTimers:
+    """Decide which timer makes each PWM output; a pin that does not exist is left out."""
+    board = controller.board
+    outputs = {
+        name: output
+        for name, output in controller.outputs.items()
+        if isinstance(output, PwmOutput)
+        and output.pin in board.pins
+        and board.pins[output.pin].digital
+    }
+    channels = dict(_by_timers(board, outputs))
+    left = {name: output for name, output in outputs.items() if name not in channels}
+    problems = []
+    slow = {}
+    for name, output in left.items():
+        if output.frequency_hz > FASTEST_BY_INTERRUPTS_HZ:
+            problems.append(_not_by_timer(board, name, output, channels, outputs))
+        else:
+            slow[name] = output
+    taken = {channel.timer for channel in channels.values()}
+    made, homeless = _by_interrupts(board, slow, taken)
+    problems += [_no_channel(board, name, outputs[name]) for name in homeless]
+    return PwmTimers({**channels, **made}, tuple(problems))
+
+
+def _by_timers(board: Board, outputs: Mapping[str, PwmOutput]) -> Iterator[tuple[str, PwmChannel]]:
+    """List the outputs that the timers of their pins make; a timer has one frequency.
+
+    It is that of its first output too fast for interrupts, or else of its first output.
+    """
+    able: dict[int, dict[str, tuple[str, PwmSetting, float]]] = {}
+    for name, output in outputs.items():
+        pin = board.pins[output.pin]
+        if pin.pwm is not None:
+            setting = pwm_setting(board, output)
+            if keeps_frequency(setting, output.frequency_hz):
+                timer, channel = pin.pwm
+                able.setdefault(timer, {})[name] = (channel, setting, output.frequency_hz)
+    for timer, users in able.items():
+        wanted = [frequency_hz for _, _, frequency_hz in users.values()]
+        fast = [each for each in wanted if each > FASTEST_BY_INTERRUPTS_HZ]
+        chosen = (fast or wanted)[0]
+        for name, (channel, setting, frequency_hz) in users.items():
+            if frequency_hz == chosen:
+                yield name, PwmChannel(timer, channel, *setting, by_interrupts=False)
+
+
+def _by_interrupts(
+    board: Board, outputs: Mapping[str, PwmOutput], taken: set[int]
+) -> tuple[dict[str, PwmChannel], list[str]]:
+    """Put the outputs on channels of 16-bit timers, the highest first; and list those left over."""
+    free = [
+        number
+        for number, timer in sorted(board.timers.items(), reverse=True)
+        if timer.bits == 16 and number not in taken
+    ]
+    groups: dict[int, list[str]] = {number: [] for number in free}
+    homeless = []
+    for name in outputs:
+        for number, group in groups.items():
+            if _settings(board, board.timers[number], outputs, [*group, name]):
+                group.append(name)
+                break
+        else:
+            homeless.append(name)
+    made = {}
+    for number, group in groups.items():
+        timer = board.timers[number]
+        settings = _settings(board, timer, outputs, group)
+        for name, channel, setting in zip(group, timer.channels, settings, strict=False):
+            made[name] = PwmChannel(number, channel, *setting, by_interrupts=True)
+    return made, homeless
+
+
+def _settings(
+    board: Board, timer: Timer, outputs: Mapping[str, PwmOutput], names: list[str]
+) -> tuple[PwmSetting, ...]:
+    if len(names) > len(timer.channels):
+        return ()
+    wanted = [outputs[name].frequency_hz for name in names]
+    return settings_by_interrupts(board.clock_hz, timer, wanted)
+
+
+def _no_channel(board: Board, name: str, output: PwmOutput) -> TimerProblem:
+    pin = board.pins[output.pin]
+    return TimerProblem(
+        ("outputs", name, "frequency"),
+        f"{_why_by_interrupts(board, pin, output)}; it would be made by interrupts, and no channel "
+        f"of a 16-bit timer of {board.name} is left for it",
+        "Use the kind time_proportional, the frequency of another output on its timer, or a board "
+        "with more timers",
+        (("controller",), ("outputs",)),
+    )
+
+
+def _why_by_interrupts(board: Board, pin: Pin, output: PwmOutput) -> str:
+    wanted = hertz(output.frequency_hz)
+    if pin.pwm is None:
+        return f"no timer reaches {label(pin)}"
+    if not keeps_frequency(pwm_setting(board, output), output.frequency_hz):
+        return f"the timer of {output.pin} cannot make {wanted}"
+    return f"the timer of {output.pin} makes another frequency than {wanted}"
+
+
+def _not_by_timer(
+    board: Board,
+    name: str,
+    output: PwmOutput,
+    channels: Mapping[str, PwmChannel],
+    outputs: Mapping[str, PwmOutput],
+) -> TimerProblem:
+    """Say why an output too fast for interrupts cannot be made."""
+    pin = board.pins[output.pin]
+    below = f"at most {hertz(FASTEST_BY_INTERRUPTS_HZ)}, which interrupts make on any pin"
+    wanted = hertz(output.frequency_hz)
+    if pin.pwm is None:
+        able = [each for each, other in board.pins.items() if other.pwm and each == other.name]
+        return TimerProblem(
+            ("outputs", name, "pin"),
+            f"no timer reaches {label(pin)} of {board.name}, and interrupts make no {wanted}",
+            f"Use {listed(able)}, or {below}",
+            (("controller", "board"), ("outputs", name, "frequency")),
+        )
+    number = pin.pwm[0]
+    timer = board.timers[number]
+    if not keeps_frequency(pwm_setting(board, output), output.frequency_hz):
+        return TimerProblem(
+            ("outputs", name, "frequency"),
+            f"the timer of {output.pin} cannot make {wanted}"
+            f"{' in 100 steps' if timer.bits == 16 else ''}",
+            _nearest(board, timer, output.frequency_hz)
+            + (f", or {below}" if timer.bits == 8 else ""),
+            (("controller",), ("outputs", name, "pin")),
+        )
+    other = next(
+        each for each, channel in channels.items()
+        if channel.timer == number and not channel.by_interrupts
+    )  # fmt: skip
+    return TimerProblem(
+        ("outputs", name, "frequency"),
+        f"{output.pin} shares timer {number} with outputs.{other}, which is at "
+        f"{hertz(outputs[other].frequency_hz)}",
+        "Give both the same frequency, or use a pin of another timer",
+        (("controller",), ("outputs", other), ("outputs", name, "pin")),
+    )
+
+
+def _nearest(board: Board, timer: Timer, wanted_hz: float) -> str:
+    if timer.bits == 16:
+        slowest = board.clock_hz / (timer.prescalers[-1] << 16)
+        fastest = board.clock_hz / FEWEST_COUNTS
+        return f"Use {hertz(max(slowest, SLOWEST_PWM_HZ))} to {hertz(fastest)}"
+    able = [setting.frequency_hz for setting in pwm_settings(board.clock_hz, timer)]
+    below = [each_hz for each_hz in able if each_hz < wanted_hz]
+    above = [each_hz for each_hz in able if each_hz > wanted_hz]
+    nearest = ([max(below)] if below else []) + ([min(above)] if above else [])
+    return f"Use {listed([hertz(each_hz) for each_hz in nearest])}"
+
+
+def label(pin: Pin) -> str:
+    """Name a pin as a message does: `D3 (PD3)`."""
+    return pin.name if pin.name == pin.port_name else f"{pin.name} ({pin.port_name})"

@@ -1,0 +1,180 @@
+"""Who gets which timer: PWM outputs, the tick, the 1-Wire lines, the steppers, a bus's silence.
+
+A PWM output that its pin's timer can make has no choice. The others are made by compare interrupts
+of a free-running 16-bit timer, which serves as many as it has channels. Of the rest the tick
+chooses first, for a 16-bit timer counts 10 ms in one interrupt where an 8-bit one needs several;
+each 1-Wire line then takes a timer of its own, an 8-bit one if it can, for its slots are short; a
+stepper takes what is left, a 16-bit one if it can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from heatwright.spec.board.pwm_timers import PwmChannel, PwmTimers, TimerProblem, share_pwm
+from heatwright.spec.boards import Board, Timer
+from heatwright.spec.commands import placed
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import ModbusRtu
+from heatwright.spec.problems import Path
+from heatwright.spec.proofs import proofs
+from heatwright.spec.quantity import number
+
+TICK_S = 0.01
+"""The firmware's tick; every period and time-out is a whole number of ticks."""
+
+PULSE_LOOKS = 10
+"""Looks at the line of a tachometer in one tick, at least: in every second interrupt of the timer,
+and never in that of the tick, which is long."""
+
+MOST_DIVIDER = 255
+"""Interrupts of the timer in one tick, counted in a byte."""
+
+FASTEST_STEPS_HZ = 10_000
+"""Steps of a stepper in a second: each takes an interrupt of some 10 us, a tenth of the time."""
+
+_ALL: tuple[Path, ...] = (("controller",), ("outputs",), ("sensors",))
+_REMEDY = "Use time_proportional in place of pwm, or a board with more timers"
+
+
+class Interval(NamedTuple):
+    """A compare match every `counts` counts of clock/`prescaler`, `divider` of them to a tick."""
+
+    prescaler: int
+    counts: int
+    divider: int
+
+
+class TimerUse(NamedTuple):
+    """The timer of each user, by its number."""
+
+    tick: int
+    one_wire: Mapping[str, int]
+    """By sensor."""
+    pwm: Mapping[str, PwmChannel]
+    """By output."""
+    steppers: Mapping[str, int]
+    """By output."""
+    silence: int | None = None
+    """Of the Modbus line, if there is one: it measures where a frame ends."""
+
+
+class NoTimer(Exception):
+    """The timers do not suffice, or cannot make what is asked of them; says all that is wrong."""
+
+    def __init__(self, problems: tuple[TimerProblem, ...]) -> None:
+        super().__init__("; ".join(problem.reason for problem in problems))
+        self.problems = problems
+
+
+def tick_interval(clock_hz: int, timer: Timer, looks: int = 0) -> Interval | None:
+    """Divide the clock exactly into ticks: fewest interrupts first, then the finest count.
+
+    looks -- at a line in a tick, at least, in every second interrupt.
+    """
+    cycles, rest = divmod(clock_hz, round(1 / TICK_S))
+    for divider in range(2 * looks or 1, MOST_DIVIDER + 1, 2 if looks else 1):
+        for prescaler in timer.prescalers:
+            counts, left = divmod(cycles, divider * prescaler)
+            if rest == 0 and left == 0 and 1 < counts <= 1 << timer.bits:
+                return Interval(prescaler, counts, divider)
+    return None
+
+
+def ticks_at_all(board: Board) -> bool:
+    """Tell whether any timer of the board divides its clock into ticks."""
+    return any(tick_interval(board.clock_hz, timer) for timer in board.timers.values())
+
+
+def looks(controller: Controller) -> int:
+    """Return how often a tick looks at lines of tachometers, at least; 0 without any."""
+    counted = any(proof.tachometer for proof in proofs(controller).values())
+    return PULSE_LOOKS if counted else 0
+
+
+def looks_in_tick(controller: Controller) -> int:
+    """Return how often a tick looks at lines of tachometers, of which there are some."""
+    board = controller.board
+    timer = board.timers[allocate(controller).tick]
+    interval = tick_interval(board.clock_hz, timer, looks(controller))
+    assert interval is not None  # noqa: S101 - it was given a timer that can
+    return interval.divider // 2
+
+
+def allocate(controller: Controller) -> TimerUse:
+    """Share the board's timers out.
+
+    Raises:
+        NoTimer: they do not suffice, or cannot make a frequency that is asked for.
+
+    """
+    board = controller.board
+    made = share_pwm(controller)
+    free = [number for number in board.timers if number not in made.taken]
+    problems = [*made.problems, *_too_fast(controller)]
+    short: list[TimerProblem] = []
+    tick = _best_for_tick(board, free, looks(controller))
+    if tick is not None:
+        free.remove(tick)
+    elif ticks_at_all(board):
+        user = "the tick of 10 ms" + ", with looks at a tachometer each 1 ms," * bool(
+            looks(controller)
+        )
+        short.append(_none_left(board, ("controller", "board"), user, made))
+    # Timer 2 before timer 0, which other programs of the board expect to be the clock.
+    free.sort(key=lambda number: (board.timers[number].bits, -number))
+    wires = [name for name, each in controller.sensors.items() if each.on_one_wire]
+    motors = list(controller.steppers)
+    lines = list(placed(controller, ModbusRtu))
+    one_wire = {name: free.pop(0) for name in wires[: len(free)]}
+    steppers = {name: free.pop() for name in motors[: len(free)]}
+    silences = {line: free.pop(0) for line in lines[: len(free)]}
+    wanted: list[tuple[Path, str]] = [
+        *((("sensors", name), "this 1-Wire line") for name in wires if name not in one_wire),
+        *((("outputs", name), "this stepper") for name in motors if name not in steppers),
+        *((("interfaces", line), "the silence of this line") for line in lines[len(silences) :]),
+    ]
+    short += [_none_left(board, path, user, made) for path, user in wanted]
+    problems += short[:1]  # one timer more, and the rest may be well
+    if problems or tick is None:
+        raise NoTimer(tuple(problems))
+    return TimerUse(tick, one_wire, made.channels, steppers, next(iter(silences.values()), None))
+
+
+def _best_for_tick(board: Board, free: list[int], looks: int) -> int | None:
+    """Choose the timer with the fewest interrupts; of equals not timer 0, then the lowest."""
+    rated = []
+    for number_ in free:
+        interval = tick_interval(board.clock_hz, board.timers[number_], looks)
+        if interval is not None:
+            rated.append((interval.divider, number_ == 0, number_))
+    return min(rated)[2] if rated else None
+
+
+def _none_left(board: Board, path: Path, user: str, made: PwmTimers) -> TimerProblem:
+    by_interrupts = any(channel.by_interrupts for channel in made.channels.values())
+    return TimerProblem(
+        path,
+        f"no timer of {board.name} is left for {user}: it has {len(board.timers)}, and the tick, "
+        "each DS18B20, each stepper and each timer with PWM outputs take one"
+        + (", PWM by interrupts one of 16 bits" if by_interrupts else ""),
+        _REMEDY,
+        _ALL,
+    )
+
+
+def _too_fast(controller: Controller) -> list[TimerProblem]:
+    return [
+        TimerProblem(
+            ("outputs", name, "maximum"),
+            f"{number(output.maximum_mm_per_s)} mm/s are {steps_hz:.0f} steps a second, and "
+            f"{FASTEST_STEPS_HZ} is the most an interrupt for each can make",
+            f"Use at most {number(FASTEST_STEPS_HZ / output.steps_per_mm)} mm/s, or fewer "
+            "microsteps",
+            (("outputs", name),),
+        )
+        for name, output in controller.steppers.items()
+        for steps_hz in (output.maximum_mm_per_s * output.steps_per_mm,)
+        if steps_hz > FASTEST_STEPS_HZ
+    ]

@@ -1,0 +1,64 @@
+"""RAM: enough of it for what takes most. What a firmware really takes, `heatwright build` tells."""
+
+from __future__ import annotations
+
+from heatwright.spec.board.eeprom import log_entry_bytes
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.commands import keypad_of, log_of, nextion_of, placed
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import SerialLog
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import number
+
+# Variables and stack of the smallest firmware, and what comes on top, each a little less than was
+# measured: nothing that fits is refused.
+LEAST_BYTES = 200
+NEXTION_BYTES = 1700
+PROGRAMS_BYTES = 240
+POINT_BYTES = 27
+POINT_SHOWN_BYTES = 36
+"""Of a nextion, for each point of a program."""
+MENU_BYTES = 150
+LOG_BYTES = 60
+
+
+def least_bytes(controller: Controller) -> int:
+    """Return what a firmware takes at least, beside the ring of a log."""
+    programs = controller.programs
+    touched = nextion_of(controller) is not None
+    found = LEAST_BYTES + NEXTION_BYTES * touched
+    found += LOG_BYTES * (log_of(controller) is not None)
+    if programs is None:
+        return found
+    found += MENU_BYTES * (keypad_of(controller) is not None)
+    return found + PROGRAMS_BYTES + programs.points * (POINT_BYTES + POINT_SHOWN_BYTES * touched)
+
+
+def ram_suffices(controller: Controller) -> Findings:
+    """Find logs, displays and programs that the chip has no RAM for."""
+    board, least = controller.board, least_bytes(controller)
+    logs = {n: each for n, each in placed(controller, SerialLog).items() if each.keep == "ram"}
+    entry_bytes = {index: log_entry_bytes(controller, each) for index, each in logs.items()}
+    rings = {index: each.entries * entry_bytes[index] for index, each in logs.items()}
+    because_of: tuple[Path, ...] = (("controller", "board"), ("programs",), ("interfaces",))
+    has = f"and the {board.mcu} has {board.ram_bytes}"
+    display = nextion_of(controller)
+    if display is not None and least > board.ram_bytes:
+        fewer = ", or fewer points" if controller.programs is not None else ""
+        yield Finding(
+            ("interfaces", controller.interfaces.index(display), "kind"),
+            f"a nextion and what it shows take at least {least} bytes of RAM, {has}: "
+            f"{least - board.ram_bytes} too many",
+            f"Use a board with more RAM, such as mega2560, or an lcd_keypad{fewer}",
+            because_of,
+        )
+    elif rings and least + max(rings.values()) > board.ram_bytes:
+        index = max(rings, key=rings.__getitem__)
+        most = (board.ram_bytes - least) // entry_bytes[index]
+        yield Finding(
+            ("interfaces", index, "entries"),
+            f"they take {number(rings[index])} bytes of RAM, all else at least {least}, {has}: "
+            f"{least + rings[index] - board.ram_bytes} too many",
+            f"Use at most {most}, or keep: eeprom" if most else "Use keep: eeprom",
+            because_of,
+        )

@@ -1,0 +1,181 @@
+"""Pins: they must exist, be free, and be able to do what is asked of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.spec.board.uses import SERIAL_PORT, PinUse, contact_pins, pin_uses, pins_of
+from heatwright.spec.boards import Pin
+from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
+from heatwright.spec.controller import Controller
+from heatwright.spec.loading.suggest import advice, listed
+from heatwright.spec.outputs import Switch
+from heatwright.spec.problems import Path, dotted
+
+_BOARD: Path = ("controller", "board")
+
+JTAG_PINS = {
+    "atmega16": ("PC2", "PC3", "PC4", "PC5"),
+    "atmega32": ("PC2", "PC3", "PC4", "PC5"),
+    "atmega1284p": ("PC2", "PC3", "PC4", "PC5"),
+    "atmega2560": ("PF4", "PF5", "PF6", "PF7"),
+}
+"""Data sheets, alternate port functions. Chips leave the factory with JTAG switched on by a fuse;
+boards with a bootloader have it switched off."""
+
+
+def label(pin: Pin) -> str:
+    """Name a pin as a message does: `D3 (PD3)`."""
+    if not pin.digital or pin.name == pin.port_name:
+        return pin.name
+    return f"{pin.name} ({pin.port_name})"
+
+
+def pins_exist(controller: Controller) -> Findings:
+    """Find names that are no pin of the board."""
+    board = controller.board
+    for path, pin_name in _named(controller):
+        if pin_name not in board.pins:
+            yield Finding(
+                path,
+                f"{board.name} has no pin {pin_name}",
+                advice(pin_name, tuple(board.pins)),
+                (_BOARD,),
+            )
+
+
+def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
+    """List all pins that the file names, with where."""
+    for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
+        for name, part in parts.items():
+            for key, pin_name in pins_of(part).items():
+                yield (section, name, key), pin_name
+    for path, pin_name, _ in contact_pins(controller):
+        yield path, pin_name
+    for index, interface in enumerate(controller.interfaces):
+        for keys, pin_name, _ in interface.named_pins:
+            yield ("interfaces", index, *keys), pin_name
+
+
+def pins_can_be_switched(controller: Controller) -> Findings:
+    """Find digital parts on pins that lead to the converter alone."""
+    board = controller.board
+    for use in pin_uses(controller):
+        if not use.pin.digital and not is_analog(controller, use.path):
+            yield Finding(
+                use.path,
+                f"{use.pin.name} of {board.name} leads to the converter alone and cannot be "
+                "switched or read",
+                "Use a digital pin",
+                (_BOARD,),
+            )
+
+
+def analog_pins(controller: Controller) -> Findings:
+    """Find sensors that need the converter on pins that do not lead to it."""
+    board = controller.board
+    for use in pin_uses(controller):
+        if is_analog(controller, use.path) and use.pin.adc is None:
+            able = {pin.name: None for pin in board.pins.values() if pin.adc is not None}
+            yield Finding(
+                use.path,
+                f"{label(use.pin)} does not lead to the converter",
+                f"Use {listed(tuple(able))}",
+                (_BOARD, use.path[:2]),
+            )
+
+
+def is_analog(controller: Controller, path: Path) -> bool:
+    """Tell whether an entry belongs to a sensor on the ADC."""
+    return path[0] == "sensors" and path[1] in controller.adc_sensors
+
+
+def pins_used_once(controller: Controller) -> Findings:
+    """Find pins that two parts of the file would use."""
+    first: dict[Pin, PinUse] = {}
+    reported = set()
+    for use in pin_uses(controller):
+        other = first.setdefault(use.pin, use)
+        if SERIAL_PORT == use.purpose == other.purpose:
+            continue  # ports.one_interface_per_port tells it better
+        # A shield and a serial port have several pins; one problem for each pair is enough.
+        if other is not use and (use.path, other.path) not in reported:
+            reported.add((use.path, other.path))
+            yield Finding(
+                use.path,
+                f"{label(use.pin)}{_what_for(use)} is already used by {dotted(_part(other))}"
+                f"{_what_for(other)}",
+                "Use another pin",
+                (other.path,),
+            )
+
+
+def _part(use: PinUse) -> Path:
+    return use.path[:2]
+
+
+def _what_for(use: PinUse) -> str:
+    return f" (for {use.purpose})" if use.purpose else ""
+
+
+def shields_fit(controller: Controller) -> Findings:
+    """Find shields on boards that do not take them."""
+    board = controller.board
+    for index, interface in enumerate(controller.interfaces):
+        if interface.shield is not None and not board.shield:
+            yield Finding(
+                ("interfaces", index, "kind"),
+                f"{board.name} does not take a shield",
+                "Use uno, mega2560 or leonardo, or leave the shield out",
+                (_BOARD,),
+            )
+
+
+def heater_pins_stay_off(controller: Controller) -> Findings:
+    """Refuse heaters, and the relay before them, on pins driven before the program runs.
+
+    A bootloader flashes the LED and uses the serial port at each reset; on a bare chip the
+    programmer clocks SCK and MOSI while the chip is held in reset.
+    """
+    board = controller.board
+    for name, output, what, by in _kept_off(controller):
+        pin = board.pins.get(output.pin)
+        if pin is None:
+            continue
+        why = ""
+        if pin.bootloader:
+            why = "the bootloader drives it at each reset"
+        elif board.bootloader_bytes == 0 and pin.spi in {"sck", "mosi"}:
+            why = "the programmer drives it while it writes the chip"
+        if why:
+            yield Finding(
+                ("outputs", name, "pin"),
+                f"{label(pin)} would switch the {what} before the program can: {why}",
+                f"Use another pin for a {what}",
+                (_BOARD, by),
+            )
+
+
+def _kept_off(controller: Controller) -> Iterator[tuple[str, Switch, str, Path]]:
+    """List what must stay off until the program says otherwise: name, output, what, who says so."""
+    for name, loop, heater in loop_heaters(controller):
+        yield loop.heater, heater, "heater", ("loops", name, "heater")
+    relay = controller.switches.get(controller.safety.relay or "")
+    if controller.safety.relay is not None and relay is not None:
+        yield controller.safety.relay, relay, "safety relay", ("safety", "relay")
+
+
+def jtag_pins_are_free(controller: Controller) -> Findings:
+    """Refuse the pins of the JTAG port on a bare chip: a program cannot drive them."""
+    board = controller.board
+    if board.bootloader_bytes:
+        return
+    for use in pin_uses(controller):
+        if use.pin.port_name in JTAG_PINS.get(board.mcu, ()):
+            yield Finding(
+                use.path,
+                f"{label(use.pin)} belongs to the JTAG port of a chip as it leaves the factory, "
+                "and the program could not drive it",
+                "Use another pin",
+                (_BOARD,),
+            )

@@ -1,0 +1,52 @@
+"""Displays and logs: one of each, and what only an operator with a menu could use."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.programs.programs import has_an_operator
+from heatwright.spec.commands import gcode_of, nextion_of
+from heatwright.spec.controller import Controller
+
+NO_MENU = "no nextion interface serves it, nor an lcd_keypad beside programs"
+
+
+def one_display(controller: Controller) -> Findings:
+    """Find a second touch display, and a second log."""
+    first: dict[str, int] = {}
+    for index, interface in enumerate(controller.interfaces):
+        if interface.line is None or not interface.line.can_move:
+            continue  # what cannot have another port is told of there
+        other = first.setdefault(interface.kind, index)
+        if other != index:
+            yield Finding(
+                ("interfaces", index, "kind"),
+                f"interfaces[{other}] is a {interface.kind} too, and there is room for one",
+                "Delete one of them",
+                (("interfaces", other),),
+            )
+
+
+def display_apart_from_host(controller: Controller) -> Findings:
+    """Find a loop that a display switches, and that a host switches by a setpoint of 0."""
+    display, gcode = nextion_of(controller), gcode_of(controller)
+    if display is None or gcode is None or display.loop not in gcode.loops.values():
+        return
+    yield Finding(
+        ("interfaces", controller.interfaces.index(display), "loop"),
+        f"a gcode interface serves {display.loop} too: to it a setpoint of 0 is off, and to the "
+        "display it is a temperature",
+        "Keep one of them, or name another loop",
+        (("interfaces", controller.interfaces.index(gcode)),),
+    )
+
+
+def maximum_has_an_operator(controller: Controller) -> Findings:
+    """Find a critical temperature that could be lowered, and nobody who could."""
+    for name, loop in controller.loops.items():
+        if loop.protection.maximum_adjustable and not has_an_operator(controller, name):
+            yield Finding(
+                ("loops", name, "protection", "maximum_adjustable"),
+                f"nobody could lower it: {NO_MENU}",
+                "Delete it",
+                (("interfaces",), ("programs",)),
+            )

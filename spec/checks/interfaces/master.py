@@ -1,0 +1,184 @@
+"""A master on the bus, or a host that may be lost: what it can write, what only it could do."""
+
+from __future__ import annotations
+
+from heatwright.spec.board.timers import TICK_S
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.loops.tenths import fits
+from heatwright.spec.checks.references import unknown
+from heatwright.spec.commands import by_host, gcode_of, modbus_of, switched, tunable
+from heatwright.spec.controller import Controller
+from heatwright.spec.interfaces import Gcode, ModbusRtu
+from heatwright.spec.loading.suggest import listed
+from heatwright.spec.loops import MOST_STEPS
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import celsius, duration, number, rounded_up
+from heatwright.spec.scenario.writes import COMMANDS, GAINS, Write
+
+LONGEST_FRAME = 256
+"""Bytes (Modbus over serial line, 2.5.1)."""
+
+LONGEST_TALK = 96 + 2048
+"""Characters of the longest line that a host's firmware takes, and of its longest answer."""
+
+HOST_CHARACTER_BITS = 10
+"""Of 8N1."""
+
+HOST_POLLS_S = 5.0
+"""OctoPrint and Printrun ask for the temperatures so often while they have nothing else to say."""
+
+_REMEDY = "add {kind: modbus_rtu} to interfaces"
+
+
+def somebody_switches_on(controller: Controller) -> Findings:
+    """Find loops that would stay off for ever, and loops that wait for a master who never asks."""
+    for name, loop in controller.loops.items():
+        if loop.starts == "disabled" and not switched(controller, name):
+            yield Finding(
+                ("loops", name, "starts"),
+                "nobody could ever switch it on: there is no modbus_rtu interface, and neither "
+                "keys, a display nor programs serve this loop",
+                f"Delete it, or {_REMEDY}",
+                (("interfaces",), ("programs",)),
+            )
+        there = modbus_of(controller) is not None or by_host(controller, name)
+        if loop.protection.master_lost_after_s is not None and not there:
+            yield Finding(
+                ("loops", name, "protection", "master_lost_after"),
+                "there is no master to be lost: there is no modbus_rtu interface, and no gcode "
+                "interface serves this loop",
+                f"Delete it, or {_REMEDY}",
+                (("interfaces",),),
+            )
+
+
+def exchange_s(modbus: ModbusRtu) -> float:
+    """Return the time of the longest request and the longest answer, s."""
+    return 2 * LONGEST_FRAME * modbus.character_bits / modbus.baud
+
+
+def polls_s(host: Gcode) -> float:
+    """Return the time in which a host that is well says something twice, s."""
+    return 2 * HOST_POLLS_S + LONGEST_TALK * HOST_CHARACTER_BITS / host.baud
+
+
+def masters_have_time(controller: Controller) -> Findings:
+    """Hold `master_lost_after` to the longest exchange on the line, and to a 16-bit count."""
+    modbus, host = modbus_of(controller), gcode_of(controller)
+    for name, loop in controller.loops.items():
+        seconds = loop.protection.master_lost_after_s
+        path: Path = ("loops", name, "protection", "master_lost_after")
+        if seconds is None:
+            continue
+        if modbus is not None and seconds <= exchange_s(modbus):
+            needed = duration(float(rounded_up(exchange_s(modbus))))
+            yield Finding(
+                path,
+                f"{duration(seconds)} may be over while a single long request and its answer are "
+                f"on the line: at {modbus.baud} baud they take up to {needed}",
+                f"Use more than {needed}, several times what the master lets pass between two "
+                "requests",
+                (("interfaces",),),
+            )
+        elif host is not None and seconds < polls_s(host):
+            needed = duration(float(rounded_up(polls_s(host))))
+            yield Finding(
+                path,
+                f"{duration(seconds)} may be over before a host asks again: hosts do every "
+                f"{duration(HOST_POLLS_S)} at most, and at {host.baud} baud a long answer may come "
+                "between",
+                f"Use at least {needed}",
+                (("interfaces",),),
+            )
+        elif seconds > MOST_STEPS * TICK_S:
+            yield Finding(path, f"{duration(seconds)} is too long to count", "Use at most 10 min")
+
+
+def writes_have_a_reader(controller: Controller) -> Findings:
+    """Find writes that no interface takes."""
+    if controller.simulation is None or modbus_of(controller) is not None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.write is not None:
+            yield Finding(
+                ("simulation", "scenario", index, "write"),
+                "no interface takes what a master writes",
+                "Add {kind: modbus_rtu} to interfaces, or delete the event",
+                (("interfaces",),),
+            )
+
+
+def writes_find_their_place(controller: Controller) -> Findings:
+    """Find writes to loops that are not there, or to what these do not have."""
+    if controller.simulation is None or modbus_of(controller) is None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        for write in event.write or ():
+            path: Path = ("simulation", "scenario", index, "write", write.name)
+            if write.loop:
+                yield from unknown(path, write.loop, "loops", controller.loops)
+            if not write.loop or write.loop in controller.loops:
+                yield from _place(controller, path, write)
+
+
+def _place(controller: Controller, path: Path, write: Write) -> Findings:
+    because_of: tuple[Path, ...] = (("loops",), ("interfaces",))
+    tuned = [name for name in controller.loops if tunable(controller, name)]
+    if write.what in COMMANDS[1:] and not tuned:
+        yield Finding(
+            path, "no loop has gains to store or restore", "Delete it, or use pid", because_of
+        )
+    elif write.what in ("manual", "manual_duty", "tune", *GAINS) and write.loop not in tuned:
+        kind = controller.loops[write.loop].algorithm.kind
+        yield Finding(
+            path,
+            f"{kind} is neither tuned nor driven by hand",
+            f"Write {listed([f'{write.loop}.{what}' for what in ('setpoint', 'enabled')])}, or use "
+            "pid",
+            because_of,
+        )
+    elif write.what == "tune" and controller.loops[write.loop].autotune is None:
+        yield Finding(
+            path,
+            f"the loop {write.loop} has no autotune",
+            "Add autotune: {} to the loop, or delete this",
+            because_of,
+        )
+
+
+def writes_in_range(controller: Controller) -> Findings:
+    """Find setpoints and duties that the controller would refuse, or could not hold."""
+    if controller.simulation is None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        for write in event.write or ():
+            path: Path = ("simulation", "scenario", index, "write", write.name)
+            loop = controller.loops.get(write.loop)
+            if loop is None or write.what not in ("setpoint", "manual_duty"):
+                continue
+            low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
+            if write.what == "setpoint" and not low_c <= write.value <= high_c:
+                yield Finding(
+                    path,
+                    f"{celsius(write.value)} is not one of the setpoints that may be chosen",
+                    f"Use {celsius(low_c)} to {celsius(high_c)}",
+                    (("loops", write.loop, "setpoint"),),
+                )
+            elif write.what == "manual_duty" and not 0 <= write.value <= 100:
+                yield Finding(path, f"{number(write.value)} % is no duty", "Use 0 % to 100 %")
+            else:
+                yield from fits(path, write.value, "°C" if write.what == "setpoint" else "%")
+
+
+def warm_is_once(controller: Controller) -> Findings:
+    """Find `ready_within` that nothing goes by, for a master is told the dead band."""
+    for name, loop in controller.loops.items():
+        if modbus_of(controller) is None or loop.algorithm.warm_within_k is None:
+            continue
+        if loop.ready_within_k is not None:
+            yield Finding(
+                ("loops", name, "ready_within"),
+                "with three_position a loop is warm within its dead_band",
+                "Delete it",
+                (("loops", name, "algorithm"), ("interfaces",)),
+            )

@@ -1,0 +1,118 @@
+"""Shortest times on and off: whole ticks, and none that a rule would take for a fault."""
+
+from __future__ import annotations
+
+from heatwright.spec.board.timers import TICK_S
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.loops.timing import is_ticks
+from heatwright.spec.controller import Controller
+from heatwright.spec.loops import MOST_STEPS, Loop
+from heatwright.spec.outputs import Output
+from heatwright.spec.quantity import duration
+
+
+def minimum_times(output: Output | None) -> dict[str, float]:
+    """List a digital output's shortest times that are not 0, by their keys."""
+    if output is None:
+        return {}
+    times_s = {"minimum_on": output.stays_on_s, "minimum_off": output.stays_off_s}
+    return {key: seconds for key, seconds in times_s.items() if seconds > 0}
+
+
+def minimum_times_are_ticks(controller: Controller) -> Findings:
+    """Find shortest times that are no whole number of ticks, or too long to count."""
+    for name, output in controller.outputs.items():
+        for key, seconds in minimum_times(output).items():
+            path = ("outputs", name, key)
+            if not is_ticks(seconds):
+                nearest = max(round(seconds, 2), TICK_S)
+                yield Finding(
+                    path,
+                    f"{duration(seconds)} is not a multiple of the 10 ms tick",
+                    f"Use {duration(nearest)}",
+                )
+            elif seconds > MOST_STEPS * TICK_S:
+                yield Finding(
+                    path, f"{duration(seconds)} is too long to count", "Use at most 10 min"
+                )
+
+
+def minimum_times_have_a_use(controller: Controller) -> Findings:
+    """Find shortest times of what is never switched."""
+    for name, output in controller.outputs.items():
+        if output.always_runs:
+            for key in minimum_times(output):
+                yield Finding(
+                    ("outputs", name, key),
+                    "what always runs is never switched",
+                    "Delete it",
+                    (("outputs", name, "runs"),),
+                )
+
+
+def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
+    """Find heaters whose current is watched, and that are not what is asked of them.
+
+    Rules `current_while_off` and `no_current` go by what was asked for.
+    """
+    for name, loop in controller.loops.items():
+        heater = controller.outputs.get(loop.heater)
+        if heater is None or heater.current is None:
+            continue
+        for part in (loop.heater, loop.cooler):
+            for key, seconds in minimum_times(controller.outputs.get(str(part))).items():
+                yield Finding(
+                    ("outputs", str(part), key),
+                    f"for {duration(seconds)} the heater of the loop {name} may not be what is "
+                    "asked of it, and its current would be taken for a fault",
+                    f"Delete it, or current of {loop.heater}",
+                    (("outputs", loop.heater), ("loops", name)),
+                )
+        fan = controller.outputs.get(str(loop.fan))
+        if fan and fan.proof:
+            yield Finding(
+                ("outputs", str(loop.fan), "proof"),
+                f"until the fan has proved that it turns the heater of the loop {name} is not what "
+                "is asked of it, and its current would be taken for a fault",
+                f"Delete it, or current of {loop.heater}",
+                (("outputs", loop.heater), ("loops", name)),
+            )
+
+
+def minimum_times_break_no_rule(controller: Controller) -> Findings:
+    """Hold shortest times to the rules that run on meanwhile."""
+    for name, loop in controller.loops.items():
+        for part, key, rule, longest_s in _bounds(loop):
+            seconds = minimum_times(controller.outputs.get(part)).get(key, 0.0)
+            if seconds >= longest_s:
+                yield Finding(
+                    ("outputs", part, key),
+                    f"{duration(seconds)} is not below {'.'.join(rule)} of the loop {name}, "
+                    f"{duration(longest_s)}, so a healthy machine would trip it",
+                    f"Use less than {duration(longest_s)}",
+                    (("loops", name, "protection", *rule), ("loops", name)),
+                )
+
+
+def _bounds(loop: Loop) -> list[tuple[str, str, tuple[str, str], float]]:
+    """List outputs, their keys, and the rules with their times that end before they may.
+
+    A heater held off, or kept off by a cooler held on, does not heat; one held on, or a cooler held
+    off, lets the temperature rise.
+    """
+    rules = loop.protection
+    found: list[tuple[str, str, tuple[str, str], float]] = []
+    if rules.heating is not None:
+        within = (("heating", "within"), rules.heating.within_s)
+        found.append((loop.heater, "minimum_off", *within))
+        if loop.cooler is not None:
+            found.append((loop.cooler, "minimum_on", *within))
+    if rules.runaway is not None:
+        lasts = (("runaway", "for"), rules.runaway.for_s)
+        found.append((loop.heater, "minimum_on", *lasts))
+        if loop.cooler is not None:
+            found.append((loop.cooler, "minimum_off", *lasts))
+    if rules.rising_while_off is not None:
+        settle = (("rising_while_off", "settle"), rules.rising_while_off.settle_s)
+        found.append((loop.heater, "minimum_on", *settle))
+    return found

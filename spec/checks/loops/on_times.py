@@ -1,0 +1,85 @@
+"""How long a loop may be on: somebody switches it on, what ends by itself ends first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from operator import itemgetter
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.loops.timing import countable, time_outs
+from heatwright.spec.commands import commanded, countdown_of, programmed, starts_enabled, switched
+from heatwright.spec.controller import Controller
+from heatwright.spec.loops import Loop
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import duration
+
+_OFF = {True: "starts: disabled", False: "setpoint.initial: 0 °C"}
+"""What a loop is off by at its start, by whether it has a switch of its own."""
+
+
+def on_times_have_a_beginning(controller: Controller) -> Findings:
+    """Refuse `on_for_at_most` of a loop that nobody switches on, or that a reset switches on."""
+    for name, loop in controller.loops.items():
+        if loop.protection.on_for_at_most_s is None:
+            continue
+        path: Path = ("loops", name, "protection", "on_for_at_most")
+        if not commanded(controller, name):
+            yield Finding(
+                path,
+                "nobody could acknowledge it and switch the loop on again: no interface serves it",
+                "Delete it, or add an interface with an operator",
+                (("interfaces",),),
+            )
+        elif _starts_on(controller, name):
+            yield Finding(
+                path,
+                "a power cut forgets for how long the loop has been on, which would then go on "
+                "by itself",
+                f"Delete it, or write {_OFF[switched(controller, name)]} in the loop {name}",
+                (("loops", name),),
+            )
+
+
+def _starts_on(controller: Controller, name: str) -> bool:
+    if switched(controller, name):
+        return starts_enabled(controller, name)
+    return controller.loops[name].setpoint.initial_c != 0
+
+
+def on_times_end_last(controller: Controller) -> Findings:
+    """Find times that would always be over later: rules that could not tell, programs cut short."""
+    for name, loop in countable(controller):
+        most_s = loop.protection.on_for_at_most_s
+        if most_s is None:
+            continue
+        what, path, longest_s = max(_others(controller, name, loop), key=itemgetter(2))
+        if longest_s >= most_s:
+            yield Finding(
+                ("loops", name, "protection", "on_for_at_most"),
+                f"{duration(most_s)} would be over before {what}, which takes "
+                f"{duration(longest_s)}",
+                f"Use more than {duration(longest_s)}",
+                (path,),
+            )
+
+
+def _others(controller: Controller, name: str, loop: Loop) -> Iterator[tuple[str, Path, float]]:
+    """List what goes on while the loop is on and ends by itself: what it is, and how long, s."""
+    rules, protection = ("protection",), loop.protection
+    others = time_outs(loop) | {
+        (*rules, "stale_after"): protection.stale_after_s,
+        (*rules, "master_lost_after"): protection.master_lost_after_s or 0.0,
+    }
+    for inner, seconds in others.items():
+        yield ".".join(map(str, inner)), ("loops", name, *inner), seconds
+    countdown = countdown_of(controller, name)
+    if countdown is not None:
+        yield "the longest countdown", ("interfaces",), countdown.longest_s
+    programs = controller.programs
+    if programs is None or not programmed(controller, name):
+        return
+    if programs.hold_back is not None:
+        yield "hold_back.limit", ("programs", "hold_back", "limit"), programs.hold_back.limit_s
+    for index, program in enumerate(programs.stored):
+        times_s = sum(each.over_s or each.hold_s or 0.0 for each in program.segments)
+        yield f"the program {program.name}", ("programs", "stored", index), times_s

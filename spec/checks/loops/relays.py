@@ -1,0 +1,65 @@
+"""The safety relay: an output of its own, and a contact that says whether it is open."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.loops.minimum_times import minimum_times
+from heatwright.spec.checks.references import driven_by_host, driven_by_loops
+from heatwright.spec.controller import Controller
+from heatwright.spec.problems import Path
+
+RELAY: Path = ("safety", "relay")
+
+
+def relay_is_free(controller: Controller) -> Findings:
+    """Find a safety relay that is no switch, or that something else switches."""
+    relay = controller.safety.relay
+    output = None if relay is None else controller.outputs.get(relay)
+    if relay is None or output is None:
+        return
+    because_of: tuple[Path, ...] = (("outputs", relay), ("loops",), ("interfaces",))
+    if not output.is_on_off:
+        yield Finding(
+            RELAY,
+            f"{relay} is of the kind {output.kind}, and a relay is on or off",
+            "Name a digital output",
+            because_of,
+        )
+    elif relay in driven_by_loops(controller) | driven_by_host(controller):
+        yield Finding(
+            RELAY,
+            f"something else already switches {relay}: it could not take the heater's supply away",
+            "Give the relay an output of its own",
+            because_of,
+        )
+
+
+def relay_can_open(controller: Controller) -> Findings:
+    """Find what would keep the relay from opening at once."""
+    relay = controller.safety.relay
+    output = None if relay is None else controller.outputs.get(relay)
+    if relay is None or output is None or not output.is_on_off:
+        return
+    path: Path = ("outputs", relay)
+    if output.always_runs:
+        yield Finding(
+            (*path, "runs"), "a safety relay that is always closed is none", "Delete runs", (RELAY,)
+        )
+    for key in minimum_times(output):
+        yield Finding(
+            (*path, key),
+            "the safety relay opens at once, and closes when heat is wanted",
+            "Delete it",
+            (RELAY,),
+        )
+
+
+def feedback_has_a_relay(controller: Controller) -> Findings:
+    """Find the contact of a relay that there is not."""
+    safety = controller.safety
+    if safety.relay_feedback is not None and safety.relay is None:
+        yield Finding(
+            ("safety", "relay_feedback"),
+            "there is no relay whose contact it could be",
+            "Add relay: with the name of its output, or delete it",
+        )

@@ -1,0 +1,206 @@
+"""Periods and time-outs: whole ticks, room for a conversion, counters that hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.spec.board.interrupts import longest_tick_s, waits
+from heatwright.spec.board.timers import TICK_S
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.controller import WATCHDOG_S, Controller
+from heatwright.spec.loops import MOST_STEPS, Loop
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import duration, hertz
+
+MOST_BUSES, QUICK_HZ = 4, 16_000_000
+"""Of 1-Wire with this clock or a faster one; with a slower one, one less (measured)."""
+
+MOST_MISSING = 255
+"""Missing readings an 8-bit counter holds."""
+
+WATCHDOG_TOLERANCE = 0.1
+"""The watchdog's own oscillator, 128 kHz nominal, varies so much with supply and temperature
+(data sheets, typical characteristics)."""
+
+
+def is_ticks(seconds: float) -> bool:
+    """Tell whether a duration is a whole number of 10 ms ticks."""
+    return round(seconds, 2) == seconds
+
+
+def periods_s(count: int, loop: Loop) -> float:
+    """Give the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
+    return round(count * loop.period_s, 2)
+
+
+def countable(controller: Controller) -> Iterator[tuple[str, Loop]]:
+    """List the loops whose period is usable: the others' time-outs cannot be judged."""
+    for name, loop in controller.loops.items():
+        if is_ticks(loop.period_s) and loop.period_s <= MOST_STEPS * TICK_S:
+            yield name, loop
+
+
+def periods_are_ticks(controller: Controller) -> Findings:
+    """Find periods that are no whole number of ticks, or too long to count."""
+    for name, loop in controller.loops.items():
+        path = ("loops", name, "period")
+        if not is_ticks(loop.period_s):
+            nearest = max(round(loop.period_s, 2), 0.01)
+            yield Finding(
+                path,
+                f"{duration(loop.period_s)} is not a multiple of the 10 ms tick",
+                f"Use {duration(nearest)}",
+            )
+        elif loop.period_s > MOST_STEPS * TICK_S:
+            yield Finding(
+                path, f"{duration(loop.period_s)} is too long to count", "Use at most 10 min"
+            )
+
+
+def time_outs(loop: Loop) -> dict[Path, float]:
+    """List a loop's time-outs that are counted in steps, by their path inside the loop."""
+    protection = loop.protection
+    found: dict[Path, float] = {}
+    if protection.heating is not None:
+        found["protection", "heating", "within"] = protection.heating.within_s
+    if protection.runaway is not None:
+        found["protection", "runaway", "for"] = protection.runaway.for_s
+    if protection.frozen is not None:
+        found["protection", "frozen", "for"] = protection.frozen.for_s
+    if protection.rising_while_off is not None:
+        found["protection", "rising_while_off", "settle"] = protection.rising_while_off.settle_s
+    if protection.agreement is not None:
+        found["protection", "agreement", "for"] = protection.agreement.for_s
+    if protection.effort is not None:
+        found["protection", "effort", "for"] = protection.effort.for_s
+    if loop.autotune is not None:
+        found["autotune", "timeout"] = loop.autotune.timeout_s
+    if loop.response is not None:
+        found["response", "for"] = loop.response.for_s
+    return found
+
+
+def time_outs_fit(controller: Controller) -> Findings:
+    """Find time-outs shorter than a period, or too long for a 16-bit count of periods."""
+    for name, loop in countable(controller):
+        longest_s = periods_s(MOST_STEPS, loop)
+        for inner, seconds in time_outs(loop).items():
+            path = ("loops", name, *inner)
+            because_of = (("loops", name, "period"),)
+            if seconds < loop.period_s:
+                yield Finding(
+                    path,
+                    f"{duration(seconds)} is shorter than the period of {duration(loop.period_s)}",
+                    f"Use at least {duration(loop.period_s)}",
+                    because_of,
+                )
+            elif seconds > longest_s:
+                yield Finding(
+                    path,
+                    f"{duration(seconds)} is more than {MOST_STEPS} periods of "
+                    f"{duration(loop.period_s)}",
+                    f"Use at most {duration(longest_s)}, or a longer period",
+                    because_of,
+                )
+
+
+def stale_after(controller: Controller) -> Findings:
+    """Hold `stale_after` to two periods, for one reading may be lost, and to an 8-bit count."""
+    for name, loop in countable(controller):
+        path = ("loops", name, "protection", "stale_after")
+        seconds = loop.protection.stale_after_s
+        because_of = (("loops", name, "period"),)
+        if seconds < periods_s(2, loop):
+            yield Finding(
+                path,
+                f"{duration(seconds)} is less than two periods of {duration(loop.period_s)}, so "
+                "one lost reading would be a fault",
+                f"Use at least {duration(periods_s(2, loop))}",
+                because_of,
+            )
+        elif seconds > periods_s(MOST_MISSING, loop):
+            yield Finding(
+                path,
+                f"{duration(seconds)} is more than {MOST_MISSING} periods",
+                f"Use at most {duration(periods_s(MOST_MISSING, loop))}",
+                because_of,
+            )
+
+
+def watchdog_on_the_chip(controller: Controller) -> Findings:
+    """Find periods that the chip's watchdog does not have: the oldest end at 2 s."""
+    board, watchdog_s = controller.board, controller.safety.watchdog_s
+    if watchdog_s > board.longest_watchdog_s:
+        yield Finding(
+            ("safety", "watchdog"),
+            f"the watchdog of the {board.mcu} has no {duration(watchdog_s)}",
+            f"Use at most {duration(board.longest_watchdog_s)}",
+            (("controller", "board"),),
+        )
+
+
+def watchdog_slow_enough(controller: Controller) -> Findings:
+    """Hold the watchdog, at its shortest, to two ticks: it is reset once a tick."""
+    watchdog_s = controller.safety.watchdog_s
+    if watchdog_s * (1 - WATCHDOG_TOLERANCE) < 2 * TICK_S:
+        able = [each for each in WATCHDOG_S if each * (1 - WATCHDOG_TOLERANCE) >= 2 * TICK_S]
+        yield Finding(
+            ("safety", "watchdog"),
+            f"{duration(watchdog_s)} may be over, at its oscillator's tolerance of 10 %, before "
+            "two ticks of 10 ms are",
+            f"Use at least {duration(able[0])}",
+        )
+
+
+def watchdog_fast_enough(controller: Controller) -> Findings:
+    """A hung program must not heat for longer than a lost sensor may."""
+    watchdog_s = controller.safety.watchdog_s
+    longest_s = controller.board.longest_watchdog_s
+    for name, loop in controller.loops.items():
+        stale_s = loop.protection.stale_after_s
+        if watchdog_s > stale_s:
+            able = [each for each in WATCHDOG_S if each <= min(stale_s, longest_s)]
+            yield Finding(
+                ("safety", "watchdog"),
+                f"{duration(watchdog_s)} would let a hung program heat for longer than a lost "
+                f"sensor may in the loop {name} (stale_after: {duration(stale_s)})",
+                f"Use at most {duration(able[-1])}" if able else "Lengthen stale_after",
+                (("loops", name, "protection", "stale_after"),),
+            )
+
+
+def interrupts_are_short(controller: Controller) -> Findings:
+    """Hold the tick's interrupt to what the others bear: they wait until it is over."""
+    tick_s = longest_tick_s(controller)
+    least = min(waits(controller), key=lambda each: each.seconds)
+    if tick_s > least.seconds:
+        instead = f", or {least.instead}" if least.instead else ""
+        yield Finding(
+            ("loops",),
+            f"the interrupt of the tick takes up to {1e6 * tick_s:.0f} µs with these loops at "
+            f"{hertz(controller.board.clock_hz)}, and no interrupt may wait for longer than "
+            f"{1e6 * least.seconds:.0f} µs: {least.what}",
+            f"Use a faster clock or fewer loops{instead}",
+            (("controller",), ("outputs",), ("interfaces",), ("safety",)),
+        )
+
+
+def buses_wait_for_each_other(controller: Controller) -> Findings:
+    """Count the 1-Wire buses: their slots come at the same times, and one waits for the others.
+
+    With four at 16 MHz the low of a written zero lasts for up to 107 µs, with five for 208 µs; a
+    DS18B20 bears 120 µs.
+    """
+    buses = [name for name, each in controller.sensors.items() if each.on_one_wire]
+    quick = controller.board.clock_hz >= QUICK_HZ
+    most = MOST_BUSES if quick else MOST_BUSES - 1
+    for name in buses[most:]:
+        faster = "" if quick else f", or a clock of {hertz(QUICK_HZ)}"
+        yield Finding(
+            ("sensors", name, "kind"),
+            f"it is DS18B20 number {buses.index(name) + 1}, each with a bus of its own, and the "
+            f"slots of more than {most} at {hertz(controller.board.clock_hz)} would wait for each "
+            "other for longer than the chip bears",
+            f"Use a sensor of another kind{faster}",
+            (("controller",), ("sensors",)),
+        )

@@ -1,0 +1,137 @@
+"""Time-proportional outputs: whole ticks, enough steps, pulses that fit the window."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from heatwright.spec.board.pwm import FEWEST_COUNTS
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.loops.timing import is_ticks
+from heatwright.spec.controller import Controller
+from heatwright.spec.loops import MOST_STEPS
+from heatwright.spec.outputs import TimeProportionalOutput
+from heatwright.spec.quantity import duration
+
+MAINS_PERIOD_S = 0.02
+"""Of 50 Hz."""
+
+
+def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:
+    """List those with a usable resolution: the others' windows cannot be judged."""
+    for name, output in controller.outputs.items():
+        if isinstance(output, TimeProportionalOutput) and is_ticks(output.resolution_s):
+            yield name, output
+
+
+def resolution_is_ticks(controller: Controller) -> Findings:
+    """Find resolutions that are no whole number of ticks."""
+    for name, output in controller.outputs.items():
+        if isinstance(output, TimeProportionalOutput) and not is_ticks(output.resolution_s):
+            nearest = max(round(output.resolution_s, 2), 0.01)
+            yield Finding(
+                ("outputs", name, "resolution"),
+                f"{duration(output.resolution_s)} is not a multiple of the 10 ms tick",
+                f"Use {duration(nearest)}",
+            )
+
+
+def _steps(output: TimeProportionalOutput, seconds: float) -> float:
+    return round(seconds * 1000, 6) / round(output.resolution_s * 1000, 6)
+
+
+def window_has_steps(controller: Controller) -> Findings:
+    """Find windows with too few steps of power, too many to count, or a part of one."""
+    for name, output in _outputs(controller):
+        path = ("outputs", name, "window")
+        because_of = (("outputs", name, "resolution"),)
+        steps = _steps(output, output.window_s)
+        resolution = duration(output.resolution_s)
+        if steps < FEWEST_COUNTS:
+            yield Finding(
+                path,
+                f"{duration(output.window_s)} is shorter than {FEWEST_COUNTS} steps of "
+                f"{resolution}, so one step is more than 1 % of the power",
+                f"Use at least {duration(FEWEST_COUNTS * output.resolution_s)}",
+                because_of,
+            )
+        elif steps > MOST_STEPS:
+            yield Finding(
+                path,
+                f"{duration(output.window_s)} has more than {MOST_STEPS} steps of {resolution}",
+                "Use a shorter window or a coarser resolution",
+                because_of,
+            )
+        elif not steps.is_integer():
+            nearest_s = max(round(steps), FEWEST_COUNTS) * output.resolution_s
+            yield Finding(
+                path,
+                f"{duration(output.window_s)} is not a multiple of the resolution of {resolution}",
+                f"Use {duration(nearest_s)}",
+                because_of,
+            )
+
+
+def spread_leaves_no_dc(controller: Controller) -> Findings:
+    """Find steps of a spread output that are half periods of the mains.
+
+    Every second one would be of the same sign: direct current, which transformers do not bear.
+    20 ms are a period of 50 Hz; of 60 Hz they are 1.2, and the phase goes round in 100 ms.
+    """
+    for name, output in _outputs(controller):
+        if output.distribution == "spread" and _odd_half_periods(output.resolution_s):
+            more_s = math.ceil(output.resolution_s / MAINS_PERIOD_S) * MAINS_PERIOD_S
+            yield Finding(
+                ("outputs", name, "resolution"),
+                f"{duration(output.resolution_s)} is no whole number of periods of 50 Hz mains: "
+                "spread over the window, half waves of one sign would be missing",
+                f"Use {duration(round(more_s, 2))}, or distribution: burst",
+                (("outputs", name, "distribution"),),
+            )
+
+
+def _odd_half_periods(seconds: float) -> bool:
+    return bool(round(seconds * 1000) % round(MAINS_PERIOD_S * 1000))
+
+
+def spread_has_no_rests(controller: Controller) -> Findings:
+    """Find shortest pulses and pauses of a spread output: its step is both."""
+    for name, output in _outputs(controller):
+        for key, seconds in (
+            ("minimum_on", output.minimum_on_s),
+            ("minimum_off", output.minimum_off_s),
+        ):
+            if output.distribution == "spread" and seconds:
+                yield Finding(
+                    ("outputs", name, key),
+                    "spread over the window, a step is the shortest pulse and the shortest pause",
+                    f"Delete it, or write resolution: {duration(seconds)}",
+                    (("outputs", name, "distribution"),),
+                )
+
+
+def pulses_fit(controller: Controller) -> Findings:
+    """Find shortest pulses and pauses that leave no room in the window."""
+    for name, output in _outputs(controller):
+        together_s = output.minimum_on_s + output.minimum_off_s
+        if together_s > output.window_s:
+            longer = "minimum_on" if output.minimum_on_s >= output.minimum_off_s else "minimum_off"
+            yield Finding(
+                ("outputs", name, longer),
+                f"the shortest pulse and the shortest pause, {duration(together_s)} together, do "
+                f"not fit into the window of {duration(output.window_s)}",
+                "Shorten them or lengthen the window",
+                (("outputs", name),),
+            )
+        for key, seconds in (
+            ("minimum_on", output.minimum_on_s),
+            ("minimum_off", output.minimum_off_s),
+        ):
+            if not _steps(output, seconds).is_integer():
+                yield Finding(
+                    ("outputs", name, key),
+                    f"{duration(seconds)} is not a multiple of the resolution of "
+                    f"{duration(output.resolution_s)}",
+                    f"Use {duration(round(_steps(output, seconds)) * output.resolution_s)}",
+                    (("outputs", name, "resolution"),),
+                )

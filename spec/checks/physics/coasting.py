@@ -1,0 +1,125 @@
+"""What a machine does once its heater is off: it coasts up, and then it cools."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
+
+FASTER = 2.0
+"""Capacities and resistances 30 % smaller make a machine so many times as fast."""
+
+
+def overshoot_stays_below_maximum(machine: Machine) -> Findings:
+    """Find a maximum that plain on-off control reaches by coasting from the highest setpoint."""
+    algorithm = machine.loop.algorithm
+    if not machine.course or algorithm.pid or algorithm.lead_s > 0:
+        return
+    coasts_to_k = max(sensed_k for _, sensed_k in machine.coasting())
+    peak_c = machine.ambient_c + coasts_to_k + algorithm.off_at_k
+    if peak_c >= machine.loop.protection.maximum_c:
+        yield Finding(
+            (*machine.path, "protection", "maximum"),
+            f"after switching off at {celsius(machine.loop.setpoint.maximum_c)} this plant coasts "
+            f"up to {rounded_up(peak_c)} °C",
+            f"Use more than {rounded_up(peak_c)} °C, or give the algorithm a lead",
+            machine.because_of,
+        )
+
+
+def coasting_settles(machine: Machine) -> Findings:
+    """Find a rule `rising_while_off` that the heat already under way breaks."""
+    rule = machine.loop.protection.rising_while_off
+    if rule is None or not machine.course:
+        return
+    late_s = machine.plant.delay_s + machine.held_on_s
+    settled_k = peak_k = peak_s = 0.0
+    for time_s, sensed_k in machine.coasting():
+        if time_s + late_s <= rule.settle_s:
+            settled_k = sensed_k
+        if sensed_k > peak_k:
+            peak_s, peak_k = time_s + late_s, sensed_k
+    if peak_s > rule.settle_s and peak_k - settled_k >= rule.rise_k:
+        yield Finding(
+            (*machine.path, "protection", "rising_while_off", "settle"),
+            f"with the heater off this plant goes on rising for {duration(round(peak_s))}, and by "
+            f"{about(peak_k - settled_k)} K after the time to settle",
+            f"Use at least {duration(round(peak_s))}, or a greater rise",
+            machine.because_of,
+        )
+
+
+def falling_stays_above_below(machine: Machine) -> Findings:
+    """Find a rule `runaway_below` that on-off control breaks, because the heat comes late.
+
+    A machine may fall twice as fast as its plant: capacities and resistances 30 % smaller.
+    """
+    algorithm, rule = machine.loop.algorithm, machine.loop.protection.runaway
+    if rule is None or rule.below_k is None or not machine.course or algorithm.pid:
+        return
+    below_k = algorithm.on_at_k
+    course = list(machine.falling(machine.target_k - below_k, algorithm.lead_s))
+    limit_k = machine.target_k - (below_k + (rule.below_k - below_k) / FASTER)
+    beyond_s = sum(
+        later_s - time_s
+        for (time_s, sensed_k), (later_s, _) in pairwise(course)
+        if sensed_k <= limit_k
+    )
+    if beyond_s >= rule.for_s:
+        fall_k = machine.target_k - min(sensed_k for _, sensed_k in course)
+        needed_k = below_k + FASTER * (fall_k - below_k)
+        yield Finding(
+            (*machine.path, "protection", "runaway", "below"),
+            f"until the heat comes this plant falls by up to {about(fall_k)} K below "
+            f"{celsius(machine.loop.setpoint.maximum_c)}, and one that is {number(FASTER)} times "
+            f"as fast by {about(needed_k)} K",
+            f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
+            machine.because_of,
+        )
+
+
+def cooling_is_slow_enough(machine: Machine) -> Findings:
+    """Find a rule `rise_rate`, which watches both ways, that the cooler breaks in health."""
+    loop = machine.loop
+    if loop.cooler is None or not machine.course:
+        return
+    fastest = max(
+        (before_k - after_k) / (after_s - before_s)
+        for (before_s, before_k), (after_s, after_k) in pairwise(machine.cooling())
+    )
+    step_k = machine.step_k(machine.target_k)
+    needed = machine.seen(fastest) + step_k / loop.period_s
+    if needed > loop.protection.rise_rate_k_per_s:
+        yield Finding(
+            (*machine.path, "protection", "rise_rate"),
+            f"with {loop.cooler} on this plant falls by {machine.told(fastest)} from "
+            f"{celsius(loop.setpoint.maximum_c)}, and a reading may add a step of "
+            f"{about(step_k)} K",
+            f"Use at least {rounded_up(needed)} K/s",
+            (*machine.because_of, ("outputs", loop.cooler)),
+        )
+
+
+def dead_band_holds(machine: Machine) -> Findings:
+    """Find shortest times in which the temperature goes through the whole dead band.
+
+    Heater and cooler would then call each other for ever, however well the lead is chosen.
+    """
+    algorithm, loop = machine.loop.algorithm, machine.loop
+    if not algorithm.cools or not machine.course or loop.cooler is None:
+        return
+    band_k = algorithm.swing_k
+    for output, what, change_k, held_s in (
+        (loop.heater, "rises", machine.rise_k(machine.held_on_s), machine.held_on_s),
+        (loop.cooler, "falls", machine.fall_k(machine.cooler_held_on_s), machine.cooler_held_on_s),
+    ):
+        if change_k >= band_k:
+            yield Finding(
+                ("outputs", output, "minimum_on"),
+                f"in {duration(held_s)} this plant {what} by up to {about(change_k)} K, through "
+                f"the whole band of ±{number(algorithm.rests_within_k)} K",
+                "Use a shorter time, or a wider dead_band",
+                (*machine.because_of, ("outputs", output)),
+            )

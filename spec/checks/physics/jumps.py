@@ -1,0 +1,118 @@
+"""What makes a healthy reading jump, beside the heat that is asked for: noise, and pulses of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import islice, pairwise
+
+from heatwright.spec.board.timers import TICK_S
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.loops.limits import PEAK
+from heatwright.spec.checks.physics.machine import MOST_POINTS, Machine
+from heatwright.spec.quantity import about, duration, rounded_up
+
+
+def readings_do_not_jump(machine: Machine) -> Findings:
+    """Find a rule `rise_rate` that noise breaks in health, or a window's pulse at full power."""
+    period_s = machine.loop.period_s
+    noise_k = PEAK * math.sqrt(2) * machine.noise_k
+    pulse_k = _pulse_k(machine)
+    if not machine.course or not noise_k + pulse_k:
+        return
+    # Where a step ends and what noise adds have nothing to do with each other.
+    jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
+    if not jumps_k:
+        return  # nothing moves
+    needed, jump_k = max((machine.seen(rate) + each / period_s, each) for rate, each in jumps_k)
+    if needed > machine.loop.protection.rise_rate_k_per_s:
+        yield Finding(
+            (*machine.path, "protection", "rise_rate"),
+            f"beside its rise the reading of this plant, healthy, may jump by {about(jump_k)} K in "
+            f"a period, with {about(noise_k)} K of noise and {about(pulse_k)} K of one of the "
+            "heater's pulses",
+            f"Use at least {rounded_up(needed)} K/s",
+            machine.because_of,
+        )
+
+
+def doses_do_not_run_away(machine: Machine) -> Findings:
+    """Find a rule `runaway` that trips on what one step of the reading asks for.
+
+    A reading that falls by one step is a steep slope for as long as a period. What an algorithm
+    gives for it comes while the temperature may be at the setpoint, or above.
+    """
+    rule, step_k = machine.loop.protection.runaway, machine.step_k(machine.target_k)
+    if rule is None or rule.above_k is None:
+        return
+    highest_k, since_s = 0.0, math.inf
+    for time_s, rise_k in islice(_dose(machine, step_k), MOST_POINTS):
+        highest_k = max(highest_k, rise_k)
+        if rise_k + step_k >= rule.above_k:
+            since_s = min(since_s, time_s)
+        elif since_s < math.inf or rise_k < highest_k:
+            break
+        if time_s - since_s >= rule.for_s:
+            yield Finding(
+                (*machine.path, "protection", "runaway", "above"),
+                f"for a fall of the reading by {about(step_k)} K in a period the algorithm asks "
+                f"for heat that warms this plant, healthy, by {about(highest_k)} K for longer than "
+                f"{duration(rule.for_s)}",
+                f"Use more than {rounded_up(highest_k + step_k)} K",
+                machine.because_of,
+            )
+            return
+
+
+def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
+    """Yield times, s, and what the heat for a fall of the reading by one step adds to it, K."""
+    algorithm, output = machine.loop.algorithm, machine.output
+    # The slope is of the mean of some readings, and fades away with the filter.
+    on_s, share = machine.readings * machine.loop.period_s, 0.0
+    if algorithm.pid:
+        on_s += algorithm.pid.derivative_filter_s
+        share = min(algorithm.pid.kd * step_k / on_s, algorithm.full_percent) / 100
+    elif algorithm.lead_s:
+        on_s, share = on_s + machine.held_on_s, 1.0
+    if not share:
+        return
+    power_w = min(share * machine.power_w, machine.full_power_w)
+    if output.cycle_s > on_s:
+        on_s, power_w = min(share * output.full_share * output.cycle_s, on_s), machine.pulse_w
+    plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
+    held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
+    # What an integral asks for goes on beside it.
+    held_w = plant.power_w(held_k) if algorithm.pid and algorithm.pid.ki else 0.0
+    warmed = plant.advance(plant.rest(held_k), held_w + power_w, on_s)
+    for time_s, state in plant.course(warmed, held_w, quick_s, 64 * quick_s):
+        yield time_s, plant.sensed_k(state) - held_k
+
+
+def _pulse_k(machine: Machine) -> float:
+    """Rise between two readings, beyond that of the mean power, while a pulse lasts, K."""
+    output, algorithm = machine.output, machine.loop.algorithm
+    if algorithm.pid is None or output.cycle_s <= TICK_S:
+        return 0.0
+    beyond_w = machine.pulse_w - machine.full_power_w
+    if beyond_w <= 0:
+        return 0.0
+    on_s = output.pulse_s(algorithm.full_percent / 100 * output.full_share)
+    quick_s = min(machine.plant.fastest_s(), on_s) / 4
+    course = machine.plant.course(machine.plant.start(0.0), beyond_w, quick_s, 64 * quick_s)
+    points = []
+    for time_s, state in islice(course, MOST_POINTS):
+        points.append((time_s, machine.plant.sensed_k(state)))
+        if time_s >= on_s:
+            break
+    return _steepest(points) * min(on_s, machine.seen(machine.loop.period_s))
+
+
+def _steepest(course: Iterable[tuple[float, float]]) -> float:
+    """Return the quickest rise of a course, K/s."""
+    return max(
+        (
+            (after_k - before_k) / (after_s - before_s)
+            for (before_s, before_k), (after_s, after_k) in pairwise(course)
+        ),
+        default=0.0,
+    )

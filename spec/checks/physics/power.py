@@ -1,0 +1,114 @@
+"""The heater's power against the machine's losses: enough of it, and not too much of it always."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
+
+
+def heater_suffices(machine: Machine) -> Findings:
+    """Hold the heater's power to the losses at the highest setpoint."""
+    if machine.reaches or machine.full_power_w == 0:  # a maximum of 0 % is refused as such
+        return
+    highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
+    if machine.is_limited:
+        yield _limit_suffices(machine, highest_c)
+        return
+    share = machine.full_power_w / machine.power_w
+    needed_w = machine.plant.power_w(machine.target_k) / share
+    yield Finding(
+        ("outputs", machine.loop.heater, "power"),
+        f"{number(machine.full_power_w)} W ends at {about(highest_c)} °C in this plant and never "
+        f"reaches the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+        f"Use at least {rounded_up(needed_w)} W, or a lower highest setpoint",
+        machine.because_of,
+    )
+
+
+def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
+    """Tell that the limit of the heater's current leaves too little power."""
+    needed_share = machine.plant.power_w(machine.target_k) / machine.full_power_w
+    needed_a = machine.limit_a * math.sqrt(needed_share)
+    return Finding(
+        ("outputs", machine.loop.heater, "current", "limit"),
+        f"it leaves {about(machine.full_power_w)} W, which end at {about(highest_c)} °C in this "
+        f"plant and never reach the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+        f"Use at least {rounded_up(needed_a)} A, or a lower highest setpoint",
+        machine.because_of,
+    )
+
+
+def integral_suffices(machine: Machine) -> Findings:
+    """Hold the integral's maximum to the losses at the highest setpoint: it alone supplies them."""
+    algorithm = machine.loop.algorithm.pid
+    if algorithm is None or algorithm.ki == 0 or not machine.reaches:
+        return
+    most = algorithm.integral.maximum_percent
+    ends_k = machine.plant.steady_k(machine.power_w * most / 100)
+    if 0 < ends_k < machine.target_k:
+        needed_w = machine.plant.power_w(machine.target_k)
+        yield Finding(
+            (*machine.path, "algorithm", "integral", "maximum"),
+            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, and not "
+            f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+            f"Use at least {rounded_up(100 * needed_w / machine.power_w)} %",
+            machine.because_of,
+        )
+
+
+def integral_cools(machine: Machine) -> Findings:
+    """Find a least integral that alone heats above the highest setpoint.
+
+    Under a reading that is stuck just above the setpoint it would do so, and no rule could tell.
+    """
+    algorithm = machine.loop.algorithm.pid
+    if algorithm is None or algorithm.ki == 0:
+        return
+    least = algorithm.integral.minimum_percent
+    ends_c = machine.ambient_c + machine.plant.steady_k(machine.power_w * least / 100)
+    highest_c = machine.loop.setpoint.maximum_c
+    if least > 0 and ends_c > highest_c:
+        yield Finding(
+            (*machine.path, "algorithm", "integral", "minimum"),
+            f"{number(least)} % alone heats to {about(ends_c)} °C in this plant, above the highest "
+            f"setpoint of {celsius(highest_c)}",
+            "Use a smaller minimum",
+            machine.because_of,
+        )
+
+
+def autotune_has_time(machine: Machine) -> Findings:
+    """Find experiments that are given up before the machine is warm."""
+    autotune = machine.loop.autotune
+    if autotune is None or not machine.course:
+        return
+    warm_s = machine.course[-1][0]
+    if warm_s > autotune.timeout_s:
+        yield Finding(
+            (*machine.path, "autotune", "timeout"),
+            f"at full power this plant alone needs {duration(round(warm_s))} to the highest "
+            "setpoint",
+            f"Use several times {duration(round(warm_s))}",
+            machine.because_of,
+        )
+
+
+def least_duty_cools(machine: Machine) -> Findings:
+    """Find a least duty that alone heats above the lowest setpoint."""
+    algorithm = machine.loop.algorithm.pid
+    if algorithm is None or algorithm.output.minimum_percent == 0:
+        return
+    least_w = machine.power_w * algorithm.output.minimum_percent / 100
+    ends_c = machine.ambient_c + machine.plant.steady_k(least_w)
+    lowest_c = machine.loop.setpoint.minimum_c
+    if ends_c > lowest_c:
+        yield Finding(
+            (*machine.path, "algorithm", "output", "minimum"),
+            f"{number(algorithm.output.minimum_percent)} % alone heats to {about(ends_c)} °C, "
+            f"above the lowest setpoint of {celsius(lowest_c)}",
+            "Use a smaller minimum, or raise the lowest setpoint",
+            machine.because_of,
+        )

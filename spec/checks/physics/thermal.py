@@ -1,0 +1,243 @@
+"""Physics of the whole: enough power, and protections that a healthy machine does not trip.
+
+The plant is heated from cold at full power until the sensor shows the highest setpoint: the worst
+a healthy machine does to the rules that watch its heating. Then the heater goes off, and the heat
+that is under way still arrives.
+"""
+
+from __future__ import annotations
+
+from heatwright.spec.algorithms import Pid
+from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
+from heatwright.spec.checks.physics.coasting import (
+    coasting_settles,
+    cooling_is_slow_enough,
+    dead_band_holds,
+    falling_stays_above_below,
+    overshoot_stays_below_maximum,
+)
+from heatwright.spec.checks.physics.jumps import doses_do_not_run_away, readings_do_not_jump
+from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.checks.physics.peaks import lying_sensors_are_borne, nodes_bear_the_maximum
+from heatwright.spec.checks.physics.power import (
+    autotune_has_time,
+    heater_suffices,
+    integral_cools,
+    integral_suffices,
+    least_duty_cools,
+)
+from heatwright.spec.checks.physics.warm import frozen_rule_holds, heating_rule_holds_warm
+from heatwright.spec.checks.programs.firing import ramps_can_be_followed
+from heatwright.spec.commands import commanded
+from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import Switch
+from heatwright.spec.physics.feeds import fed, lasting_feed_mm_per_s
+from heatwright.spec.physics.heated_loop import heated_loop
+from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
+from heatwright.spec.simulation import Simulation
+
+HALVINGS = 40
+BRIEF_S = 60.0
+"""For so long a feed may take more heat than there is, where no rule gives a time."""
+
+
+def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
+    """Run the checks of this file on every loop that has a plant.
+
+    any_setpoint -- whether somebody may choose another setpoint than the first.
+    """
+    plant = controller.simulation
+    if plant is None:
+        return
+    readable = {name for name, _, _ in loop_sensors(controller)}
+    for name, _, heater in loop_heaters(controller):
+        if heater.power_w is None or name not in readable:
+            continue
+        machine = Machine(controller, name, heater, plant)
+        found = [*_heating_holds(controller, machine, plant)]
+        yield from found or _fed_holds(controller, name, heater, plant)
+        for check in (
+            least_duty_cools,
+            autotune_has_time,
+            rise_rate_holds,
+            overshoot_stays_below_maximum,
+            coasting_settles,
+            cooling_is_slow_enough,
+            falling_stays_above_below,
+            dead_band_holds,
+            window_is_smoothed,
+            readings_do_not_jump,
+            doses_do_not_run_away,
+            rest_is_not_below,
+        ):
+            yield from check(machine)
+        if machine.course:
+            heated = heated_loop(controller, name, plant)
+            broken = [*frozen_rule_holds(machine, heated)]
+            broken += nodes_bear_the_maximum(machine, heated)
+            yield from broken
+            if any_setpoint and not found and not broken:
+                yield from lying_sensors_are_borne(controller, machine, heated)
+        if any_setpoint:
+            yield from _heats_at_all(controller, machine, plant.ambient_c)
+            yield from integral_suffices(machine)
+            yield from integral_cools(machine)
+            if controller.programs is not None and controller.programs.loop == name:
+                yield from ramps_can_be_followed(machine, controller.programs)
+
+
+def _heating_holds(controller: Controller, machine: Machine, plant: Simulation) -> Findings:
+    """Hold the heater's power and the rules that count it to what the machine needs."""
+    yield from heater_suffices(machine)
+    if machine.course:
+        heated = heated_loop(controller, str(machine.path[1]), plant)
+        warm = heating_rule_holds_warm(machine, heated)
+        yield from [*heating_rule_holds(machine)] or warm
+
+
+def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) -> Findings:
+    """Find loops that are warm enough where they stand, with nobody to ask for more."""
+    initial_c = machine.loop.setpoint.initial_c
+    if machine.loop.cooler is not None or commanded(controller, str(machine.path[1])):
+        return
+    if initial_c <= ambient_c:
+        yield Finding(
+            (*machine.path, "setpoint", "initial"),
+            f"{celsius(initial_c)} is not above the ambient temperature of {celsius(ambient_c)}, "
+            "and no interface can set another: it never heats",
+            "Write the temperature that it is to hold, an ambient in which it has to heat, or an "
+            "interface that serves the loop",
+            (("interfaces",), ("simulation", "ambient")),
+        )
+
+
+def _fed_holds(
+    controller: Controller, name: str, heater: Switch, simulation: Simulation
+) -> Findings:
+    """Hold them to that while the scenario feeds filament, which takes heat away.
+
+    For less time than `heating` has, or a minute, it may take more than there is. `frozen` is as
+    narrow as without: at more duty a reading that stands still would be too much heat once feeding
+    ends.
+    """
+    heating = controller.loops[name].protection.heating
+    mm_per_s = lasting_feed_mm_per_s(simulation, heating.within_s if heating else BRIEF_S)
+    if mm_per_s == 0:
+        return
+    cooled = fed(controller, simulation, mm_per_s)
+    for finding in _heating_holds(controller, Machine(controller, name, heater, cooled), cooled):
+        yield finding._replace(
+            reason=f"{finding.reason}, with {number(mm_per_s)} mm/s of filament",
+            remedy=f"{finding.remedy}, or feed less",
+        )
+
+
+def heating_rule_holds(machine: Machine) -> Findings:
+    """Find a rule `heating_failed` that a healthy machine breaks.
+
+    As in the firmware, each rise starts the time anew. A reading may show up to one step of the
+    sensor less than there is, so a rise may need one step more; the first one also waits for the
+    dead time, and until the heater may be switched on.
+    """
+    rule = machine.loop.protection.heating
+    if rule is None or not machine.course:
+        return
+    since_s, from_k = -machine.plant.delay_s - machine.held_off_s, machine.course[0][1]
+    longest_s = 0.0
+    for time_s, sensed_k in machine.course:
+        longest_s = max(longest_s, time_s - since_s)
+        if sensed_k >= from_k + rule.rise_k + machine.step_k(sensed_k):
+            since_s, from_k = time_s, sensed_k
+    if longest_s > rule.within_s:
+        yield Finding(
+            (*machine.path, "protection", "heating", "within"),
+            f"this plant, healthy and at full power, needs {duration(round(longest_s))} for one of "
+            f"its rises of {number(rule.rise_k)} K on the way to "
+            f"{celsius(machine.loop.setpoint.maximum_c)}",
+            f"Use more than {duration(round(longest_s))}, or a smaller rise",
+            machine.because_of,
+        )
+
+
+def rest_is_not_below(machine: Machine) -> Findings:
+    """Find a rule `runaway.below` narrower than where a loop without an integral comes to rest."""
+    algorithm, rule = machine.loop.algorithm.pid, machine.loop.protection.runaway
+    if algorithm is None or algorithm.ki or not algorithm.kp or not machine.reaches:
+        return
+    if rule is None or rule.below_k is None:
+        return
+    lowest_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
+    targets_k = {machine.target_k, min(lowest_k, machine.target_k)}
+    step_k = machine.step_k(machine.target_k)
+    held_k = max(rule.below_k - step_k, 0.0)
+    if all(_is_held(machine, algorithm, target_k, held_k) for target_k in targets_k):
+        return
+    deepest_k = machine.target_k
+    for _ in range(HALVINGS):
+        middle_k = (held_k + deepest_k) / 2
+        if all(_is_held(machine, algorithm, target_k, middle_k) for target_k in targets_k):
+            deepest_k = middle_k
+        else:
+            held_k = middle_k
+    yield Finding(
+        (*machine.path, "protection", "runaway", "below"),
+        f"without ki this loop comes to rest up to {about(deepest_k)} K below its setpoint",
+        f"Use more than {rounded_up(deepest_k + step_k)} K, or write ki",
+        machine.because_of,
+    )
+
+
+def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) -> bool:
+    """Tell whether what is asked for so far below a setpoint holds it there, or nearer."""
+    percent = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
+    if algorithm.band_k is not None and below_k >= algorithm.band_k:
+        percent = algorithm.output.maximum_percent
+    percent = max(percent, algorithm.output.minimum_percent)
+    output = machine.output
+    percent *= percent / 100 * output.cycle_s >= output.shortest_pulse_s
+    power_w = min(machine.power_w * percent / 100, machine.full_power_w)
+    return machine.plant.steady_k(power_w) >= target_k - below_k
+
+
+def rise_rate_holds(machine: Machine) -> Findings:
+    """Find a rule `rise_rate` that a healthy machine breaks at full power."""
+    period_s = machine.loop.period_s
+    limit = machine.loop.protection.rise_rate_k_per_s
+    needed, steepest, step_k = max(
+        (
+            (machine.seen(rate) + step_k / period_s, rate, step_k)
+            for rate, step_k in machine.rates()
+        ),
+        default=(0.0, 0.0, 0.0),
+    )
+    if needed > limit:
+        yield Finding(
+            (*machine.path, "protection", "rise_rate"),
+            f"this plant, healthy and at full power, rises by {machine.told(steepest)}, and a "
+            f"reading may add a step of {about(step_k)} K",
+            f"Use at least {rounded_up(needed)} K/s",
+            machine.because_of,
+        )
+
+
+def window_is_smoothed(machine: Machine) -> Findings:
+    """Find windows so long that the loop sees the heater switch.
+
+    A swing as wide as the proportional band (100 %/kp) takes the duty from one end to the other:
+    then the loop follows its own window and no longer the machine.
+    """
+    algorithm, output = machine.loop.algorithm.pid, machine.output
+    if algorithm is None or not algorithm.kp or not output.cycle_s:
+        return
+    windowed = output.is_windowed
+    swing_k = machine.plant.swing_k(machine.pulse_w, output.cycle_s)
+    band_k = 100.0 / algorithm.kp
+    if swing_k >= band_k:
+        yield Finding(
+            ("outputs", machine.loop.heater, "window" if windowed else "frequency"),
+            f"the temperature swings by {about(swing_k)} K in a "
+            f"{'window' if windowed else 'cycle'} of {duration(output.cycle_s)}, more than the "
+            f"proportional band of {about(band_k)} K",
+            f"Use a {'shorter window' if windowed else 'higher frequency'}, or a smaller kp",
+            machine.because_of,
+        )

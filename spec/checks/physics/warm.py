@@ -1,0 +1,80 @@
+"""Rules that a healthy machine breaks while it is warm: at rest, or after a power cut."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.spec.algorithms import Pid
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.physics.heated_loop import HeatedLoop
+from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
+
+
+def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
+    """Find a rule `sensor_frozen` that a healthy machine breaks.
+
+    At rest the reading stands still for as long as holding lasts, so the duty of that must not
+    count; what is above it must have time to move the reading.
+    """
+    rule = machine.loop.protection.frozen
+    if rule is None:
+        return
+    path = (*machine.path, "protection", "frozen")
+    power_w, heat = heated.full_w, "full power"
+    if machine.loop.algorithm.pid:
+        takes_percent = 100 * heated.hold_w / heated.power_w
+        if rule.holding_percent < takes_percent:
+            yield Finding(
+                (*path, "holding"),
+                f"this plant takes {about(takes_percent)} % to hold "
+                f"{celsius(heated.highest_c)}, and a reading that stands still there would be a "
+                "fault",
+                f"Use at least {rounded_up(takes_percent)} %, or delete it",
+                machine.because_of,
+            )
+            return
+        power_w = min(power_w, heated.power_w * rule.holding_percent / 100)
+        heat = f"a little more than {number(rule.holding_percent)} %"
+    if power_w <= heated.hold_w:
+        return
+    still_s = heated.longest_still_s(power_w) + heated.late_s
+    if still_s > rule.for_s:
+        yield Finding(
+            (*path, "for"),
+            f"at {heat} the reading of this plant, healthy, may stand still for "
+            f"{duration(round(still_s, 1))}",
+            f"Use more than {duration(round(still_s, 1))}",
+            machine.because_of,
+        )
+
+
+def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
+    """Find a rule `heating_failed` that a healthy machine breaks when it is warm at the start.
+
+    After a power cut the element is cold, the reading falls at first, and the rise counts from
+    where it was: see `heating_rule_holds`, which begins with a machine that is cold.
+    """
+    rule = machine.loop.protection.heating
+    if rule is None:
+        return
+    longest_s, from_c = heated.slowest_rise(rule.rise_k, _not_full_k(machine.loop.algorithm.pid))
+    longest_s += heated.late_s
+    if longest_s > rule.within_s:
+        yield Finding(
+            (*machine.path, "protection", "heating", "within"),
+            f"after a power cut this plant, healthy, restarts at {about(from_c)} °C with a cold "
+            f"heater, and full power needs {duration(round(longest_s))} for a rise of "
+            f"{number(rule.rise_k)} K",
+            f"Use more than {duration(round(longest_s))}, or a smaller rise",
+            machine.because_of,
+        )
+
+
+def _not_full_k(algorithm: Pid | None) -> float:
+    """Return how far below the setpoint full power ends, K, while the integral is still 0."""
+    if algorithm is None:
+        return 0.0
+    most_percent = algorithm.full_percent
+    proportional_k = most_percent / algorithm.kp if algorithm.kp else math.inf
+    return min(proportional_k, algorithm.on_at_k)

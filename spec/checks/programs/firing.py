@@ -1,0 +1,151 @@
+"""The heater's power against the ramps of the stored programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.physics.matrices import apply
+from heatwright.spec.problems import Path
+from heatwright.spec.programs import HoldBack, Programs
+from heatwright.spec.quantity import about, celsius, duration, number
+from heatwright.spec.units import PROGRAM_RATE
+
+STEPS_AHEAD = 16
+"""Of a ramp that is followed: so many in the time in which the sensor answers the heater."""
+
+MOST_STEPS = 20_000
+"""Of a ramp that is followed; only absurd ones have more."""
+
+HALVINGS = 40
+"""Of an interval, until nobody can tell its ends apart."""
+
+HOUR_S = 3600.0
+
+
+class Ramp(NamedTuple):
+    """A way up in a program; temperatures above ambient."""
+
+    path: Path
+    key: str
+    from_k: float
+    to_k: float
+    seconds: float
+
+    @property
+    def rate_k_per_s(self) -> float:
+        """Slope of the setpoint."""
+        return (self.to_k - self.from_k) / self.seconds
+
+    def setpoint_k(self, time_s: float) -> float:
+        """Setpoint so long after its start."""
+        return self.from_k + self.rate_k_per_s * min(time_s, self.seconds)
+
+
+def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
+    """Find ramps on which even the best control would lag so far that the clock waits.
+
+    Where full power is enough for the whole machine to rise at that rate, nothing more is looked
+    at. Where it is not, the ramp is tried: from rest, with the least of stored heat to make up.
+    """
+    if not machine.reaches or machine.full_power_w == 0:
+        return
+    within_k = (programs.hold_back or HoldBack.model_validate({})).within_k
+    for ramp in _ramps(machine, programs):
+        if ramp.to_k > machine.target_k:
+            continue  # it may not be chosen anyway
+        needed_w = machine.plant.ramp_power_w(ramp.to_k, ramp.rate_k_per_s)
+        if needed_w <= machine.full_power_w:
+            continue
+        lost_s = _lost_after_s(machine, ramp, within_k)
+        if lost_s is not None:
+            at_c = machine.ambient_c + ramp.setpoint_k(lost_s)
+            yield Finding(
+                (*ramp.path, ramp.key),
+                f"{number(machine.full_power_w)} W cannot follow: from rest this plant lags by "
+                f"more than {number(within_k)} K after {duration(round(lost_s))}, at "
+                f"{about(at_c)} °C; to rise so fast at {celsius(machine.ambient_c + ramp.to_k)} "
+                f"it would take {about(needed_w)} W",
+                _slower(machine, ramp),
+                (*machine.because_of, ("programs",)),
+            )
+
+
+def _ramps(machine: Machine, programs: Programs) -> Iterator[Ramp]:
+    """List the ways up of all programs; the first starts where the machine does."""
+    for index, program in enumerate(programs.stored):
+        from_k = machine.start_k
+        for place, segment in enumerate(program.segments):
+            if segment.to_c is None:
+                continue
+            path: Path = ("programs", "stored", index, "segments", place)
+            to_k = segment.to_c - machine.ambient_c
+            if to_k > from_k and segment.over_s is not None:
+                yield Ramp(path, "over", from_k, to_k, segment.over_s)
+            elif to_k > from_k and segment.at_k_per_h is not None:
+                yield Ramp(path, "at", from_k, to_k, (to_k - from_k) * HOUR_S / segment.at_k_per_h)
+            from_k = to_k
+
+
+class _Follower:
+    """The best of controls: at each step the power that will be right a while ahead, if it can."""
+
+    def __init__(self, machine: Machine, start_k: float, step_s: float, ahead_s: float) -> None:
+        self._machine, self._step_s, self._ahead_s = machine, step_s, ahead_s
+        self._state = machine.plant.rest(start_k)
+        self._look_around()
+
+    def _look_around(self) -> None:
+        """Make the matrices about the present state."""
+        self._about = self._state
+        self._step, self._step_added = self._machine.plant.pushed(self._step_s, self._state)
+        self._ahead, self._ahead_added = self._machine.plant.pushed(self._ahead_s, self._state)
+
+    def go_on(self, aim_k: float) -> float:
+        """Take a step with the power that leads to a temperature; return the one there is then."""
+        plant, full_w = self._machine.plant, self._machine.full_power_w
+        if plant.bent(self._about, self._state):
+            self._look_around()
+        none_k = plant.sensed_k(apply(self._ahead, self._state))
+        per_watt_k = plant.sensed_k(self._ahead_added)
+        power_w = full_w
+        if per_watt_k > 0:  # only absurd machines do not answer in all that time
+            power_w = min(max((aim_k - none_k) / per_watt_k, 0.0), full_w)
+        self._state = [
+            value + power_w * added
+            for value, added in zip(apply(self._step, self._state), self._step_added, strict=True)
+        ]
+        return plant.sensed_k(self._state)
+
+
+def _lost_after_s(machine: Machine, ramp: Ramp, within_k: float) -> float | None:
+    """Follow a ramp from rest; return when the lag first is too large, None if it never is."""
+    ahead_s = machine.plant.answer_s()
+    step_s = max(ahead_s / STEPS_AHEAD, ramp.seconds / MOST_STEPS)
+    follower = _Follower(machine, ramp.from_k, step_s, ahead_s)
+    time_s = 0.0
+    while time_s < ramp.seconds:
+        sensed_k = follower.go_on(ramp.setpoint_k(time_s + ahead_s))
+        time_s += step_s
+        if ramp.setpoint_k(time_s) - sensed_k > within_k:
+            return time_s
+    return None
+
+
+def _slower(machine: Machine, ramp: Ramp) -> str:
+    """Say how slow the ramp must be so that full power is enough at its end."""
+    least, most = 0.0, ramp.rate_k_per_s
+    for _ in range(HALVINGS):
+        rate = (least + most) / 2
+        enough = machine.plant.ramp_power_w(ramp.to_k, rate) <= machine.full_power_w
+        least, most = (rate, most) if enough else (least, rate)
+    if least == 0:
+        return "Use more power, or a lower temperature"
+    if ramp.key == "at":
+        slow = math.floor(least * HOUR_S * 10) / 10
+        return f"Use at most {number(slow)} {PROGRAM_RATE.base}, or more power"
+    minutes = math.ceil((ramp.to_k - ramp.from_k) / least / 60)
+    return f"Use at least {minutes} min, or more power"

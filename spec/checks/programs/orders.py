@@ -1,0 +1,72 @@
+"""What a scenario asks of programs, and what it expects of them."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.controller import Controller
+from heatwright.spec.problems import Path
+from heatwright.spec.programs import Programs
+from heatwright.spec.scenario.program_orders import ProgramOrder
+
+_PROGRAMS: tuple[Path, ...] = (("programs",),)
+
+
+def orders_have_programs(controller: Controller) -> Findings:
+    """Find orders to programs and expectations of ramps where there are no programs."""
+    if controller.simulation is None or controller.programs is not None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        if event.program is not None:
+            yield Finding(
+                ("simulation", "scenario", index, "program"),
+                "there are no programs",
+                "Add a section programs, or delete the event",
+                _PROGRAMS,
+            )
+    expect = controller.simulation.expect
+    if expect is not None and expect.tracking_k is not None:
+        yield Finding(
+            ("simulation", "expect", "tracking"),
+            "there are no programs, and so no ramps",
+            "Delete it",
+            _PROGRAMS,
+        )
+
+
+def orders_find_their_place(controller: Controller) -> Findings:
+    """Find orders to programs that are empty, and to segments that no program has."""
+    programs = controller.programs
+    if controller.simulation is None or programs is None:
+        return
+    edited = False
+    for index, event in enumerate(controller.simulation.scenario):
+        edited = edited or event.send is not None
+        if event.program is not None:
+            path: Path = ("simulation", "scenario", index, "program")
+            yield from _place(path, event.program, programs, edited)
+
+
+def _startable(filled: int) -> str:
+    if filled == 0:
+        return "Store a program, and write start 1"
+    return "Write start 1" if filled == 1 else f"Write start 1 to start {filled}"
+
+
+def _place(path: Path, asked: ProgramOrder, programs: Programs, edited: bool) -> Findings:
+    """Judge one order; what is sent to a display before it may have filled a place."""
+    filled = programs.places if edited else len(programs.stored)
+    if asked.order == "start" and asked.number > filled:
+        there = f"places is {programs.places}" if edited else f"stored has {filled}"
+        yield Finding(
+            path,
+            f"program {asked.number} is empty: {there}",
+            _startable(filled),
+            _PROGRAMS,
+        )
+    elif asked.order == "jump" and asked.number > programs.points:
+        yield Finding(
+            path,
+            f"no program has a segment {asked.number}",
+            f"Write jump 1 to jump {programs.points}",
+            _PROGRAMS,
+        )

@@ -1,0 +1,175 @@
+"""Measured currents: whose they are, and what their sensors can tell apart."""
+
+from __future__ import annotations
+
+from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.references import current_sensors
+from heatwright.spec.checks.sensing.measured import IDLE_SHARE, IDLE_STEPS, measured
+from heatwright.spec.controller import Controller
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import about, number, rounded_down, rounded_up
+from heatwright.spec.sensing.conversion import LEAST_MARGIN_STEPS
+
+FIRST_SHARE = 0.25
+"""Of the duty: what a limited heater begins with (docs/control.md, Current)."""
+
+
+def current_sensors_measure_currents(controller: Controller) -> Findings:
+    """Find outputs whose current a thermometer would measure, and sensors of two outputs."""
+    first: dict[str, str] = {}
+    for name, sensor_name in current_sensors(controller).items():
+        path: Path = ("outputs", name, "current", "sensor")
+        sensor = controller.sensors.get(sensor_name)
+        if sensor is not None and not sensor.measures_current:
+            yield Finding(
+                path,
+                f"{sensor_name} is of the kind {sensor.kind}, which measures a temperature",
+                "Name a sensor of the kind current",
+                (("sensors", sensor_name),),
+            )
+        elif first.setdefault(sensor_name, name) != name:
+            yield Finding(
+                path,
+                f"{sensor_name} already measures the current of {first[sensor_name]}",
+                "Give each output a sensor of its own",
+            )
+
+
+def currents_are_watched(controller: Controller) -> Findings:
+    """Find currents of what heats nothing: the loop of a heater watches them."""
+    heaters = {loop.heater for loop in controller.loops.values()}
+    for name in current_sensors(controller):
+        if name not in heaters:
+            yield Finding(
+                ("outputs", name, "current"),
+                "nothing would watch this current: the output is the heater of no loop",
+                "Delete it",
+                (("loops",),),
+            )
+
+
+def currents_are_known(controller: Controller) -> Findings:
+    """Find outputs that do not say what their current is in health."""
+    for each in measured(controller):
+        lacking = [
+            key
+            for key, value in (("power", each.output.power_w), ("supply", each.output.supply_v))
+            if value is None
+        ]
+        if lacking:
+            yield Finding(
+                each.path,
+                f"without {' and '.join(lacking)} nobody knows what current is right",
+                f"Add {' and '.join(f'{key}:' for key in lacking)} to the output",
+                (("outputs", each.name),),
+            )
+
+
+def currents_are_held(controller: Controller) -> Findings:
+    """Find limits that a switch cannot keep, and trips that a healthy heater reaches."""
+    for each in measured(controller):
+        limit_a, over_a = each.current.limit_a, each.current.over_a
+        if limit_a is not None and each.output.is_on_off:
+            yield Finding(
+                (*each.path, "limit"),
+                "a switch that is on or off cannot reduce its current",
+                "Write trip in its place, or make the output pwm",
+                (("outputs", each.name),),
+            )
+            continue
+        bounds_a = [bound for bound in (limit_a, each.full_a) if bound is not None]
+        most_a = min(bounds_a, default=0.0)
+        if limit_a is not None and over_a <= limit_a:
+            yield Finding(
+                (*each.path, "trip"),
+                f"{number(over_a)} A is not above the limit of {number(limit_a)} A",
+                f"Use more than {number(limit_a)} A, or leave it out",
+                ((*each.path, "limit"),),
+            )
+        elif over_a <= most_a + each.step_a:
+            yield Finding(
+                (*each.path, "trip"),
+                f"at full duty the heater takes {about(most_a)} A, and the sensor's step is "
+                f"{about(each.step_a)} A, so {number(over_a)} A would be reached in health",
+                f"Use at least {rounded_up(most_a + 2 * each.step_a)} A",
+                (("outputs", each.name), ("sensors", each.current.sensor)),
+            )
+
+
+def limits_can_begin(controller: Controller) -> Findings:
+    """Find heaters so strong that the first duty under a limit already is a fault."""
+    for each in measured(controller):
+        if each.current.limit_a is None or each.full_a is None:
+            continue
+        first_a = FIRST_SHARE * each.full_a
+        if first_a + each.step_a >= each.current.over_a > each.current.limit_a:
+            yield Finding(
+                (*each.path, "limit"),
+                f"a limited heater begins with {FIRST_SHARE * 100:.0f} % of the duty, and this one "
+                f"takes {about(first_a)} A then, which rule over_current with "
+                f"{number(each.current.over_a)} A takes for a fault",
+                "Use a larger limit or trip, or a weaker heater",
+                (("outputs", each.name), ("sensors", each.current.sensor)),
+            )
+
+
+def limits_can_be_told(controller: Controller) -> Findings:
+    """Find limits that hold a wire of too little resistance to what may not count as a current.
+
+    At the first duty such a wire may take all but what trips; the limit then goes by the square. A
+    reading is off by half a step, and what is held by twice that share: where the next reading may
+    be none, the wire would have its first duty again and again.
+    """
+    for each in measured(controller):
+        limit_a, over_a = each.current.limit_a, each.current.over_a
+        if limit_a is None or over_a <= limit_a:
+            continue
+        half_a, surely_a = each.step_a / 2, each.idle_a + each.step_a / 2
+        held_a = FIRST_SHARE * limit_a**2 / (over_a + half_a)
+        least_a = (surely_a + half_a) ** 2 / surely_a
+        if held_a < least_a:
+            coarse = IDLE_STEPS * each.step_a >= IDLE_SHARE * each.current.nominal_a
+            yield Finding(
+                ("sensors", each.current.sensor, "scale") if coarse else (*each.path, "trip"),
+                f"a wire of {each.name} that takes almost the {number(over_a)} A of rule "
+                f"over_current as soon as it is on is held to a mean of {about(held_a)} A, too "
+                f"near the {about(each.idle_a)} A that are taken for none",
+                "Use a larger scale, or a larger limit"
+                if coarse
+                else f"Use at most {rounded_down(FIRST_SHARE * limit_a**2 / least_a - half_a)} A",
+                (each.path, ("sensors", each.current.sensor)),
+            )
+
+
+def currents_can_be_read(controller: Controller) -> Findings:
+    """Hold the sensor's full scale to the trip, and its steps to what is none."""
+    for each in measured(controller):
+        sensor: Path = ("sensors", each.current.sensor)
+        because_of = (sensor, ("outputs", each.name), ("controller", "board"))
+        readable_a = each.highest_a - LEAST_MARGIN_STEPS * each.step_a
+        if each.sensor.offset_v < 0:
+            yield Finding(
+                (*sensor, "offset"),
+                "no pin reads less than 0 V, so without current there would still seem to be some",
+                "Use an offset of 0 V or more",
+            )
+        elif readable_a < each.current.over_a:
+            yield Finding(
+                (*sensor, "scale"),
+                f"it reads up to {about(max(readable_a, 0.0))} A, and rule over_current of "
+                f"{each.name} waits for {number(each.current.over_a)} A",
+                "Use a smaller scale, or a reference of more volts",
+                because_of,
+            )
+        elif each.full_a is not None and 2 * each.idle_a > each.full_a:
+            coarse = IDLE_STEPS * each.step_a >= IDLE_SHARE * each.current.nominal_a
+            yield Finding(
+                (*sensor, "scale") if coarse else each.path,
+                f"at full duty {each.name} takes {about(each.full_a)} A, less than twice the "
+                f"{about(each.idle_a)} A that are taken for none, so rule no_current would never "
+                "trip",
+                "Use a larger scale, or a reference of fewer volts"
+                if coarse
+                else "Use a smaller limit or trip",
+                because_of,
+            )

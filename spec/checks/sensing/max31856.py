@@ -1,0 +1,76 @@
+"""Thermocouples behind a MAX31856: types that somebody can choose, and setpoints that all bear."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.spec.checks.finding import Finding, Findings, loop_types
+from heatwright.spec.checks.interfaces.displays import NO_MENU
+from heatwright.spec.checks.programs.programs import has_an_operator
+from heatwright.spec.controller import Controller
+from heatwright.spec.loops import Loop
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import celsius
+from heatwright.spec.sensing.max31856 import Max31856, lowered
+
+
+def types_have_an_operator(controller: Controller) -> Findings:
+    """Find types of thermocouples that nobody could choose, or that leave no choice."""
+    for name, sensor in controller.sensors.items():
+        if not isinstance(sensor, Max31856) or not sensor.selectable:
+            continue
+        path: Path = ("sensors", name, "selectable")
+        used_by = [loop for loop, each in controller.loops.items() if each.sensor == name]
+        if len(set(sensor.selectable)) < len(sensor.selectable):
+            yield Finding(path, "a type stands here twice", "Delete one of them")
+        elif sensor.thermocouple not in sensor.selectable:
+            yield Finding(
+                path,
+                f"{sensor.thermocouple}, the type it starts with, could not be chosen again",
+                f"Add {sensor.thermocouple}",
+                (("sensors", name, "thermocouple"),),
+            )
+        elif len(sensor.selectable) == 1:
+            yield Finding(path, "one type is no choice", "Add another, or delete it")
+        elif not any(has_an_operator(controller, loop) for loop in used_by):
+            yield Finding(
+                path,
+                f"nobody could choose: {NO_MENU}",
+                "Delete it",
+                (("interfaces",), ("programs",), ("loops",)),
+            )
+
+
+def setpoints_are_borne(controller: Controller) -> Findings:
+    """Find setpoints that a thermocouple of the loop, chosen or to be chosen, does not bear."""
+    for name, loop, sensor, kind in loop_types(controller):
+        if not isinstance(sensor, Max31856) or is_lowered(controller, loop, kind):
+            continue
+        if loop.setpoint.maximum_c > sensor.highest_c:
+            or_less = f", or take {kind} out of selectable" if kind else ""
+            yield Finding(
+                ("loops", name, "setpoint", "maximum"),
+                f"{celsius(loop.setpoint.maximum_c)} is too hot for a thermocouple of type "
+                f"{sensor.thermocouple}, which is for {celsius(sensor.highest_c)} at most",
+                f"Use at most {celsius(sensor.highest_c)}{or_less}{or_lower(loop, kind)}",
+                (("sensors", loop.sensor),),
+            )
+
+
+def is_lowered(controller: Controller, loop: Loop, kind: str) -> bool:
+    """Tell whether the firmware lowers the loop's limits while this type is chosen."""
+    sensor = controller.sensors[loop.sensor]
+    found = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
+    return loop.protection.maximum_adjustable and found.get(kind, -math.inf) >= _least_c(loop)
+
+
+def _least_c(loop: Loop) -> float:
+    """Return what the limits cannot be lowered below."""
+    return max(loop.setpoint.minimum_c, loop.setpoint.initial_c)
+
+
+def or_lower(loop: Loop, kind: str) -> str:
+    """Name the way by the firmware, where nothing else is in it."""
+    if not kind or loop.protection.maximum_adjustable:
+        return ""
+    return ", or write maximum_adjustable: true, and it is lowered while that type is chosen"

@@ -1,0 +1,60 @@
+"""Outputs whose current is measured: what it is in health, and what its sensor resolves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import Switch, full_rms_a
+from heatwright.spec.problems import Path
+from heatwright.spec.sensing.circuits import reference_v
+from heatwright.spec.sensing.conversion import CODES
+from heatwright.spec.sensing.currents import Current, CurrentSensor
+
+IDLE_SHARE = 0.05
+"""Of what is the most in health: less than that is none."""
+IDLE_STEPS = 3
+"""Steps of the ADC that are taken for none."""
+
+
+class Measured(NamedTuple):
+    """An output whose current is measured, with its sensor."""
+
+    name: str
+    output: Switch
+    current: Current
+    sensor: CurrentSensor
+    step_a: float
+    """Step of the ADC; this and the next as root mean squares at full duty, as limit and trip."""
+    highest_a: float
+    """The most it reads."""
+
+    @property
+    def path(self) -> Path:
+        """Where the file says so."""
+        return ("outputs", self.name, "current")
+
+    @property
+    def full_a(self) -> float | None:
+        """Root mean square of the current at full duty, A; None if nobody knows."""
+        return full_rms_a(self.output)
+
+    @property
+    def idle_a(self) -> float:
+        """What is taken for no current, A."""
+        return max(IDLE_SHARE * self.current.nominal_a, IDLE_STEPS * self.step_a)
+
+
+def measured(controller: Controller) -> Iterator[Measured]:
+    """List the outputs whose current is measured by a sensor that is there."""
+    for name, output in controller.switches.items():
+        if output.current is None:
+            continue
+        sensor = controller.ammeters.get(output.current.sensor)
+        if sensor is not None:
+            full_scale_v = reference_v(sensor, controller.board.mcu)
+            scale_v_per_a = sensor.scale_v_per_a * output.mean_of_rms
+            step_a = full_scale_v / CODES / scale_v_per_a
+            highest_a = (CODES - 0.5) * step_a - sensor.offset_v / scale_v_per_a
+            yield Measured(name, output, output.current, sensor, step_a, highest_a)

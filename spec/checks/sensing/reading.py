@@ -1,0 +1,59 @@
+"""Sensors in time: a period holds a conversion and its reading, a time-out a sensor's start."""
+
+from __future__ import annotations
+
+import math
+
+from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
+from heatwright.spec.checks.loops.timing import periods_s
+from heatwright.spec.controller import Controller
+from heatwright.spec.quantity import duration
+from heatwright.spec.sensors import Thermometer, shortest_period_s
+
+
+def conversion_fits(controller: Controller) -> Findings:
+    """Hold the period to the sensor's longest conversion (data sheet) and its reading."""
+    for name, loop, sensor in loop_sensors(controller):
+        needed_s = shortest_period_s(sensor)
+        if loop.period_s < needed_s:
+            yield Finding(
+                ("loops", name, "period"),
+                f"{duration(loop.period_s)} is shorter than {_what_takes_so_long(sensor)}",
+                f"Use at least {duration(needed_s)}{_or_less(sensor, loop.period_s)}",
+                (("sensors", loop.sensor),),
+            )
+
+
+def _what_takes_so_long(sensor: Thermometer) -> str:
+    took = duration(sensor.conversion_s)
+    if sensor.on_adc:
+        return f"its {sensor.oversample} readings, one each 10 ms, which take {took}"
+    if not sensor.free_running_s:
+        return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
+    more_s = sensor.read_s - sensor.conversion_s
+    more = f", and {duration(more_s)} for its own test and its answer" if more_s else ""
+    return f"two conversions of {took}, of which the first may have begun before the step{more}"
+
+
+def _or_less(sensor: Thermometer, period_s: float) -> str:
+    """Tell what else would fit into a period."""
+    fitting = sensor.fitting(period_s)
+    return f", or {fitting}" if fitting else ""
+
+
+def first_reading_in_time(controller: Controller) -> Findings:
+    """Hold `stale_after` to a supply that fails once: the sensor starts, and steps wait for it.
+
+    One step finds the reading lost; each that comes before the first new one finds none.
+    """
+    for name, loop, sensor in loop_sensors(controller):
+        needed_s = periods_s(1 + math.ceil(round(sensor.first_s / loop.period_s, 6)), loop)
+        if sensor.first_s and loop.protection.stale_after_s < needed_s:
+            yield Finding(
+                ("loops", name, "protection", "stale_after"),
+                f"{duration(loop.protection.stale_after_s)} is over before {loop.sensor} reads "
+                f"again when its supply failed once: a step finds it, and from there it needs "
+                f"{duration(sensor.first_s)}",
+                f"Use at least {duration(needed_s)}",
+                (("sensors", loop.sensor), ("loops", name, "period")),
+            )

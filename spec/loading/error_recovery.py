@@ -1,0 +1,79 @@
+"""What is left of a spec without its broken parts, so that the rest can still be checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import ValidationError
+
+from heatwright.spec.controller import FORMAT, Controller
+from heatwright.spec.loading.shape import Place, keys, locate
+from heatwright.spec.problems import Path
+from heatwright.spec.quantity import Quantity
+
+_STAND_INS: dict[Path, object] = {("heatwright",): FORMAT, ("controller", "name"): "unnamed"}
+"""Required, and of no account for the checks."""
+
+_MOST_ROUNDS = 12
+"""Each round mends what is broken, or takes it out, or what cannot be without it: one level."""
+
+
+def without_broken_parts(data: Any) -> Controller | None:
+    """Make a controller of the entries that are whole; None if too little is left.
+
+    A quantity that is needed is replaced by an example of its kind, anything else is left out. What
+    is found later about such entries is not to be trusted; all else is as if they were not broken.
+    """
+    data = _copy(data)
+    for _ in range(_MOST_ROUNDS):
+        try:
+            return Controller.model_validate(data)
+        except ValidationError as error:
+            places = [locate(Controller, entry["loc"]) for entry in error.errors()]
+        if any(len(place.path) == 0 for place in places):
+            return None
+        for place in places:
+            _mend(data, place)
+    return None
+
+
+def _copy(data: Any) -> Any:
+    return {key: _copy(value) for key, value in data.items()} if isinstance(data, dict) else data
+
+
+def _mend(data: dict[str, Any], place: Place) -> None:
+    mapping, path = _mapping_at(data, place.path)
+    stand_in = _stand_in(place) if path == place.path else None
+    if stand_in is not None and mapping.get(path[-1]) != stand_in:
+        mapping[path[-1]] = stand_in
+    elif path[-1] in mapping:
+        del mapping[path[-1]]
+    elif len(path) > 1:
+        above, path = _mapping_at(data, path[:-1])
+        above.pop(path[-1], None)
+
+
+def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
+    """Follow a path to the mapping that holds its end, and no further than to a list.
+
+    To take an item out of a list would give what follows it another path.
+    """
+    for depth, key in enumerate(path[:-1]):
+        inner = data.get(key)
+        if not isinstance(inner, dict):
+            return data, path[: depth + 1]
+        data = inner
+    return data, path
+
+
+def _stand_in(place: Place) -> object:
+    """Give a value for what is needed and of a kind whose values are much alike; else None."""
+    if place.path in _STAND_INS:
+        return _STAND_INS[place.path]
+    if place.parent is None:
+        return None
+    field = place.parent.model_fields.get(keys(place.parent).get(str(place.path[-1]), ""))
+    if field is None or not field.is_required():
+        return None
+    quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None)
+    return quantity.dimension.example if quantity is not None else None

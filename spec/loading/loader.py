@@ -1,0 +1,140 @@
+"""Loads a spec: bytes → text → tree → models → checks, and all problems of a stage at once."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Collection
+from json import dumps
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from heatwright.spec.checks import check
+from heatwright.spec.checks.agree import agreed
+from heatwright.spec.checks.finding import Finding
+from heatwright.spec.controller import Controller
+from heatwright.spec.loading.error_recovery import without_broken_parts
+from heatwright.spec.loading.text import LARGEST_FILE, Unreadable, decode
+from heatwright.spec.loading.translate import findings
+from heatwright.spec.loading.tree import Tree, parse
+from heatwright.spec.loading.user_file import STDIN, read_file
+from heatwright.spec.problems import Path, Problem, SpecError
+
+MOST_PROBLEMS = 100
+"""Problems reported at once; more help nobody."""
+
+
+LATER = (
+    "monitors", "proof", "tolerances", "accuracy", "tachometer", "adjust", "limits_adjustable",
+    "on_for_at_most", "inputs", "also", "agreement", "self_checks",
+)  # fmt: skip
+"""Keys that the language got when there were firmwares already."""
+
+
+class Spec(NamedTuple):
+    """A controller that passed every check, and where in which file each part of it stands."""
+
+    controller: Controller
+    file_name: str
+    """The file's name without its folders."""
+    tree: Tree
+
+    def line(self, path: Path) -> int:
+        """Give the line, from 1, of an entry, or of the nearest one above it in the tree."""
+        return self.tree.position(path)[0]
+
+    @property
+    def digest(self) -> str:
+        """CRC-32, eight hex digits, of all that shapes the firmware."""
+        return digest(self.controller)
+
+
+def digest(controller: Controller) -> str:
+    """CRC-32 of the canonical JSON of a controller without its simulation and comparison.
+
+    Keys of `LATER` that are not used are left out: what is stored under an older digest stays good.
+    """
+    shaping = controller.model_dump(by_alias=True, exclude={"simulation", "comparison"})
+    shaping = _without_unused(shaping)
+    text = dumps(shaping, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return f"{zlib.crc32(text.encode()):08x}"
+
+
+def _without_unused(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return [_without_unused(each) for each in value]
+    if not isinstance(value, dict):
+        return value
+    return {key: _without_unused(each) for key, each in value.items() if each or key not in LATER}
+
+
+def load(path: str | os.PathLike[str]) -> Spec:
+    """Load a spec from a file, or from standard input if it is `-`.
+
+    Raises SpecError with all problems, OSError if the file cannot be read.
+    """
+    file = os.fspath(path)
+    return _load(read_file(file, LARGEST_FILE + 1), file)
+
+
+def load_text(text: str | bytes, file: str = "spec.yaml") -> Spec:
+    """Load a spec from text; `file` is its name in the messages."""
+    return _load(text.encode(errors="surrogatepass") if isinstance(text, str) else text, file)
+
+
+def _load(data: bytes, file: str) -> Spec:
+    try:
+        tree = parse(decode(data, file), file)
+    except Unreadable as error:
+        raise SpecError((error.problem,)) from None
+    problems = dict(tree.problems)
+    controller = _validated(tree, problems) if () not in problems else None
+    checked = check(controller) if controller is not None else ()
+    sound = (finding for finding in checked if not _rests_on(finding, problems))
+    found = [problem_of(tree, finding) for finding in agreed(sound)]
+    if controller is None or problems or found:
+        raise SpecError(_sorted([*problems.values(), *found]))
+    return Spec(controller, "stdin" if file == STDIN else FilePath(file).name, tree)
+
+
+def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
+    """Make the controller, or what is left of it; add what is wrong to the problems."""
+    try:
+        controller: Controller | None = Controller.model_validate(tree.data)
+    except ValidationError as error:
+        for path, reason, remedy in findings(error, Controller, tree.position):
+            if not any(path[:depth] in problems for depth in range(len(path) + 1)):
+                problems[path] = tree.problem(path, reason, remedy)
+        controller = without_broken_parts(tree.data)
+    return controller
+
+
+def problem_of(tree: Tree, finding: Finding) -> Problem:
+    """Say where a finding stands in the file, and whether its value is written there."""
+    default = "" if finding.path in tree.positions else "by default, "
+    return tree.problem(finding.path, default + finding.reason, finding.remedy)
+
+
+def _rests_on(finding: Finding, broken: Collection[Path]) -> bool:
+    """Tell whether a finding may come from what is broken rather than from what is there."""
+    return any(
+        _overlap(path, other) for path in (finding.path, *finding.because_of) for other in broken
+    )
+
+
+def _overlap(path: Path, other: Path) -> bool:
+    """Tell whether one entry is part of the other, or is it."""
+    common = min(len(path), len(other))
+    return path[:common] == other[:common]
+
+
+def _sorted(problems: list[Problem]) -> tuple[Problem, ...]:
+    ordered = sorted(problems, key=lambda problem: (problem.line, problem.column))
+    if len(ordered) > MOST_PROBLEMS:
+        left_out = len(ordered) - MOST_PROBLEMS
+        last = ordered[MOST_PROBLEMS]
+        reason = f"there are {left_out} more problems from here on"
+        ordered[MOST_PROBLEMS:] = [last._replace(path="", reason=reason, remedy="Correct those")]
+    return tuple(ordered)

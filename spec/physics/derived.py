@@ -1,0 +1,417 @@
+"""Limits of protections that follow from plant and host, where the spec leaves them open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from heatwright.spec.base import ReadOnlyDict
+from heatwright.spec.loops import (
+    Effort,
+    Frozen,
+    Heating,
+    Limits,
+    Loop,
+    RisingWhileOff,
+    Runaway,
+)
+from heatwright.spec.physics.effort import effort_of
+from heatwright.spec.physics.heated_loop import (
+    LEAST_TIMES,
+    TIMES,
+    HeatedLoop,
+    heated_loop,
+    most_borne,
+)
+from heatwright.spec.physics.stuck import BELOW_K, Lie, Times, ends_s, fallen, peaks_k, still
+from heatwright.spec.quantity import about, celsius, duration, number
+
+if TYPE_CHECKING:
+    from heatwright.spec.controller import Controller
+
+
+LOSSES = 1.5
+"""So many times its plant's losses may a machine have: resistances 30 % smaller, and 5 % of power
+that the supply does not give."""
+
+WEAK = 0.81
+"""Of its power a heater has at a supply that is 10 % low, as EN 50160 lets it be."""
+
+BEHIND = 1.5
+"""At full power a heater that is dead is told before a sensor: it is as probable, and `heating`
+sees both. So many times its time is enough for the duty to grow to full power."""
+
+SPREAD = 1.3
+"""A machine's resistances are known to 30 %: so many times farther a neighbour's heat may take it,
+or its own after the heater went off."""
+
+STANDING = ((BELOW_K, 0.0), (BELOW_K, 1.0), (1.0, 1.0))
+"""So far below its setpoint a reading may stand still, K, and so much of what holding needs the
+integral may have by then: none after a warm start."""
+
+SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
+"""Of a time that is derived: a draught, or some readings that are lost, must not decide."""
+
+HOST_LOST_AFTER_S = 600.0
+"""A host of G-code that says nothing for so long is lost: Klipper's `idle_timeout`."""
+
+SMALL_FLASH_BYTES = 16 * 1024
+"""A chip with no more has no room for a rule that is not asked for."""
+
+_KNOWN: dict[str, dict[str, Limits]] = {}
+"""By all that they depend on: to follow a plant takes a while."""
+
+_EFFORTS: dict[str, Effort | None] = {}
+"""The same of rules 33 and 34."""
+
+_OPEN: dict[str, dict[str, str]] = {
+    "heating": {"within_s": "within"},
+    "frozen": {"for_s": "for", "holding_percent": "holding"},
+    "runaway": {"above_k": "above"},
+    "rising_while_off": {"rise_k": "rise", "settle_s": "settle"},
+}
+"""Keys that are derived unless they are given, by rule and field; a later rule needs the ones
+before it."""
+
+
+def with_derived(controller: Controller) -> Controller:
+    """Put numbers in where the spec leaves a rule of a loop open and the controller says more."""
+    loops = {
+        name: _with_derived(controller, name, _minding_host(controller, name, loop))
+        for name, loop in controller.loops.items()
+    }
+    if all(loops[name] is loop for name, loop in controller.loops.items()):
+        return controller
+    return controller.model_copy(update={"loops": ReadOnlyDict(loops)})
+
+
+def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
+    """Have a loop that a host commands mind its host, unless the spec says for how long."""
+    hosts = (each for each in controller.interfaces if each.is_host)
+    given = "master_lost_after_s" in loop.protection.model_fields_set
+    if given or not any(name in host.named_loops.values() for host in hosts):
+        return loop
+    minded = loop.protection.model_copy(update={"master_lost_after_s": HOST_LOST_AFTER_S})
+    return loop.model_copy(update={"protection": minded})
+
+
+def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:
+    return _with_effort(controller, name, _with_limits(controller, name, loop))
+
+
+def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
+    """Put the band of rules 33 and 34 in, and the rules themselves where they are left out."""
+    simulation, given = controller.simulation, loop.protection.effort
+    left_out = "effort" not in loop.protection.model_fields_set
+    has_room = controller.board.flash_bytes > SMALL_FLASH_BYTES
+    if simulation is None or (given is None and not (left_out and has_room)):
+        return loop
+    others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
+    derived = given and given.derived
+    key = repr((simulation, controller.outputs, controller.sensors, others, loop, derived))
+    if key not in _EFFORTS:
+        try:
+            heated = heated_loop(controller, name, simulation)
+            rule = effort_of(controller, name, simulation, heated, given or Effort())
+        except (ArithmeticError, AssertionError, LookupError, ValueError):
+            rule = None  # the checks tell what is wrong with such a plant
+        # What was asked for stays, and the checks say that it cannot be had.
+        _EFFORTS[key] = given if rule is None and given and not given.derived else rule
+    if _EFFORTS[key] is given:
+        return loop
+    protection = loop.protection.model_copy(update={"effort": _EFFORTS[key]})
+    return loop.model_copy(update={"protection": protection})
+
+
+def _with_limits(controller: Controller, name: str, loop: Loop) -> Loop:
+    simulation, protection = controller.simulation, loop.protection
+    wanted = {name: sorted(_open(getattr(protection, name), name)) for name in _OPEN}
+    if simulation is None or not any(wanted.values()):
+        return loop
+    others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
+    key = repr((simulation, controller.outputs, controller.sensors, loop, wanted, others))
+    if key not in _KNOWN:
+        try:
+            _KNOWN[key] = _Rules(heated_loop(controller, name, simulation), loop).found()
+        except (ArithmeticError, AssertionError, LookupError, ValueError):
+            _KNOWN[key] = {}  # the checks tell what is wrong with such a plant
+    if not _KNOWN[key]:
+        return loop
+    return loop.model_copy(update={"protection": protection.model_copy(update=_KNOWN[key])})
+
+
+def _open(rule: Limits | None, name: str) -> set[str]:
+    """Return the fields of a rule that are neither given nor off."""
+    return {
+        field
+        for field, key in _OPEN[name].items()
+        if rule is not None and (field not in rule.model_fields_set or key in rule.derived)
+    }
+
+
+class _Times(NamedTuple):
+    """What a rule's time follows from: what a healthy machine needs, and how that is found, s."""
+
+    usual_s: float
+    needs_s: float
+    words: str
+    shortest_s: float
+    least_times: float = TIMES
+    first: tuple[float, str] = (0.0, "")
+    """What comes of another rule, and in which words."""
+
+
+class _Rules:
+    """The rules of one loop on its way to their numbers."""
+
+    def __init__(self, heated: HeatedLoop, loop: Loop) -> None:
+        self._heated, self._loop, self._protection = heated, loop, loop.protection
+        self._values: dict[str, dict[str, float]] = {name: {} for name in _OPEN}
+        self._words: dict[str, dict[str, str]] = {name: {} for name in _OPEN}
+        self._open = {name: _open(getattr(loop.protection, name), name) for name in _OPEN}
+
+    def found(self) -> dict[str, Limits]:
+        """Give the rules that have numbers from the plant."""
+        if "holding_percent" in self._open["frozen"]:
+            self._derive_holding()
+        if "within_s" in self._open["heating"]:
+            self._derive_within()
+        if "for_s" in self._open["frozen"]:
+            self._derive_for()
+        if "above_k" in self._open["runaway"]:
+            self._derive_above()
+        if self._open["rising_while_off"]:
+            self._derive_rising()
+        return {
+            name: getattr(self._protection, name)
+            .model_copy(update=values)
+            .derived_as(self._words[name])
+            for name, values in self._values.items()
+            if values
+        }
+
+    def _put(self, rule: str, field: str, choices: Iterable[tuple[float, str]]) -> float:
+        """Take the greatest number."""
+        value, self._words[rule][_OPEN[rule][field]] = max(choices)
+        self._values[rule][field] = value
+        return value
+
+    def _number(self, rule: str, field: str) -> float:
+        """Return a rule's number as far as it is known; infinite without the rule."""
+        limits = getattr(self._protection, rule)
+        return math.inf if limits is None else self._values[rule].get(field, getattr(limits, field))
+
+    def _derive_holding(self) -> None:
+        """Find the duty that holding may need, and that no reading must answer.
+
+        Less than this plant takes on a cold day, at a weak supply, would trip in health. From there
+        on, the more the better for a machine that loses more than its plant; but no more than all
+        nodes bear for ever, for nobody sees it while the reading stands still, and so much less
+        than full power that there is something left to count.
+        """
+        heated = self._heated
+        held = f"what {celsius(heated.highest_c)} takes on a cold day"
+        weak = f"{held} at a supply that is 10 % low"
+        needed_w = min(heated.most_hold_w(), (heated.hold_w + heated.full_w) / 2)
+        half_w, weak_w = (needed_w + heated.full_w) / 2, needed_w / WEAK
+        choices = [
+            (LOSSES * needed_w, f"{number(LOSSES)} times {held}"),
+            max((heated.borne_w(), "what all nodes bear for ever"), (weak_w, weak)),
+            (half_w, f"half way from {held} to full power"),
+        ]
+        least_w, words = min(choices)
+        if least_w < weak_w < heated.full_w:
+            least_w, words = weak_w, weak
+        percent = math.ceil(1000 * least_w / heated.power_w) / 10
+        self._put("frozen", "holding_percent", [(percent, words)])
+
+    def _derive_within(self) -> None:
+        """Find how long full power may go on for a rise: what health needs, and nodes bear."""
+        heated = self._heated
+        rise_k = self._number("heating", "rise_k")
+        needs_s = heated.slowest_rise(rise_k)[0]
+        self._put_time(
+            "heating",
+            "within_s",
+            _Times(
+                float(Heating.model_fields["within_s"].default),
+                needs_s,
+                f"the slowest rise of {number(rise_k)} K takes {about(needs_s)} s at full power",
+                SHORTEST_HEATING_S,
+                LEAST_TIMES,
+            ),
+            self._bears_within,
+            "so long all nodes bear full power",
+        )
+
+    def _derive_for(self) -> None:
+        """Find how long such heat may go on without a movement of the reading.
+
+        As long as without a plant, so that a machine that loses more does not trip where it rests;
+        but no longer than nodes bear what is asked for meanwhile, and what a healthy machine needs
+        in any case.
+        """
+        within_s, still_s = self._number("heating", "within_s"), self._still_s
+        if still_s is None:
+            return
+        first = (0.0, "")
+        if within_s < math.inf:
+            words = f"{number(BEHIND)} times what heating has, which knows full power better"
+            first = (BEHIND * within_s, words)
+        self._put_time(
+            "frozen",
+            "for_s",
+            _Times(
+                float(Frozen.model_fields["for_s"].default),
+                still_s,
+                f"at that duty a reading stands still for up to {about(still_s)} s",
+                SHORTEST_S,
+                first=first,
+            ),
+            lambda each: self._bears_still(within_s, each),
+            "so long all nodes bear what is asked for",
+        )
+
+    def _put_time(
+        self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
+    ) -> None:
+        """Take the usual time, or what a healthy machine may need, as far as nodes bear it."""
+        heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
+        wished_s, words = max(
+            (times.usual_s, "as usual"),
+            times.first,
+            (
+                TIMES * times.needs_s + heated.late_s,
+                f"{times.words}; {number(TIMES)} times that{late}",
+            ),
+        )
+        borne_s = self._longest_s(bears, wished_s)
+        least_s = times.least_times * times.needs_s + heated.late_s
+        if borne_s == wished_s:
+            chosen = heated.rounded_s(wished_s, times.shortest_s), words
+        elif borne_s >= least_s:
+            chosen = heated.rounded_down_s(borne_s, times.shortest_s), borne
+        else:
+            words = f"{times.words}; {number(times.least_times)} times that{late}"
+            chosen = heated.rounded_s(least_s, times.shortest_s), words
+        self._put(rule, field, [chosen])
+
+    @cached_property
+    def _still_s(self) -> float | None:
+        """How long a reading may stand still at the duty that holding may need, s.
+
+        None if that duty does not even hold the highest setpoint.
+        """
+        heated, percent = self._heated, self._number("frozen", "holding_percent")
+        power_w = min(heated.power_w * percent / 100, heated.full_w)
+        return heated.longest_still_s(power_w) if power_w > heated.hold_w else None
+
+    def _derive_above(self) -> None:
+        """Find how far above its setpoint a healthy loop may come."""
+        heated, usual_k = self._heated, float(Runaway.model_fields["above_k"].default)
+        warmed_k = heated.warmed_k + heated.ambient_c - heated.lowest_c
+        self._put(
+            "runaway",
+            "above_k",
+            [
+                (usual_k, "as usual"),
+                (
+                    _rounded_up_k(SPREAD * warmed_k),
+                    f"the other loops warm it by up to {about(warmed_k)} K above its lowest "
+                    f"setpoint; {number(SPREAD)} times that",
+                ),
+                (
+                    _rounded_up_k(LOSSES * heated.overshoot_k),
+                    f"after full power it coasts up by {about(heated.overshoot_k)} K; "
+                    f"{number(LOSSES)} times that",
+                ),
+            ],
+        )
+
+    def _derive_rising(self) -> None:
+        """Find how far, and from when on, the reading may rise with its heater off."""
+        heated, limits = self._heated, RisingWhileOff.model_fields
+        rise_k = self._number("rising_while_off", "rise_k")
+        if "rise_k" in self._open["rising_while_off"]:
+            usual_k = float(limits["rise_k"].default)
+            warmed_k = heated.warmed_k
+            rise_k = self._put(
+                "rising_while_off",
+                "rise_k",
+                [
+                    (usual_k, "as usual"),
+                    (
+                        _rounded_up_k(SPREAD * warmed_k),
+                        f"the other loops warm it by up to {about(warmed_k)} K; "
+                        f"{number(SPREAD)} times that",
+                    ),
+                ],
+            )
+        if "settle_s" in self._open["rising_while_off"]:
+            usual_s = float(limits["settle_s"].default)
+            settles_s = heated.settles_s(rise_k / LOSSES)
+            self._put(
+                "rising_while_off",
+                "settle_s",
+                [
+                    (usual_s, "as usual"),
+                    (
+                        heated.rounded_s(TIMES * settles_s, 0.0),
+                        f"it coasts up for {about(settles_s)} s; {number(TIMES)} times that",
+                    ),
+                ],
+            )
+
+    def _bears_still(self, within_s: float, for_s: float) -> bool:
+        """Tell whether nodes bear a reading that stands still, the machine having been at rest."""
+        heated = self._heated
+        held_percent = 100 * heated.hold_w / heated.power_w
+        lies = [
+            still(self._loop.algorithm, share * held_percent, below_k)
+            for below_k, share in STANDING
+        ]
+        return all(self._bears(lie, within_s, for_s) for lie in lies)
+
+    def _bears_within(self, within_s: float) -> bool:
+        """Tell whether nodes bear full power for as long, and what `frozen` then lets happen."""
+        for_s = self._number("frozen", "for_s")
+        if "for_s" in self._open["frozen"] and self._still_s is not None:
+            for_s = max(BEHIND * within_s, TIMES * self._still_s + self._heated.late_s)
+        return self._bears(fallen(self._loop.algorithm), within_s, math.inf) and self._bears_still(
+            within_s, for_s
+        )
+
+    def _bears(self, lie: Lie, within_s: float, for_s: float) -> bool:
+        """Tell whether all nodes bear what a loop does before a rule ends it, on a warm day."""
+        heated = self._heated
+        plant, bears_k = heated.warm
+        holding_percent = self._number("frozen", "holding_percent")
+        time_s = ends_s(
+            self._loop.algorithm,
+            lie,
+            Times(within_s, for_s, holding_percent),
+            heated.period_s,
+        )
+        peaks = peaks_k(heated, plant, heated.warm_rest, lie, time_s)
+        return all(peak <= most for peak, most in zip(peaks, bears_k, strict=True))
+
+    @staticmethod
+    def _longest_s(bears: Callable[[float], bool], most_s: float) -> float:
+        """Return the longest time that is borne, by halving; at most `most_s`, 0 for none."""
+        if bears(most_s):
+            return most_s
+        return most_borne(bears, 0.0, most_s)
+
+
+def _rounded_up_k(kelvins: float) -> float:
+    """Round a difference up to two digits."""
+    if kelvins <= 0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(kelvins)) - 1)
+    return math.ceil(kelvins / unit - 1e-9) * unit
+
+
+def _seconds(seconds: float) -> str:
+    return duration(round(seconds, 3))

@@ -1,0 +1,101 @@
+"""What flows between the nodes of a network: by conduction, and by radiation.
+
+Conduction is linear. Radiation, σ·ε·A·(Ta⁴ − Tb⁴) in kelvin, is taken for its tangent about a
+state: q ≈ q₀ + ga·(θa − θa₀) − gb·(θb − θb₀) with g = 4·σ·ε·A·T³.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from heatwright.spec.base import ABSOLUTE_ZERO_C
+from heatwright.spec.physics.matrices import Matrix, Vector
+from heatwright.spec.simulation import AMBIENT, Radiation, ThermalNetwork
+
+STEFAN_BOLTZMANN = 5.670374419e-8
+"""W/(m²·K⁴) (CODATA 2018, exact)."""
+
+BEND = 0.01
+"""Change of an absolute temperature, as a share of it, for which a tangent is good: it misses
+6·0.01² of T⁴ and less of the flow, where messages show three digits."""
+
+COLDEST_K = 1.0
+
+
+class HeatFlows:
+    """The heat that leaves each node, as a matrix of conductances and a constant part."""
+
+    def __init__(
+        self,
+        network: ThermalNetwork,
+        nodes: Sequence[str],
+        running: Sequence[str],
+        ambient_c: float,
+    ) -> None:
+        """Take the links as the running fans make them, and the surfaces that radiate."""
+        self._index: Mapping[str, int] = {node: i for i, node in enumerate(nodes)}
+        self._conduction = self._laplacian(network, running)
+        self._radiation = network.radiation
+        self._ambient_k = ambient_c - ABSOLUTE_ZERO_C
+        self.linear = not network.radiation
+
+    def about(self, state: Vector) -> tuple[Matrix, Vector]:
+        """Give conductances G and constants c of the flows G·θ + c about a state, W/K and W."""
+        conductances = [row[:] for row in self._conduction]
+        constants = [0.0] * len(conductances)
+        for surface in self._radiation:
+            self._add(conductances, constants, state, surface)
+        return conductances, constants
+
+    def bent(self, about: Vector, state: Vector) -> bool:
+        """Tell whether a state is so far from another that the tangents there no longer hold."""
+        return any(
+            abs(state[i] - about[i]) > BEND * self._kelvin(about[i])
+            for surface in self._radiation
+            for i, _ in self._ends(surface)
+        )
+
+    def _kelvin(self, above_ambient_k: float) -> float:
+        """Absolute temperature, K; one that no machine has would make the tangent level."""
+        return max(self._ambient_k + above_ambient_k, COLDEST_K)
+
+    def _ends(self, surface: Radiation) -> Iterator[tuple[int, float]]:
+        """List the ends that are nodes, with the direction in which the flow counts there."""
+        for end, sign in zip(surface.between, (1.0, -1.0), strict=True):
+            if end != AMBIENT:
+                yield self._index[end], sign
+
+    def _add(
+        self, conductances: Matrix, constants: Vector, state: Vector, surface: Radiation
+    ) -> None:
+        factor = STEFAN_BOLTZMANN * surface.emissivity * surface.area_m2
+        kelvins = [
+            self._kelvin(0.0 if end == AMBIENT else state[self._index[end]])
+            for end in surface.between
+        ]
+        flow_w = factor * (kelvins[0] ** 4 - kelvins[1] ** 4)
+        ends = dict(self._ends(surface))
+        slopes = {i: sign * 4 * factor * self._kelvin(state[i]) ** 3 for i, sign in ends.items()}
+        rest_w = flow_w - sum(slope * state[i] for i, slope in slopes.items())
+        for i, sign in ends.items():
+            constants[i] += sign * rest_w
+            for j, slope in slopes.items():
+                conductances[i][j] += sign * slope
+
+    def _laplacian(self, network: ThermalNetwork, running: Sequence[str]) -> Matrix:
+        """On the diagonal all conductances of a node, beside it minus those between two nodes."""
+        factors: dict[frozenset[str], float] = {}
+        for fan, effect in network.fans.items():
+            if fan in running:
+                ends = frozenset(effect.link)
+                factors[ends] = factors.get(ends, 1.0) * effect.factor
+        matrix = [[0.0] * len(self._index) for _ in self._index]
+        for link in network.links:
+            conductance = factors.get(frozenset(link.between), 1.0) / link.resistance_k_per_w
+            nodes = [self._index[end] for end in link.between if end != AMBIENT]
+            for i in nodes:
+                matrix[i][i] += conductance
+            if len(nodes) == 2:
+                matrix[nodes[0]][nodes[1]] -= conductance
+                matrix[nodes[1]][nodes[0]] -= conductance
+        return matrix

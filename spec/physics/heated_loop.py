@@ -1,0 +1,445 @@
+"""One loop with its part of the plant, as healthy machines of its kind may be."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS, Loop
+from heatwright.spec.outputs import (
+    Switch,
+    always_running,
+    limit_w,
+)
+from heatwright.spec.physics.matrices import Vector
+from heatwright.spec.physics.neighbours import Neighbour, warmed_k
+from heatwright.spec.physics.network import Heated
+from heatwright.spec.simulation import AMBIENT, Simulation
+
+if TYPE_CHECKING:
+    from heatwright.spec.controller import Controller
+
+WINTER_C, SUMMER_C = 5.0, 35.0
+"""A workshop in winter and in summer."""
+
+SPARE = 0.1
+"""Of the rise above the surroundings, which a node bears beyond what its protection lets happen."""
+
+TIMES = 3.0
+"""A machine may be so many times slower than its plant: capacities and resistances 30 % larger,
+and less power beyond what it loses."""
+
+LEAST_TIMES = 2.0
+"""The same where nodes do not bear more: 30 % larger at a supply that is 10 % low, or nearly so."""
+
+SHORTEST_STEPS = 10
+"""Of a time that is derived: some readings that are lost must not decide."""
+
+OWN = 0.1
+"""Of the range of setpoints: farther on a start goes the way of those that began there."""
+
+HALVINGS = 10
+"""Of a time that all nodes bear: a thousandth."""
+
+BORNE_HALVINGS = 40
+MOST_POINTS = 400
+"""Points of a course that is followed; its steps double after every 64."""
+
+MOST_RISE = 3000
+"""Points of a way from cold to the maximum; only absurd plants have more."""
+
+PLACES = 4
+"""Temperatures that are tried."""
+
+CUTS = 5
+"""Times without power that are tried, each several times the one before; the shortest is a quarter
+of the time in which the quickest part of the plant answers."""
+
+
+_KNOWN: dict[str, HeatedLoop] = {}
+"""The last ones that were made, by all that they depend on: the rows of a comparison are alike."""
+
+MOST_KNOWN = 16
+
+
+def heated_loop(controller: Controller, name: str, simulation: Simulation) -> HeatedLoop:
+    """Give a loop with its part of a plant; the same one for all that is alike of it.
+
+    Raises what HeatedLoop raises.
+    """
+    loop = controller.loops[name]
+    heater = controller.switches.get(loop.heater)
+    cooler = controller.outputs.get(loop.cooler) if loop.cooler else None
+    full_w = _full_w(loop, heater) if heater else None
+    others = [(each.heater, each.sensor, each.setpoint) for each in controller.loops.values()]
+    setpoint, maximum_c = loop.setpoint, loop.protection.maximum_c
+    running = always_running(controller.outputs)
+    if len(others) == 1:
+        others = []  # the initial setpoint of a loop alone changes nothing
+    key = repr(
+        (
+            (simulation.plant, simulation.ambient_c, controller.board.mcu, running),
+            (loop.sensor, controller.sensors, loop.period_s, maximum_c),
+            (setpoint.minimum_c, setpoint.maximum_c, loop.heater, heater, full_w, cooler, others),
+        )
+    )
+    if key not in _KNOWN:
+        made = HeatedLoop(controller, name, simulation)
+        if len(_KNOWN) >= MOST_KNOWN:
+            _KNOWN.pop(next(iter(_KNOWN)))
+        _KNOWN[key] = made
+    return _KNOWN[key]
+
+
+def most_borne(
+    bears: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
+) -> float:
+    """Return the most that is borne, between what is borne and what is not, by halving."""
+    for _ in range(halvings):
+        middle = (low + high) / 2
+        low, high = (middle, high) if bears(middle) else (low, middle)
+    return low
+
+
+class HeatedLoop:
+    """One loop with its part of a plant, as the rules' numbers need it.
+
+    Raises ArithmeticError, AssertionError, LookupError or ValueError for a plant that the checks
+    refuse.
+    """
+
+    def __init__(self, controller: Controller, name: str, simulation: Simulation) -> None:
+        loop, network = controller.loops[name], simulation.plant
+        heater = controller.switches.get(loop.heater)
+        if heater is None or heater.power_w is None or AMBIENT in network.nodes:
+            raise ValueError(name)
+        self._network, self.ambient_c = network, simulation.ambient_c
+        self._parts, self.period_s = (loop.heater, loop.sensor), loop.period_s
+        self._maximum_c = loop.protection.maximum_c
+        self.nodes, self.given_c = tuple(network.nodes), network.bears_c
+        self._heater, self.power_w = heater, heater.power_w
+        self._always = always_running(controller.outputs)
+        sensor = controller.thermometers[loop.sensor]
+        self._behind_s = (sensor.moving_average - 1) / 2 * loop.period_s
+        cooler = controller.outputs.get(loop.cooler) if loop.cooler else None
+        self._cooled_s = cooler.stays_on_s if cooler else 0.0
+        self._neighbours = [
+            Neighbour(each.heater, each.sensor, each.setpoint.maximum_c - self.ambient_c)
+            for other, each in controller.loops.items()
+            if other != name
+        ]
+        self.highest_c = loop.setpoint.maximum_c
+        lowest_c = max(loop.setpoint.minimum_c, self.ambient_c)
+        self.lowest_c = min(lowest_c, self.highest_c)
+        ends = (self.lowest_c, self.highest_c)
+        self.step_k = max(sensor.step_at_k(end_c, controller.board.mcu) for end_c in ends)
+        self.plant = self.at(self.ambient_c)
+        self.full_w = _full_w(loop, heater)
+        if not self.plant.steady_k(self.full_w) > self.highest_c - self.ambient_c:
+            raise ValueError(name)
+
+    def at(self, ambient_c: float) -> Heated:
+        """Give the plant in other surroundings."""
+        return Heated(self._network, *self._parts, ambient_c, self._always)
+
+    @property
+    def late_s(self) -> float:
+        """How late heat that is asked for may be read: dead time, rests or windows, two steps."""
+        rest_s = max(self._heater.stays_off_s, self._heater.cycle_s)
+        return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
+
+    @cached_property
+    def hold_w(self) -> float:
+        """Power that the highest setpoint takes."""
+        return self.plant.power_w(self.highest_c - self.ambient_c)
+
+    def most_hold_w(self) -> float:
+        """Power that it takes in winter."""
+        cold_c = min(WINTER_C, self.ambient_c)
+        return self.at(cold_c).power_w(self.highest_c - cold_c)
+
+    @cached_property
+    def warm_rest(self) -> Vector:
+        """Rest at the highest setpoint on a warm day."""
+        return self.warm[0].rest(self.highest_c - max(SUMMER_C, self.ambient_c))
+
+    @cached_property
+    def warm(self) -> tuple[Heated, Vector]:
+        """The plant on a warm day, and what each of its nodes bears above that."""
+        return self._bears_k(max(SUMMER_C, self.ambient_c))
+
+    def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
+        """Give the plant in some surroundings, and what each of its nodes bears above them.
+
+        As `bears` says; else what full power makes of it from cold until the sensor reads
+        `protection.maximum` and that rule has switched it off, or a long time at that, and a tenth
+        of the rise more.
+        """
+        plant, size = self.at(ambient_c), len(self._network.nodes)
+        most_k = self._maximum_c - ambient_c
+        peaks, state = plant.held_k(most_k), plant.start(0.0)
+        for power_w, points in ((self.full_w, MOST_RISE), (0.0, MOST_POINTS)):
+            quick_s = plant.fastest_s() / 4
+            course = plant.course(state, power_w, quick_s, 1024 * quick_s)
+            for _, state in islice(course, points):
+                peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
+                if power_w and plant.sensed_k(state) >= most_k:
+                    break
+            state = plant.advance(state, power_w, 2 * self.period_s)  # until it is off
+        given = [self.given_c.get(node) for node in self.nodes]
+        return plant, [
+            (1 + SPARE) * peak_k if bears_c is None else bears_c - ambient_c
+            for peak_k, bears_c in zip(peaks, given, strict=True)
+        ]
+
+    def borne_k(self) -> dict[str, float]:
+        """What nodes bear above the surroundings of the specification, K.
+
+        Of those of this loop alone, where others heat the machine, too. The worse of two days.
+        """
+        warm_c = max(SUMMER_C, self.ambient_c)
+        days = [(warm_c - self.ambient_c, self.warm[1])]
+        if warm_c > self.ambient_c:
+            days.append((0.0, self._bears_k(self.ambient_c)[1]))
+        own = {self._network.heat[self._parts[0]], self._network.sense[self._parts[1]].node}
+        return {
+            node: max(above_k + bears_k[place] for above_k, bears_k in days)
+            for place, node in enumerate(self.nodes)
+            if node in own or not self._neighbours
+        }
+
+    def borne_w(self) -> float:
+        """Power that every node bears for ever in summer; infinite if it bears all there is."""
+        plant, bears_k = self.warm
+
+        def borne(power_w: float) -> bool:
+            return all(a <= b for a, b in zip(plant.nodes_k(power_w), bears_k, strict=True))
+
+        if borne(self.full_w):
+            return math.inf
+        return most_borne(borne, 0.0, self.full_w, BORNE_HALVINGS)
+
+    @cached_property
+    def _cold(self) -> list[tuple[float, Vector]]:
+        """Times and states from cold at full power up to the highest setpoint."""
+        return self._heating(self.plant.start(0.0), MOST_RISE)
+
+    @cached_property
+    def starts(self) -> Sequence[Vector]:
+        """States in which a healthy machine may be when heat is asked for anew.
+
+        At rest at several temperatures; warming up at full power; and hot at the highest one, then
+        without power for a while: the heater's element and the sensor have cooled, the rest less.
+        """
+        low_k, high_k = self.lowest_c - self.ambient_c, self.highest_c - self.ambient_c
+        shares = [place / (PLACES - 1) for place in range(PLACES)]
+        rests = [self.plant.rest(low_k + share * (high_k - low_k)) for share in shares]
+        cooling = list(self._cooling(rests[-1], high_k))
+        return [
+            *rests,
+            *_some([state for _, state in self._cold if self.plant.sensed_k(state) >= low_k]),
+            *(cooling[4**place] for place in range(CUTS) if 4**place < len(cooling)),
+        ]
+
+    def _cooling(self, state: Vector, high_k: float) -> Iterator[Vector]:
+        for _, later in self.follow(state, 0.0):
+            yield later
+            if self.plant.sensed_k(later) < high_k / 4:
+                return
+
+    def follow(self, state: Vector, power_w: float) -> Iterator[tuple[float, Vector]]:
+        """Yield times and states from one on at a power."""
+        quick_s = self.plant.fastest_s() / 4
+        return islice(self.plant.course(state, power_w, quick_s, 64 * quick_s), MOST_POINTS)
+
+    def longest_still_s(self, power_w: float) -> float:
+        """Return how long a reading may stand still at a power, below the highest setpoint, s.
+
+        It moves once the temperature is a step from where it was.
+        """
+        return max(
+            _longest_within(self._sensed(state, power_w), self.step_k) for state in self.starts
+        )
+
+    def _sensed(self, state: Vector, power_w: float) -> Iterator[tuple[float, float]]:
+        """Follow a start until all that it had of its own is over."""
+        enough_k = (self.highest_c - self.lowest_c) * OWN + self.step_k
+        most_k = min(
+            self.plant.sensed_k(state) + enough_k, self.highest_c - self.ambient_c + self.step_k
+        )
+        for time_s, later in self.follow(state, power_w):
+            sensed_k = self.plant.sensed_k(later)
+            yield time_s, sensed_k
+            if sensed_k >= most_k:
+                return
+
+    def slowest_rise(self, rise_k: float, short_k: float = 0.0) -> tuple[float, float]:
+        """Return the longest time that full power takes for a rise, s, and where it began, °C.
+
+        From cold and from all starts, up to `short_k` below the highest setpoint. A reading may
+        show up to a step less than there is.
+        """
+        return max(
+            (longest_to_rise(course, rise_k + self.step_k), self.ambient_c + course[0][1])
+            for course in (self._short(course, short_k) for course in self._courses)
+        )
+
+    @cached_property
+    def _courses(self) -> list[list[tuple[float, float]]]:
+        """Times and temperatures at full power, from all starts and from cold."""
+        heating = [self._heating(state, MOST_POINTS) for state in self.starts]
+        return [
+            [(time_s, self.plant.sensed_k(state)) for time_s, state in course]
+            for course in (*heating, self._cold)
+        ]
+
+    def _short(
+        self, course: list[tuple[float, float]], short_k: float
+    ) -> list[tuple[float, float]]:
+        """Leave out of a course what comes after the first point so near the highest setpoint."""
+        most_k = self.highest_c - self.ambient_c - short_k
+        above = (place for place, (_, sensed_k) in enumerate(course) if sensed_k >= most_k)
+        return course[: next(above, len(course)) + 1]
+
+    def _heating(self, state: Vector, points: int) -> list[tuple[float, Vector]]:
+        """Follow a start at full power up to the highest setpoint."""
+        quick_s, most_k = self.plant.fastest_s() / 4, self.highest_c - self.ambient_c
+        found: list[tuple[float, Vector]] = []
+        course = self.plant.course(state, self.full_w, quick_s, 64 * quick_s)
+        for time_s, later in islice(course, points):
+            found.append((time_s, later))
+            if self.plant.sensed_k(later) >= most_k:
+                break
+        return found
+
+    @cached_property
+    def _coasting(self) -> list[tuple[float, float]]:
+        """Times and temperatures above the highest setpoint after full power up to there.
+
+        The heater goes off late: the reading is old, and the heater may have to stay on.
+        """
+        most_k, (_, state) = self.highest_c - self.ambient_c, self._cold[-1]
+        late_s = self.plant.delay_s + self._behind_s + self.period_s + self._heater.stays_on_s
+        state = self.plant.advance(state, self.full_w, late_s)
+        coasting: list[tuple[float, float]] = []
+        for time_s, later in self.follow(state, 0.0):
+            over_k = self.plant.sensed_k(later) - most_k
+            if coasting and over_k < coasting[-1][1]:
+                break
+            coasting.append((late_s + time_s, over_k))
+        return coasting
+
+    def way_k(self, node: str, ambient_c: float, spread: float) -> float:
+        """How far above its surroundings full power takes a node, up to the highest setpoint, K.
+
+        spread -- by which resistances may be larger: what is hotter than the sensor is so by more.
+        """
+        plant, place, most_k = (
+            self.at(ambient_c),
+            self.nodes.index(node),
+            self.highest_c - ambient_c,
+        )
+        quick_s, peak_k = plant.fastest_s() / 4, 0.0
+        course = plant.course(plant.start(0.0), self.full_w, quick_s, 64 * quick_s)
+        for _, state in islice(course, MOST_RISE):
+            if plant.sensed_k(state) >= most_k:
+                break
+            peak_k = max(peak_k, state[place])
+        return peak_k + spread * max(0.0, peak_k - most_k)
+
+    @property
+    def overshoot_k(self) -> float:
+        """How far full power takes the sensor beyond the highest setpoint, K."""
+        return self._coasting[-1][1]
+
+    def settles_s(self, enough_k: float) -> float:
+        """Return when what is left of the coasting up is less than that, s."""
+        return next(
+            time_s for time_s, over_k in self._coasting if self.overshoot_k - over_k < enough_k
+        )
+
+    @cached_property
+    def warmed_k(self) -> float:
+        """How far above the surroundings the other loops' heaters take the sensor, K."""
+        return warmed_k(
+            self._network, self._parts[1], self._neighbours, self.ambient_c, self._always
+        )
+
+    def rounded_s(self, seconds: float, shortest_s: float) -> float:
+        """Round a time up to two digits; not too short to mean anything, nor too long to count."""
+        return self._rounded_s(seconds, shortest_s, math.ceil)
+
+    def rounded_down_s(self, seconds: float, shortest_s: float) -> float:
+        """Round a time down to two digits, within the same limits."""
+        return self._rounded_s(seconds, shortest_s, math.floor)
+
+    def _rounded_s(self, seconds: float, shortest_s: float, whole: Callable[[float], int]) -> float:
+        period_s = self.period_s
+        least_s = max(seconds, shortest_s, SHORTEST_STEPS * period_s)
+        unit = 10.0 ** (math.floor(math.log10(least_s)) - 1)
+        rounded_s = whole(least_s / unit + (1e-9 if whole is math.floor else -1e-9)) * unit
+        most_s = min(MOST_STEPS * period_s, LONGEST_RULE_S)
+        return min(max(rounded_s, SHORTEST_STEPS * period_s), most_s)
+
+
+def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> float:
+    """Return the longest time that a course takes for a rise, from any of its points on.
+
+    One that it does not end counts as far as it goes. Between two points it is taken for straight.
+    """
+    longest_s, last = 0.0, 0
+    for first, (from_s, from_k) in enumerate(course):
+        last = max(last, first)
+        while last < len(course) and course[last][1] < from_k + rise_k:
+            last += 1
+        if last == len(course):
+            return max(longest_s, course[-1][0] - from_s)
+        (before_s, before_k), (after_s, after_k) = course[last - 1], course[last]
+        share = (from_k + rise_k - before_k) / (after_k - before_k)
+        longest_s = max(longest_s, before_s + share * (after_s - before_s) - from_s)
+    return longest_s
+
+
+def _full_w(loop: Loop, heater: Switch) -> float:
+    """Return the most the algorithm asks for, as far as the current's limit lets it have it, W."""
+    return min((heater.power_w or 0.0) * loop.algorithm.full_percent / 100, limit_w(heater))
+
+
+def _some(found: list[Vector]) -> list[Vector]:
+    """Take a few, evenly."""
+    return found[:: max(1, len(found) // PLACES)]
+
+
+def _longest_within(course: Iterator[tuple[float, float]], band_k: float) -> float:
+    """Return the longest time in which a course keeps within a band, wherever that lies.
+
+    Between two points it is taken for straight.
+    """
+    points, first, longest_s = list(course), 0, 0.0
+    low: deque[int] = deque()
+    high: deque[int] = deque()
+    for last, (time_s, value) in enumerate(points):
+        while low and points[low[-1]][1] >= value:
+            low.pop()
+        while high and points[high[-1]][1] <= value:
+            high.pop()
+        low.append(last)
+        high.append(last)
+        while first < last and points[high[0]][1] - points[low[0]][1] >= band_k:
+            first += 1
+            for queue in (low, high):
+                if queue[0] < first:
+                    queue.popleft()
+        left_k = band_k - (points[high[0]][1] - points[low[0]][1])
+        beyond_s = [
+            abs(points[there][0] - points[here][0])
+            * min(1.0, left_k / max(abs(points[there][1] - points[here][1]), left_k))
+            for here, there in ((first, first - 1), (last, last + 1))
+            if 0 <= there < len(points)
+        ]
+        longest_s = max(longest_s, time_s - points[first][0] + max(beyond_s, default=0.0))
+    return longest_s

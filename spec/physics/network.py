@@ -1,0 +1,234 @@
+"""A thermal network solved: where it ends, how it rises, how it answers a swing of power.
+
+Temperatures are above ambient: with capacities C and flows G·θ + c (the network's, ambient left
+out; c comes from radiation alone), C·dθ/dt = P − G·θ − c. A sensor follows its node with a
+first-order lag. All in plain Python, for the networks are small and loading must be quick.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from operator import mul
+
+from heatwright.spec.physics.heat_flows import HeatFlows
+from heatwright.spec.physics.matrices import (
+    Matrix,
+    Number,
+    Vector,
+    apply,
+    exponential,
+    product,
+    solve,
+)
+from heatwright.spec.simulation import ThermalNetwork
+
+MOST_TRIES = 200
+"""Of Newton's method. Far above the end each takes a quarter of the temperature away, close to it
+each doubles the digits."""
+
+EXACT = 1e-12
+"""Share of a result below which another try changes nothing that anybody sees."""
+
+MOST_HALVINGS = 12
+"""Of a step: only absurd plants have a part that changes its temperature so fast."""
+
+
+class Heated:
+    """A network with one heater's power going to one node and one sensor watching another."""
+
+    def __init__(
+        self,
+        network: ThermalNetwork,
+        heat: str,
+        sensor: str,
+        ambient_c: float,
+        running: Sequence[str] = (),
+    ) -> None:
+        """Take the node of output `heat`, the place of `sensor` and the fans that run."""
+        nodes = list(network.nodes)
+        self._capacities = [network.nodes[node] for node in nodes]
+        self._flows = HeatFlows(network, nodes, running, ambient_c)
+        self._heated = nodes.index(network.heat[heat])
+        sense = network.sense[sensor]
+        assert sense.node is not None  # noqa: S101 - a loop goes by a thermometer
+        self._sensed = nodes.index(sense.node)
+        self.lag_s = sense.lag_s
+        self.delay_s = sense.delay_s
+
+    def steady_k(self, power_w: float) -> float:
+        """Temperature at the sensor above ambient, after any length of time at this power."""
+        return self._at_rest(len(self._capacities), power_w)[self._sensed]
+
+    def nodes_k(self, power_w: float) -> Vector:
+        """Temperatures of all nodes above ambient, after any length of time at this power."""
+        return self._at_rest(len(self._capacities), power_w)[:-1]
+
+    def held_k(self, sensed_k: float) -> Vector:
+        """The same, while the sensor is held at a temperature above ambient."""
+        return self._at_rest(self._sensed, sensed_k)[:-1]
+
+    def power_w(self, sensed_k: float) -> float:
+        """Power that holds the sensor at a temperature above ambient."""
+        return self._at_rest(self._sensed, sensed_k)[-1]
+
+    def ramp_power_w(self, sensed_k: float, rate_k_per_s: float) -> float:
+        """Power at which all rises at one rate, when the sensor is at a temperature."""
+        ahead_k = rate_k_per_s * self.lag_s
+        return self._at_rest(self._sensed, sensed_k + ahead_k, rate_k_per_s)[-1]
+
+    def rest(self, sensed_k: float) -> Vector:
+        """State in which nothing moves, the sensor at a temperature above ambient."""
+        *nodes, _ = self._at_rest(self._sensed, sensed_k)
+        return [*nodes, *([sensed_k] if self.lag_s else []), 1.0]
+
+    def _at_rest(self, given: int, value: float, rate_k_per_s: float = 0.0) -> Vector:
+        """Find the nodes' temperatures, and behind them the power, one of them given.
+
+        All is at rest, or rises at one rate.
+        """
+        size = len(self._capacities)
+        found = [0.0] * (size + 1)
+        for _ in range(MOST_TRIES):
+            conductances, constants = self._flows.about(found)
+            rows = [[*row, -float(i == self._heated)] for i, row in enumerate(conductances)]
+            rows.append([float(i == given) for i in range(size + 1)])
+            right = [
+                -constant - capacity * rate_k_per_s
+                for constant, capacity in zip(constants, self._capacities, strict=True)
+            ]
+            right.append(value)
+            before, found = found, [each.real for each in solve(rows, right)]
+            if self._flows.linear or _alike(before, found):
+                break
+        return found
+
+    def swing_k(self, power_w: float, window_s: float) -> float:
+        """Peak-to-peak swing at the sensor when the power is on for half of each window.
+
+        The fundamental alone: a square wave of power P has one of amplitude 2·P/π, and the
+        network and the lag leave little of its harmonics. About ambient, where the least is
+        radiated and the swing is widest.
+        """
+        omega = 2 * math.pi / window_s
+        size = range(len(self._capacities))
+        conductances, _ = self._flows.about(self.start(0.0))
+        matrix = [
+            [conductances[i][j] + (1j * omega * self._capacities[i] if i == j else 0) for j in size]
+            for i in size
+        ]
+        powers = [2 * power_w / math.pi if i == self._heated else 0.0 for i in size]
+        amplitude = abs(solve(matrix, powers)[self._sensed]) / abs(1 + 1j * omega * self.lag_s)
+        return float(2 * amplitude)
+
+    def fastest_s(self) -> float:
+        """Time in which the quickest part of the network or its sensor answers."""
+        conductances, _ = self._flows.about(self.start(0.0))
+        quickest = max(
+            row[i] / capacity
+            for i, (row, capacity) in enumerate(zip(conductances, self._capacities, strict=True))
+        )
+        return min(1 / quickest, self.lag_s) if self.lag_s else 1 / quickest
+
+    def answer_s(self) -> float:
+        """Time until the sensor has answered the heater: what lies between them, one by one."""
+        conductances, _ = self._flows.about(self.start(0.0))
+        between = {self._heated, self._sensed}
+        lags_s = [self._capacities[i] / conductances[i][i] for i in between]
+        return sum(lags_s) + self.lag_s + self.delay_s
+
+    def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
+        """Return how long the sensor feels a power in the mean, and its slowest part, s.
+
+        At rest about a temperature above ambient; found by turns of the inverse iteration, which
+        begins with what the heater warms.
+        """
+        size = len(self._capacities)
+        conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
+        warmed = _real(solve(conductances, [float(i == self._heated) for i in range(size)]))
+        rise, first_s, slow_s = warmed, 0.0, 0.0
+        for turn in range(turns):
+            later = _real(solve(conductances, list(map(mul, self._capacities, rise))))
+            slow_s = max(later) / max(rise)
+            if turn == 0:
+                first_s = later[self._sensed] / rise[self._sensed]
+            rise = [each / max(later) for each in later]
+        return first_s + self.lag_s + self.delay_s, slow_s
+
+    def start(self, above_ambient_k: float) -> Vector:
+        """State with every node, and the sensor, at one temperature; the last entry is 1."""
+        return [above_ambient_k] * (len(self._capacities) + bool(self.lag_s)) + [1.0]
+
+    def sensed_k(self, state: Vector) -> float:
+        """Temperature of the sensor above ambient."""
+        return state[len(self._capacities)] if self.lag_s else state[self._sensed]
+
+    def step(self, power_w: float, time_s: float, about: Vector) -> Matrix:
+        """Matrix that takes a state on by `time_s` at a constant power.
+
+        Exact for conduction; what radiates is taken for its tangent about a state.
+        """
+        size = len(self._capacities)
+        states = size + bool(self.lag_s) + 1
+        conductances, constants = self._flows.about(about)
+        matrix = [[0.0] * states for _ in range(states)]
+        for i, capacity in enumerate(self._capacities):
+            for j in range(size):
+                matrix[i][j] = -conductances[i][j] / capacity * time_s
+            matrix[i][-1] = -constants[i] / capacity * time_s
+        matrix[self._heated][-1] += power_w / self._capacities[self._heated] * time_s
+        if self.lag_s:
+            matrix[size][self._sensed] = time_s / self.lag_s
+            matrix[size][size] = -time_s / self.lag_s
+        return exponential(matrix)
+
+    def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
+        """Matrix that takes a state on without power, and what a watt adds to the new state."""
+        without, with_one = (self.step(power_w, time_s, about) for power_w in (0.0, 1.0))
+        added = [one[-1] - none[-1] for none, one in zip(without, with_one, strict=True)]
+        return without, added
+
+    def bent(self, about: Vector, state: Vector) -> bool:
+        """Tell whether a state is too far from another for what was made about that one."""
+        return self._flows.bent(about, state)
+
+    def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:
+        """Take a state on by a time at a constant power."""
+        return self._advance(state, power_w, time_s, MOST_HALVINGS)
+
+    def _advance(self, state: Vector, power_w: float, time_s: float, halvings: int) -> Vector:
+        """Take a state on in one step, or in two halves where the tangents do not hold so far."""
+        later = apply(self.step(power_w, time_s, state), state)
+        if halvings == 0 or not self._flows.bent(state, later):
+            return later
+        for _ in range(2):
+            state = self._advance(state, power_w, time_s / 2, halvings - 1)
+        return state
+
+    def course(
+        self, state: Vector, power_w: float, first_s: float, longest_s: float
+    ) -> Iterator[tuple[float, Vector]]:
+        """Go on from a state for ever, in steps that double now and then up to `longest_s`."""
+        time_s, step_s = 0.0, min(first_s, longest_s)
+        about, matrix = state, self.step(power_w, step_s, state)
+        yield time_s, state
+        while True:
+            for _ in range(64):
+                state = apply(matrix, state)
+                time_s += step_s
+                yield time_s, state
+                if self._flows.bent(about, state):
+                    about, matrix = state, self.step(power_w, step_s, state)
+            if 2 * step_s <= longest_s:
+                step_s *= 2
+                matrix = product(matrix, matrix)
+
+
+def _real(numbers: Sequence[Number]) -> Vector:
+    return [each.real for each in numbers]
+
+
+def _alike(one: Vector, other: Vector) -> bool:
+    """Tell whether two results are the same to all the digits that count."""
+    most = max(map(abs, other))
+    return all(abs(a - b) <= EXACT * most for a, b in zip(one, other, strict=True))

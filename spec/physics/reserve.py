@@ -1,0 +1,82 @@
+"""How much more power a heater has than its machine takes at the highest setpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from heatwright.spec.checks.finding import Finding, loop_heaters
+from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.controller import Controller
+from heatwright.spec.quantity import about, celsius, number
+
+RECOMMENDED = (0.3, 0.5)
+"""Share of the needed power to have besides: for a weak supply, a cold room and a draught."""
+
+
+class Reserve(NamedTuple):
+    """One loop's heater against its machine's losses, while the others are off."""
+
+    loop: str
+    heater: str
+    power_w: float
+    """What the heater has at full duty, as far as its limits let it have that."""
+    needed_w: float
+    """What holds the highest setpoint for ever."""
+    setpoint_c: float
+    ambient_c: float
+
+    @property
+    def share(self) -> float:
+        """The reserve, as a share of the needed power."""
+        return self.power_w / self.needed_w - 1
+
+    @property
+    def resistance_k_per_w(self) -> float:
+        """From the sensor to the surroundings, at the highest setpoint."""
+        return (self.setpoint_c - self.ambient_c) / self.needed_w
+
+    @property
+    def recommended_w(self) -> tuple[float, float]:
+        """Least and greatest power that is recommended."""
+        low, high = (self.needed_w * (1 + share) for share in RECOMMENDED)
+        return low, high
+
+    def __str__(self) -> str:
+        return (
+            f"{self.loop}: {about(self.power_w)} W, a reserve of {number(round(100 * self.share))} "
+            f"% over the {about(self.needed_w)} W that {celsius(self.setpoint_c)} takes in "
+            f"surroundings of {celsius(self.ambient_c)}"
+        )
+
+
+def reserves(controller: Controller) -> Iterator[Reserve]:
+    """List the loops of a good spec that have a plant and must heat to their highest setpoint."""
+    simulation = controller.simulation
+    if simulation is None:
+        return
+    for name, loop, heater in loop_heaters(controller):
+        machine = Machine(controller, name, heater, simulation)
+        needed_w = machine.plant.power_w(machine.target_k)
+        if machine.target_k > 0 and needed_w > 0:
+            yield Reserve(
+                name, loop.heater, machine.full_power_w, needed_w,
+                loop.setpoint.maximum_c, machine.ambient_c,
+            )  # fmt: skip
+
+
+def small_reserves(controller: Controller) -> Iterator[Finding]:
+    """Find reserves below what is recommended: no mistake, but a machine that may stay cold."""
+    for reserve in reserves(controller):
+        if reserve.share >= RECOMMENDED[0]:
+            continue
+        low_w, high_w = map(about, reserve.recommended_w)
+        yield Finding(
+            ("outputs", reserve.heater, "power"),
+            f"the reserve is {number(round(100 * reserve.share))} %: full duty gives "
+            f"{about(reserve.power_w)} W, and the highest setpoint of "
+            f"{celsius(reserve.setpoint_c)} takes {about(reserve.needed_w)} W. A supply that is "
+            "low, a colder room or a draught may leave it colder",
+            f"Let the heater have {low_w} to {high_w} W (30 to 50 % of reserve), or lower the "
+            "highest setpoint",
+        )

@@ -1,0 +1,46 @@
+"""The resolution of an analog sensor: what one step of the ADC means in kelvin.
+
+A chain of divider or amplifier, ADC and table is exact to one step, so this is its error as well.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+from heatwright.spec.sensing.circuits import Circuit
+from heatwright.spec.sensing.conversion import CODES, limits
+
+COARSEST_MCU = "atmega2560"
+"""Of the chips' internal references the highest, 2.56 V: without a board, steps are this wide."""
+
+SLOPE_OVER_K = 0.01
+"""Difference of temperatures over which a curve is taken for straight."""
+
+LEAST_CHANGE = 1e-12
+"""Share of the reference below which a change is lost in double precision."""
+
+
+def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
+    """Give the width of an ADC step about a temperature, K, from the slope there.
+
+    Beyond the range, where no reading is valid, it is that of the range's end.
+    """
+    chain: Circuit = sensor.circuit(mcu)
+    low_c, high_c = sensor.range_c
+    middle_c = min(max(temperature_c, low_c), high_c)
+    below, above = middle_c - SLOPE_OVER_K / 2, middle_c + SLOPE_OVER_K / 2
+    change = abs(chain.ratio(above) - chain.ratio(below))
+    return SLOPE_OVER_K / (CODES * max(change, LEAST_CHANGE))
+
+
+@cache
+def largest_step_k(sensor: Any, mcu: str = COARSEST_MCU) -> float:
+    """Give the widest ADC step of the sensor's range, K."""
+    chain: Circuit = sensor.circuit(mcu)
+    bounds = limits(sensor, mcu)
+    # The ends of the scale, where a curve may have no temperature, are no part of a step.
+    last = min(bounds.high + 1, CODES - 1)
+    edges = [chain.celsius(code / CODES) for code in range(max(bounds.low, 1), last + 1)]
+    return max(abs(high - low) for low, high in pairwise(edges))

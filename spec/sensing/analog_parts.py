@@ -1,0 +1,262 @@
+"""What an analog sensor is made of: dividers, amplifiers, references, thermistor curves."""
+
+import math
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+
+from heatwright.spec.base import (
+    ABSOLUTE_ZERO_C,
+    BareNumber,
+    Model,
+    PinName,
+    WholeNumber,
+)
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity, QuantityRange
+from heatwright.spec.sensing.adc_resolution import largest_step_k, step_at_k
+from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.conversion import TICK_S
+from heatwright.spec.sensing.tolerances import Accuracy
+from heatwright.spec.units import BETA, RESISTANCE, TEMPERATURE, VOLTAGE, VOLTAGE_PER_KELVIN
+
+Ohm = Annotated[float, Quantity(RESISTANCE, least=0.01)]
+_OfCurve = Annotated[float, Quantity(TEMPERATURE, least=-200.0)]
+"""A temperature at which an element has a resistance; far enough from absolute zero."""
+Volt = Annotated[float, Quantity(VOLTAGE, least=-5.0, most=5.0)]
+VoltPerKelvin = Annotated[float, Quantity(VOLTAGE_PER_KELVIN, least=-1.0, most=1.0)]
+_Supply = Annotated[float, Quantity(VOLTAGE, least=0.1)]
+FullScale = Annotated[
+    float | Literal["supply", "internal"],
+    Quantity(VOLTAGE, least=1.0, most=5.0, words=("supply", "internal")),
+]
+"""What the ADC calls full scale. At AREF it is 1 V to the supply (data sheets)."""
+
+
+class AnalogSensor(Averaged):
+    """What all sensors on pins of the ADC have."""
+
+    kind: str
+    pin: PinName = Field(description="A pin that leads to the ADC.")
+    range_c: Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] = (
+        Field(
+            alias="range",
+            description="Temperatures that are valid; beyond, it is open, shorted or out of range.",
+        )
+    )
+    oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
+        1, description="Readings, one each 10 ms, that are summed up to one."
+    )
+    reference: FullScale = Field(
+        "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
+    )
+    accuracy: Accuracy | None = Field(
+        None, description="What is asked of the chain; `check` warns where its parts cost more."
+    )
+    on_adc: ClassVar[Literal[True]] = True
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[False]] = False
+    reading_bits: ClassVar[int] = 16
+    saturates: ClassVar[bool] = False
+    selectable: ClassVar[tuple[str, ...]] = ()
+    unit: ClassVar[str] = "K"
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error of divider, ADC and table at a temperature: one step of the ADC."""
+        return step_at_k(self, temperature_c)
+
+    @property
+    def conversion_s(self) -> float:
+        """Time over which the readings of one sum are spread."""
+        return self.oversample * TICK_S
+
+    @property
+    def free_running_s(self) -> float:
+        """Time between conversions that nobody asked for: none, each is asked for."""
+        return 0.0
+
+    @property
+    def read_s(self) -> float:
+        """Time of the reading after that: the last tick's own."""
+        return 0.0
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: it begins with the first period."""
+        return 0.0
+
+    @property
+    def step_k(self) -> float:
+        """Widest step of the ADC within the range."""
+        return largest_step_k(self)
+
+    def step_at_k(self, temperature_c: float, mcu: str) -> float:
+        """Width of a step of the ADC about a temperature, on a chip."""
+        return step_at_k(self, temperature_c, mcu)
+
+    def shown_range(self, mcu: str) -> tuple[float, float]:
+        """Range that it can show, °C: the one that is asked for, on any chip."""
+        del mcu
+        return self.range_c
+
+    def fitting(self, period_s: float) -> str:
+        """Name the most readings that fit into a period, if one does."""
+        most = math.floor(round(period_s / TICK_S, 6))
+        return f"oversample at most {most}" if period_s >= TICK_S else ""
+
+
+class Divider(Model):
+    """A resistor that makes a voltage divider with the element."""
+
+    pull_up_ohm: Ohm | None = Field(
+        None, alias="pull_up", description="Resistor to the supply; the element goes to ground."
+    )
+    pull_down_ohm: Ohm | None = Field(
+        None, alias="pull_down", description="Resistor to ground; the element goes to the supply."
+    )
+    supply_v: _Supply | None = Field(
+        None, alias="supply", description="The divider's own supply; left out: the board's 5 V."
+    )
+
+    @model_validator(mode="after")
+    def _one_resistor(self) -> "Divider":
+        if (self.pull_up_ohm is None) == (self.pull_down_ohm is None):
+            raise refuse(
+                "a divider has one resistor beside the element",
+                "Write pull_up or pull_down, such as {pull_up: 4.7 kΩ}",
+            )
+        return self
+
+
+class Amplifier(Model):
+    """A differential amplifier: V = gain · excitation · (R − R0) / series."""
+
+    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Of the amplifier.")
+    excitation_v: _Supply = Field(
+        alias="excitation", description="Voltage that feeds the bridge and the amplifier."
+    )
+    series_ohm: Ohm = Field(
+        alias="series", description="Resistor through which the element is fed."
+    )
+
+
+class BetaCurve(Model):
+    """A thermistor by one resistance and its beta: R = R₀ · exp(β · (1/T − 1/T₀))."""
+
+    resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at one temperature.")
+    at_c: _OfCurve = Field(alias="at", description="That temperature.")
+    beta_k: Annotated[float, Quantity(BETA, least=1.0)] = Field(
+        alias="beta", description="Beta value; the data sheet names it with two temperatures."
+    )
+
+
+class SteinhartHartCurve(Model):
+    """A thermistor by three coefficients: 1/T = a + b · ln R + c · (ln R)³, in K and Ω."""
+
+    a: Annotated[float, BareNumber(-0.1, 0.1, "8.11e-4")] = Field(
+        description="First coefficient, 1/K."
+    )
+    b: Annotated[float, BareNumber(0.0, 0.1, "2.115e-4")] = Field(
+        description="Second coefficient, 1/K."
+    )
+    c: Annotated[float, BareNumber(0.0, 0.1, "7.07e-8", closed=True)] = Field(
+        description="Third coefficient, 1/K."
+    )
+
+
+_Point = tuple[_OfCurve, Ohm]
+
+
+def _monotonic(points: tuple[_Point, ...]) -> tuple[_Point, ...]:
+    """Hold the points to a curve: no temperature twice, and resistance that goes one way."""
+    if len(points) < 2:
+        raise refuse("a curve needs two points at least", "Write [[25 °C, 100 kΩ], …]")
+    ordered = sorted(points)
+    if any(low[0] == high[0] for low, high in pairwise(ordered)):
+        raise refuse("a temperature stands twice in this curve", "Delete one of its points")
+    if not _one_way(ohm for _, ohm in ordered):
+        raise refuse(
+            "the resistance does not go one way with the temperature", "Correct the points"
+        )
+    return points
+
+
+def _one_way(values: Iterable[float]) -> bool:
+    """Tell whether values only rise or only fall."""
+    return len({(high > low) - (high < low) for low, high in pairwise(values)} | {0}) == 2
+
+
+class PointsCurve(Model):
+    """A thermistor by a table; between points ln R is linear in 1/T."""
+
+    points: Annotated[tuple[_Point, ...], AfterValidator(_monotonic)] = Field(
+        description="Pairs of temperature and resistance."
+    )
+
+
+_Sum = Annotated[int, WholeNumber("a code", 0, 65535, 368)]
+_Pair = tuple[_Sum, _OfCurve]
+
+
+def _rising(pairs: tuple[_Pair, ...]) -> tuple[_Pair, ...]:
+    """Hold a table of codes to a curve: each code once, and temperatures that go one way."""
+    if len(pairs) < 2:
+        raise refuse("a table needs two pairs at least", "Write [[368, 300 °C], …]")
+    ordered = sorted(pairs)
+    if any(low[0] == high[0] for low, high in pairwise(ordered)):
+        raise refuse("a code stands twice in this table", "Delete one of its pairs")
+    if not _one_way(at_c for _, at_c in ordered):
+        raise refuse("the temperature does not go one way with the code", "Correct the pairs")
+    return pairs
+
+
+class CodesCurve(Model):
+    """A thermistor by a table of what the ADC reads; between pairs it is straight."""
+
+    codes: Annotated[tuple[_Pair, ...], AfterValidator(_rising)] = Field(
+        description="Pairs of the ADC's code and the temperature."
+    )
+    readings: Annotated[int, WholeNumber("a number of readings", 1, 64, 16)] = Field(
+        1, description="Readings of 10 bit that are summed up to one of these codes."
+    )
+
+    @model_validator(mode="after")
+    def _codes_can_be_read(self) -> "CodesCurve":
+        most = 1023 * self.readings
+        if max(code for code, _ in self.codes) > most:
+            raise refuse(
+                f"{_counted(self.readings)} of 10 bit {'are' if self.readings > 1 else 'is'} "
+                f"at most {most}",
+                "Correct the codes, or write the readings that one of them sums up, "
+                "such as readings: 16",
+            )
+        return self
+
+
+def _counted(readings: int) -> str:
+    """Say how many readings."""
+    return f"{readings} readings" if readings > 1 else "one reading"
+
+
+def _form(value: Any) -> str:
+    """Tell a curve's form by its keys."""
+    if isinstance(value, Model):
+        return type(value).__name__
+    keys = set(value) if isinstance(value, dict) else set()
+    if "points" in keys:
+        return "PointsCurve"
+    if "codes" in keys:
+        return "CodesCurve"
+    return "SteinhartHartCurve" if keys & {"a", "b", "c"} else "BetaCurve"
+
+
+Curve = Annotated[
+    Annotated[BetaCurve, Tag("BetaCurve")]
+    | Annotated[SteinhartHartCurve, Tag("SteinhartHartCurve")]
+    | Annotated[PointsCurve, Tag("PointsCurve")]
+    | Annotated[CodesCurve, Tag("CodesCurve")],
+    Discriminator(_form),
+]
+"""A thermistor's curve, in the form its keys say; tags are the models' names, for `shape`."""

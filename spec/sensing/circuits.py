@@ -1,0 +1,216 @@
+"""From a temperature to the share of its reference that the ADC sees, exactly, and back.
+
+The resistor dividers and amplifiers that sensing elements stand in, and how far each can go: what
+lies beyond is an open or a shorted element.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from heatwright.spec.sensing.curves import (
+    Beta,
+    Coded,
+    Curve,
+    LinearPlatinum,
+    Platinum,
+    Points,
+    SteinhartHart,
+)
+
+SUPPLY_V = 5.0
+"""Of the boards, and of the ADC when the reference is the supply."""
+
+INTERNAL_V = {"atmega328p": 1.1}
+"""The chips' internal reference, where it is not 2.56 V (data sheets, ADMUX: REFS)."""
+USUAL_INTERNAL_V = 2.56
+
+ZERO_OHM = {"pt100": 100.0, "pt1000": 1000.0}
+"""Resistance at 0 °C."""
+
+
+class Circuit(Protocol):
+    """What stands between the temperature and the pin."""
+
+    @property
+    def lowest(self) -> float:
+        """The least the circuit can give, as a share of the reference, 0..1."""
+
+    @property
+    def highest(self) -> float:
+        """The most the circuit can give, as a share of the reference, 0..1."""
+
+    @property
+    def open_is_high(self) -> bool:
+        """Whether a broken wire reads at the upper end."""
+
+    def ratio(self, celsius: float) -> float:
+        """Share of the reference at a temperature; not limited to what the circuit can give."""
+
+    def celsius(self, ratio: float) -> float:
+        """Temperature at a share of the reference between `lowest` and `highest`."""
+
+
+@dataclass(frozen=True)
+class Divider:
+    """An element and a resistor between the supply and ground; the pin is where they meet.
+
+    supply -- the divider's supply as a multiple of the reference; pulled_up -- whether the
+    resistor is the upper one.
+    """
+
+    curve: Curve
+    resistor_ohm: float
+    pulled_up: bool
+    supply: float
+
+    lowest = 0.0
+
+    @property
+    def highest(self) -> float:
+        """The supply, or as much of it as the reference shows."""
+        return min(1.0, self.supply)
+
+    @property
+    def open_is_high(self) -> bool:
+        """An open element leaves the pin to the resistor."""
+        return self.pulled_up
+
+    def ratio(self, celsius: float) -> float:
+        """Share of the reference at a temperature."""
+        ohm = self.curve.ohm(celsius)
+        lower_ohm = ohm if self.pulled_up else self.resistor_ohm
+        return self.supply * lower_ohm / (ohm + self.resistor_ohm)
+
+    def celsius(self, ratio: float) -> float:
+        """Temperature at a share of the reference."""
+        share = ratio / self.supply
+        upper, lower = 1 - share, share
+        over = lower / upper if self.pulled_up else upper / lower
+        return self.curve.celsius(self.resistor_ohm * over)
+
+
+@dataclass(frozen=True)
+class Amplified:
+    """A bridge and a differential amplifier: what the element has above its zero, enlarged.
+
+    V = gain · excitation · (R − R₀) / series. The amplifier runs from the excitation's supply and
+    saturates there, and at ground. An open element drives it up.
+    """
+
+    curve: Platinum | LinearPlatinum
+    per_ohm: float
+    """Share of the reference for each ohm above R₀."""
+    saturation: float
+    """The excitation as a multiple of the reference."""
+
+    lowest = 0.0
+    open_is_high = True
+
+    @property
+    def highest(self) -> float:
+        """Where the amplifier saturates, or as much of it as the reference shows."""
+        return min(1.0, self.saturation)
+
+    def ratio(self, celsius: float) -> float:
+        """Share of the reference at a temperature."""
+        return self.per_ohm * (self.curve.ohm(celsius) - self.curve.zero_ohm)
+
+    def celsius(self, ratio: float) -> float:
+        """Temperature at a share of the reference."""
+        return self.curve.celsius(self.curve.zero_ohm + ratio / self.per_ohm)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A sensor that gives a voltage: V = offset + scale · t."""
+
+    zero: float
+    """Share of the reference at 0 °C."""
+    per_k: float
+    open_is_high: bool
+
+    lowest = 0.0
+    highest = 1.0
+
+    def ratio(self, celsius: float) -> float:
+        """Share of the reference at a temperature."""
+        return self.zero + self.per_k * celsius
+
+    def celsius(self, ratio: float) -> float:
+        """Temperature at a share of the reference."""
+        return (ratio - self.zero) / self.per_k
+
+
+def reference_v(sensor: Any, mcu: str) -> float:
+    """Voltage that the ADC calls full scale for an analog sensor, V."""
+    if sensor.reference == "supply":
+        return SUPPLY_V
+    if sensor.reference == "internal":
+        return INTERNAL_V.get(mcu, USUAL_INTERNAL_V)
+    return float(sensor.reference)
+
+
+def of_voltage(sensor: Any, scale: float, mcu: str, *, open_is_high: bool) -> Linear:
+    """Give the circuit of a sensor that gives a voltage, V for each unit, on a chip's ADC."""
+    full_v = reference_v(sensor, mcu)
+    return Linear(sensor.offset_v / full_v, scale / full_v, open_is_high)
+
+
+def of_thermistor(sensor: Any, mcu: str) -> Divider:
+    """Give the circuit of a thermistor on a chip's ADC."""
+    full_v = reference_v(sensor, mcu)
+    return _divider(_thermistor(sensor, full_v), sensor.divider, full_v)
+
+
+def of_platinum(sensor: Any, mcu: str) -> Circuit:
+    """Give the circuit of a platinum element on a chip's ADC."""
+    full_v, platinum = reference_v(sensor, mcu), _platinum(sensor)
+    if sensor.divider is not None:
+        return _divider(platinum, sensor.divider, full_v)
+    amplifier = sensor.amplifier
+    supply = amplifier.excitation_v / full_v
+    return Amplified(platinum, amplifier.gain * supply / amplifier.series_ohm, supply)
+
+
+def _divider(curve: Curve, divider: Any, full_v: float) -> Divider:
+    return Divider(curve, *_resistor(divider), divider_v(divider) / full_v)
+
+
+def _resistor(divider: Any) -> tuple[float, bool]:
+    """Give a divider's resistor, Ω, and whether it is the upper one."""
+    pulled_up = divider.pull_up_ohm is not None
+    return (divider.pull_up_ohm if pulled_up else divider.pull_down_ohm), pulled_up
+
+
+def _platinum(sensor: Any) -> Platinum | LinearPlatinum:
+    """Take the standard's curve, or the line that the sensor's coefficient gives."""
+    zero_ohm = ZERO_OHM[sensor.element]
+    if sensor.alpha_ppm_per_k is None:
+        return Platinum(zero_ohm)
+    return LinearPlatinum(zero_ohm, sensor.alpha_ppm_per_k * 1e-6)
+
+
+def divider_v(divider: Any) -> float:
+    """Voltage that feeds a divider."""
+    return SUPPLY_V if divider.supply_v is None else float(divider.supply_v)
+
+
+def code_share(code: int, readings: int) -> float:
+    """Share of the reference that a sum of ten-bit readings stands for: the middle of its step."""
+    return (code / readings + 0.5) / 1024
+
+
+def _thermistor(sensor: Any, full_v: float) -> Curve:
+    """Tell the curve's form by what it has."""
+    curve = sensor.curve
+    if hasattr(curve, "codes"):
+        over = full_v / divider_v(sensor.divider)
+        pairs = [(over * code_share(code, curve.readings), at_c) for code, at_c in curve.codes]
+        return Coded(tuple(sorted(pairs)), *_resistor(sensor.divider))
+    if hasattr(curve, "beta_k"):
+        return Beta(curve.resistance_ohm, curve.at_c, curve.beta_k)
+    if hasattr(curve, "points"):
+        return Points(tuple(sorted(curve.points)))
+    return SteinhartHart(curve.a, curve.b, curve.c)

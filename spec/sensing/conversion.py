@@ -1,0 +1,173 @@
+"""From an ADC's codes to temperatures: the firmware's table, and what its readings can mean.
+
+A reading is the sum of `oversample` ten-bit codes. A code stands for the middle of its step, so a
+sum for the share (sum / oversample + 0.5) / 1024 of the reference. The firmware interpolates in a
+table of (sum, °C): the fewest points for which a temperature is nowhere wrong by half a step of the
+ADC. Together with the code's own half a step the chain is exact to one step.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from heatwright.spec.sensing.circuits import Circuit
+from heatwright.spec.sensing.fewest import Tube, fewest_points
+
+CODES = 1024
+TICK_S = 0.010
+"""Each tick takes one code of each channel."""
+
+LEAST_MARGIN_STEPS = 2
+"""Codes between an end of the range and what an open or shorted sensor reads."""
+
+ROUNDINGS = 6
+"""Of single precision, as parts of the largest temperature: a point's, the sum's, and of slope and
+product, which may span twice as much, two each."""
+
+
+class Point(NamedTuple):
+    """One point of the firmware's table."""
+
+    raw: int
+    celsius: float
+    """In single precision."""
+
+
+class Limits(NamedTuple):
+    """What codes of the ADC mean.
+
+    low, high -- of the range's ends: what lies outside is not valid; low_limit, high_limit -- what
+    the circuit gives at its own ends; open_is_high -- at which of them an open element reads.
+    """
+
+    low: int
+    high: int
+    low_limit: int
+    high_limit: int
+    open_is_high: bool
+
+    @property
+    def far_low(self) -> int:
+        """Codes below this, half way to the circuit's end, are an open or shorted sensor."""
+        return -(-(self.low + self.low_limit) // 2)
+
+    @property
+    def far_high(self) -> int:
+        """Codes above this, half way to the circuit's end, are an open or shorted sensor."""
+        return (self.high + self.high_limit) // 2
+
+    @property
+    def shown(self) -> bool:
+        """Whether the circuit can show the range, and what lies beyond it."""
+        margin = min(self.low - self.low_limit, self.high_limit - self.high)
+        return margin >= LEAST_MARGIN_STEPS and self.high - self.low >= LEAST_MARGIN_STEPS
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """The firmware's table of a sensor, and how coarse its readings are.
+
+    points -- raw ascending; step_k -- the largest step of the ADC within the range, K.
+    """
+
+    points: tuple[Point, ...]
+    limits: Limits
+    step_k: float
+
+    @property
+    def slopes(self) -> tuple[float, ...]:
+        """K for each count of the sum, from each point to the next, in single precision."""
+        return tuple(
+            float32((high.celsius - low.celsius) / (high.raw - low.raw))
+            for low, high in pairwise(self.points)
+        )
+
+
+def limits(sensor: Any, mcu: str) -> Limits:
+    """Find what the codes of an analog sensor on a chip mean."""
+    chain = sensor.circuit(mcu)
+    low, high = sorted(_code(chain.ratio(celsius)) for celsius in sensor.range_c)
+    return Limits(low, high, _code(chain.lowest), _code(chain.highest), chain.open_is_high)
+
+
+@cache
+def conversion(sensor: Any, mcu: str) -> Conversion:
+    """Compute the table of an analog sensor on a chip.
+
+    Raises ValueError for a range that its circuit does not show: there is nothing to compute a
+    table from.
+    """
+    bounds = limits(sensor, mcu)
+    if not bounds.shown:
+        raise ValueError("the sensor's range is not within what its circuit can show")
+    edges = _edges(sensor.circuit(mcu), bounds)
+    if hasattr(getattr(sensor, "curve", None), "codes"):
+        found = fewest_points(_tube_of_sums(sensor.circuit(mcu), bounds, sensor.oversample))
+        apart = 1
+    else:
+        found, apart = fewest_points(_tube(edges, sensor.oversample)), sensor.oversample
+    return Conversion(
+        points=tuple(
+            Point(sensor.oversample * bounds.low + apart * place, float32(celsius))
+            for place, celsius in found
+        ),
+        limits=bounds,
+        step_k=max(abs(high - low) for low, high in pairwise(edges)),
+    )
+
+
+def float32(value: float) -> float:
+    """Round once to single precision."""
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+
+
+def _code(ratio: float) -> int:
+    """Give the code of a share of the reference."""
+    return min(max(math.floor(CODES * ratio), 0), CODES - 1)
+
+
+def _edges(chain: Circuit, bounds: Limits) -> list[float]:
+    """List the temperatures between which each code of the range stands, both ends included."""
+    return [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
+
+
+def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:
+    """Bound the table's temperature at each sum.
+
+    A table of codes has corners anywhere, and may be ten times as steep behind one: a line that is
+    right at each code need not be so between.
+    """
+    sums = range(oversample * bounds.low, oversample * bounds.high + 1)
+    ends_c = [
+        sorted(chain.celsius((each / oversample + side) / CODES) for side in (0, 1))
+        for each in sums
+    ]
+    rounding_k = ROUNDINGS * 2.0**-24 * max(abs(end) for ends in ends_c for end in ends)
+    return Tube([low + rounding_k for low, _ in ends_c], [high - rounding_k for _, high in ends_c])
+
+
+def _tube(edges: Sequence[float], oversample: int) -> Tube:
+    """Bound the table's temperature at each code: half a step to either side are its code's edges.
+
+    Between two codes, where the sums of several readings lie, a curve may leave its chord by half
+    of its second difference (at a corner; an eighth where it is smooth). Arithmetic costs some
+    roundings of single precision.
+    """
+    rounding_k = ROUNDINGS * 2.0**-24 * max(abs(edge) for edge in edges)
+    bends = [0.0] * (len(edges) - 1)
+    if oversample > 1:
+        seconds = [abs(a - 2 * b + c) for a, b, c in zip(edges, edges[1:], edges[2:], strict=False)]
+        padded = [0.0, *seconds, 0.0, 0.0]
+        bends = [max(padded[code : code + 3]) / 2 for code in range(len(edges) - 1)]
+    lows, highs = [], []
+    for (left, right), bend in zip(pairwise(edges), bends, strict=True):
+        room = bend + rounding_k
+        lows.append(min(left, right) + room)
+        highs.append(max(left, right) - room)
+    return Tube(lows, highs)

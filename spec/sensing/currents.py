@@ -1,0 +1,103 @@
+"""The current of a heater: how it is measured, and what it is held to."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from heatwright.spec.base import DEFAULTS, Least, Model, PinName, Reference, WholeNumber
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.sensing.analog_parts import FullScale, Volt
+from heatwright.spec.sensing.circuits import Linear, of_voltage, reference_v
+from heatwright.spec.sensing.tolerances import VoltageTolerances
+from heatwright.spec.units import CURRENT, VOLTAGE_PER_AMPERE
+
+TRIP_FACTOR = 1.25
+"""Over-current, in limits, where the spec does not say it: the limiter settles within a few
+percent, and a wire that heats up changes its resistance by less."""
+
+FILTER_PULSES = 5
+"""Periods of the PWM in the time constant of the filter that makes their mean."""
+
+LIMITED_PARTS = 3
+"""Of a control period, in which the filter is as slow at most where a limit goes by what it shows:
+else that is the current of the duty before."""
+
+_Ampere = Annotated[float, Quantity(CURRENT, least=0.001)]
+
+
+class CurrentSensor(Model):
+    """Current of a heater as a voltage on a pin of the ADC: a shunt's amplifier, a Hall sensor."""
+
+    kind: Literal["current"]
+    pin: PinName = Field(description="A pin that leads to the ADC.")
+    scale_v_per_a: Annotated[float, Quantity(VOLTAGE_PER_AMPERE, least=0.0001)] = Field(
+        alias="scale", description="Voltage for each ampere."
+    )
+    offset_v: Volt = Field(0.0, alias="offset", description="Voltage at 0 A.")
+    oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
+        4, description="Readings, one each 10 ms, that are summed up to one."
+    )
+    reference: FullScale = Field(
+        "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
+    )
+    tolerances: VoltageTolerances = Field(
+        DEFAULTS, validate_default=True, description="How exact sensor and reference are."
+    )
+    least: ClassVar[Least] = Least(210, 4)
+    on_adc: ClassVar[Literal[True]] = True
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[True]] = True
+    unit: ClassVar[str] = "A"
+
+    def shown_range(self, mcu: str) -> tuple[float, float]:
+        """Currents that the ADC of a chip can show, A."""
+        return 0.0, (reference_v(self, mcu) - self.offset_v) / self.scale_v_per_a
+
+    def circuit(self, mcu: str) -> Linear:
+        """Give what stands between its current and the ADC of a chip."""
+        return of_voltage(self, self.scale_v_per_a, mcu, open_is_high=False)
+
+
+class Current(Model):
+    """A heater's current is measured, limited by its duty, and watched."""
+
+    sensor: Reference = Field(description="Sensor of the kind `current` in the heater's wire.")
+    limit_a: _Ampere | None = Field(
+        None,
+        alias="limit",
+        description="Root mean square that the duty is reduced to; `pwm` only.",
+    )
+    trip_a: _Ampere | None = Field(
+        None,
+        alias="trip",
+        description="Rule `over_current`: what is a fault, as the limit; else 1.25 times that.",
+    )
+
+    @model_validator(mode="after")
+    def _something_to_hold(self) -> Current:
+        if self.limit_a is None and self.trip_a is None:
+            raise refuse(
+                "a current is measured here and held to nothing",
+                "Write limit or trip, such as {sensor: current, limit: 3 A}",
+            )
+        return self
+
+    @property
+    def over_a(self) -> float:
+        """What is a fault, A; as the limit, a root mean square at full duty."""
+        if self.trip_a is not None:
+            return self.trip_a
+        return TRIP_FACTOR * (self.limit_a or 0.0)
+
+    @property
+    def nominal_a(self) -> float:
+        """The most in healthy operation, A: the limit, if there is one; as that."""
+        return self.over_a / TRIP_FACTOR if self.limit_a is None else self.limit_a
+
+    @property
+    def filter_parts(self) -> int:
+        """The filter's time constant is a control period at most, divided by this."""
+        return 1 if self.limit_a is None else LIMITED_PARTS

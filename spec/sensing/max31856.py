@@ -1,0 +1,188 @@
+"""Thermocouples of any type behind a MAX31856."""
+
+import math
+from typing import Annotated, ClassVar, Literal, get_args
+
+from pydantic import Field
+
+from heatwright.spec.base import Least, PinName, WholeNumber
+from heatwright.spec.problems import refuse
+from heatwright.spec.quantity import Quantity
+from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.conversion import TICK_S
+from heatwright.spec.units import FREQUENCY
+
+ThermocoupleType = Literal["B", "E", "J", "K", "N", "R", "S", "T"]
+
+TYPE_CODES = "".join(get_args(ThermocoupleType))
+"""The converter's code of a type is its place here (data sheet, CR1)."""
+
+RANGE_C: dict[str, tuple[float, float]] = {
+    "B": (250.0, 1820.0),
+    "E": (-200.0, 1000.0),
+    "J": (-210.0, 1200.0),
+    "K": (-200.0, 1372.0),
+    "N": (-200.0, 1300.0),
+    "R": (-50.0, 1768.0),
+    "S": (-50.0, 1768.0),
+    "T": (-200.0, 400.0),
+}
+"""By the thermocouple's type (data sheet, "Thermocouple Voltage Conversion")."""
+
+HIGHEST_C = {kind: high_c for kind, (_, high_c) in RANGE_C.items()} | {
+    "K": 1300.0, "R": 1750.0, "S": 1750.0,
+}  # fmt: skip
+"""What a thermocouple may be asked for, by its type: what bears the last kelvins that the converter
+shows ages within hours."""
+
+AVERAGES = (1, 2, 4, 8, 16)
+OPEN_TEST_S = 0.015
+"""What the test for an open thermocouple adds to a conversion, at most, with less than 5 kΩ in its
+wires (data sheet, "Open-Circuit Fault Detection")."""
+READ_TICKS, SET_UP_TICKS = 7, 9
+"""What the firmware takes at most to read all its registers and judge; to set it up, and to notice
+that the first conversion is over."""
+
+
+class _Samples(WholeNumber):
+    """Marks the number of samples the chip averages: a power of two."""
+
+    def __init__(self) -> None:
+        super().__init__("a number of samples", 1, 16, 2)
+        self.json_schema = {"enum": list(AVERAGES)}
+        self.read = self._read
+
+    def _read(self, value: object) -> int:
+        found = self.read_number(value)
+        if found not in AVERAGES:
+            raise refuse(f"the chip cannot average {found} samples", "Use 1, 2, 4, 8 or 16")
+        return found
+
+
+class Max31856(Averaged):
+    """A thermocouple behind a MAX31856, on any four pins."""
+
+    kind: Literal["max31856"]
+    chip_select: PinName = Field(description="Pin at the converter's CS.")
+    clock: PinName = Field(description="Pin at its SCK.")
+    data_in: PinName = Field(description="Pin at its SDI: what it is told.")
+    data_out: PinName = Field(description="Pin at its SDO: what it answers.")
+    thermocouple: ThermocoupleType = Field("K", description="Type of the thermocouple.")
+    selectable: tuple[ThermocoupleType, ...] = Field(
+        (), max_length=8, description="Types that the operator may choose; kept in EEPROM."
+    )
+    mains_filter_hz: Annotated[float, Quantity(FREQUENCY, choices=(50.0, 60.0))] = Field(
+        50.0, alias="mains_filter", description="Mains frequency that the chip filters out."
+    )
+    average: Annotated[int, _Samples()] = Field(
+        1, description="Samples that the chip averages: 1, 2, 4, 8 or 16."
+    )
+    least: ClassVar[Least] = Least(630, 30)
+    on_adc: ClassVar[Literal[False]] = False
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[False]] = False
+    reading_bits: ClassVar[int] = 32
+    saturates: ClassVar[bool] = False
+
+    @property
+    def range_c(self) -> tuple[float, float]:
+        """Lowest and highest temperature it measures with its thermocouple (data sheet)."""
+        return RANGE_C[self.thermocouple]
+
+    @property
+    def highest_c(self) -> float:
+        """Highest setpoint with its thermocouple."""
+        return HIGHEST_C[self.thermocouple]
+
+    @property
+    def step_k(self) -> float:
+        """Smallest difference the converter resolves: 19 bits (data sheet)."""
+        return 2.0**-7
+
+    def step_at_k(self, temperature_c: float, mcu: str) -> float:
+        """Step of the readings about a temperature: everywhere the same."""
+        del temperature_c, mcu
+        return self.step_k
+
+    def fitting(self, period_s: float) -> str:
+        """Offer nothing: what it averages, the spec has asked for."""
+        del period_s
+        return ""
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error at a temperature: 0.15 % of the type's span, 0.7 K of the cold junction."""
+        del temperature_c
+        low_c, high_c = self.range_c
+        return 0.7 + 0.0015 * (high_c - low_c)
+
+    @property
+    def conversion_s(self) -> float:
+        """Longest time of one conversion, all but the first (data sheet, automatic conversion)."""
+        slow = self.mains_filter_hz == 50.0
+        return (0.11 if slow else 0.09) + (self.average - 1) * (0.02 if slow else 0.01667)
+
+    @property
+    def free_running_s(self) -> float:
+        """Time between two of its conversions, which follow each other without end."""
+        return self.conversion_s
+
+    @property
+    def read_s(self) -> float:
+        """Time for another conversion, for it converts all the time and knows no step; to read it.
+
+        One conversion of 16 takes longer: it looks for an open thermocouple. The answer takes at
+        most so many ticks, on the slowest pins.
+        """
+        return self.conversion_s + OPEN_TEST_S + READ_TICKS * TICK_S
+
+    @property
+    def first_conversion_s(self) -> float:
+        """Longest time of the first conversion after it was set up (data sheet)."""
+        slow = self.mains_filter_hz == 50.0
+        return (0.185 if slow else 0.155) + (self.average - 1) * (0.04 if slow else 0.03333)
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: it is set up, converts and is read."""
+        return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
+
+
+__all__ = [
+    "AVERAGES",
+    "HIGHEST_C",
+    "RANGE_C",
+    "TYPE_CODES",
+    "Max31856",
+    "ThermocoupleType",
+    "lowered",
+    "variants",
+]
+
+
+def variants(sensor: object) -> dict[str, Max31856]:
+    """Give a sensor with each type of thermocouple that may be chosen for it; mostly none."""
+    if not isinstance(sensor, Max31856):
+        return {}
+    return {kind: sensor.model_copy(update={"thermocouple": kind}) for kind in sensor.selectable}
+
+
+def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
+    """Find the highest setpoint of each type that may be chosen and bears less than the loop's own.
+
+    Args:
+        sensor: what the loop goes by.
+        setpoint_c: the loop's highest setpoint, °C.
+        maximum_c: the temperature from which on it is too hot, °C: with each type as far above.
+
+    Returns:
+        °C in tenths, by the types; mostly none.
+
+    """
+    found = {}
+    for kind, chosen in variants(sensor).items():
+        high_c = chosen.range_c[1]
+        reaches_c = high_c - chosen.error_k(high_c) - (maximum_c - setpoint_c)
+        highest_c = math.floor(10 * min(chosen.highest_c, reaches_c) + 1e-6) / 10
+        if highest_c < setpoint_c:
+            found[kind] = highest_c
+    return found

@@ -1,0 +1,133 @@
+"""Thermocouples behind converters that a program reads over three wires."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from heatwright.spec.base import Least, PinName
+from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.conversion import TICK_S
+
+_STEP_K = 0.25
+
+MAX31855_RANGE_C = {
+    "K": (-200.0, 1350.0),
+    "J": (-210.0, 1200.0),
+    "N": (-200.0, 1300.0),
+    "T": (-250.0, 400.0),
+    "S": (-50.0, 1768.0),
+    "R": (-50.0, 1768.0),
+    "E": (-200.0, 1000.0),
+}
+"""By the thermocouple's type (data sheet, thermal characteristics)."""
+
+
+class _Converter(Averaged):
+    """What a converter on three wires has; the wires may be any pins."""
+
+    kind: str
+    chip_select: PinName = Field(description="Pin at the converter's CS.")
+    clock: PinName = Field(description="Pin at its SCK.")
+    data_out: PinName = Field(description="Pin at its SO.")
+    data_in: ClassVar[None] = None
+    on_adc: ClassVar[Literal[False]] = False
+    on_one_wire: ClassVar[bool] = False
+    measures_current: ClassVar[Literal[False]] = False
+    reading_bits: ClassVar[int] = 16
+    selectable: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def step_k(self) -> float:
+        """Smallest difference the converter resolves (data sheets)."""
+        return _STEP_K
+
+    def step_at_k(self, temperature_c: float, mcu: str) -> float:
+        """Step of the readings about a temperature: everywhere the same."""
+        del temperature_c, mcu
+        return _STEP_K
+
+    def fitting(self, period_s: float) -> str:
+        """Nothing of its own makes a conversion shorter."""
+        del period_s
+        return ""
+
+
+class Max6675(_Converter):
+    """A thermocouple of type K behind a MAX6675."""
+
+    kind: Literal["max6675"]
+    least: ClassVar[Least] = Least(225, 5)
+    saturates: ClassVar[bool] = True
+
+    @property
+    def range_c(self) -> tuple[float, float]:
+        """Lowest and highest temperature it measures (data sheet)."""
+        return 0.0, 1023.75
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error at a temperature: at 5 V, with 3 K of the cold junction (data sheet)."""
+        return 3.0 + (9 if temperature_c <= 700.0 else 19) * _STEP_K
+
+    @property
+    def conversion_s(self) -> float:
+        """Longest time of one conversion (data sheet)."""
+        return 0.22
+
+    @property
+    def free_running_s(self) -> float:
+        """Time between conversions that nobody asked for: none, for each answer begins anew."""
+        return 0.0
+
+    @property
+    def read_s(self) -> float:
+        """Time of the reading: the tick that it takes place in, for it stops the conversion."""
+        return TICK_S
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: it begins with the first period."""
+        return 0.0
+
+
+class Max31855(_Converter):
+    """A thermocouple behind the MAX31855 that is made for its type."""
+
+    kind: Literal["max31855"]
+    thermocouple: Literal["K", "J", "N", "T", "S", "R", "E"] = Field(
+        "K", description="Type of the thermocouple, the last letter of the converter's name."
+    )
+    least: ClassVar[Least] = Least(275, 5)
+    saturates: ClassVar[bool] = False
+
+    @property
+    def range_c(self) -> tuple[float, float]:
+        """Lowest and highest temperature it measures (data sheet)."""
+        return MAX31855_RANGE_C[self.thermocouple]
+
+    def error_k(self, temperature_c: float) -> float:
+        """Largest error at a temperature: 2 K to 700 °C, above 4 K, and 2 K of the cold junction.
+
+        Data sheet, thermal characteristics. It leaves out how far the thermocouple's own curve
+        leaves the straight line that the converter takes it for.
+        """
+        return 4.0 if temperature_c <= 700.0 else 6.0
+
+    @property
+    def conversion_s(self) -> float:
+        """Longest time of one conversion (data sheet)."""
+        return 0.1
+
+    @property
+    def free_running_s(self) -> float:
+        """Time between two of its conversions, which follow each other without end."""
+        return self.conversion_s
+
+    @property
+    def read_s(self) -> float:
+        """Time for another conversion: it converts all the time, and knows no step."""
+        return 0.1
+
+    @property
+    def first_s(self) -> float:
+        """From the power-up to the first reading: 0.2 s (data sheet) and a conversion."""
+        return 0.3
