@@ -43,19 +43,19 @@ def _simulated(folder: str) -> Layer:
     return Layer("simulated", f"heatwright.sim.{folder}", "simulation at its pins", ("attach",))
 
 
-def _reference(*gives: str) -> Layer:
-    return Layer("reference", "heatwright.sim.reference", "reference model", gives)
+def _reference(folder: str, *gives: str) -> Layer:
+    return Layer("reference", f"heatwright.sim.reference.{folder}", "reference model", gives)
 
 
 LAYERS = {
     "sensor": (
         _plan("sensors"),
         _simulated("sensors"),
-        _reference("converter", "IdealSensor"),
+        _reference("sensors", "converter", "IdealSensor"),
         Layer("faults", "heatwright.sim.faults.sensors", "faults", ("faults", "cut", "mend")),
     ),
     "output": (_plan("outputs"), _simulated("outputs")),
-    "algorithm": (_plan("algorithms"), _reference("Control")),
+    "algorithm": (_plan("algorithms"), _reference("algorithms", "Control")),
     "interface": (
         _plan("interfaces"),
         _simulated("interfaces"),

@@ -28,6 +28,7 @@ from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.robust import Spread, drawn
 from heatwright.spec import Controller, Event, Pid, monitors_of, programmed, tunable
 from heatwright.spec.adjusted import numbers_of
+from heatwright.spec.registry import module_of
 
 LANES = 7
 MACHINES = 3
@@ -81,7 +82,7 @@ def course_of(controller: Controller, loop: str, steps: int, random: Random) -> 
     """Readings that wander about the setpoint, and fail; and all orders that a step takes."""
     spec = controller.loops[loop]
     sensor = controller.thermometers[spec.sensor]
-    ideal = import_module(f"heatwright.sim.reference.{sensor.kind}").IdealSensor(
+    ideal = import_module(module_of("sensor", "reference", sensor.kind)).IdealSensor(
         sensor, controller.board
     )
     setpoint_c = spec.setpoint.initial_c or spec.setpoint.maximum_c

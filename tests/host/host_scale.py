@@ -7,6 +7,7 @@ from importlib import import_module
 import numpy as np
 
 from heatwright.spec import Controller
+from heatwright.spec.registry import module_of
 
 ADC_CODES = 1024
 
@@ -48,7 +49,7 @@ class Table:
 
     def __init__(self, controller: Controller, name: str) -> None:
         sensor = controller.sensors[name]
-        convert = import_module(f"heatwright.sim.reference.{sensor.kind}").converter(
+        convert = import_module(module_of("sensor", "reference", sensor.kind)).converter(
             sensor, controller.board
         )
         self.lowest, self.highest = 0, (ADC_CODES - 1) * sensor.oversample

@@ -15,6 +15,7 @@ from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, f
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
 from heatwright.spec import BOARDS, Sensor, kinds
+from heatwright.spec.registry import module_of
 
 
 def test_durations_in_whole_milliseconds_and_the_shares_of_filters():
@@ -44,7 +45,7 @@ SENSORS = {
 @pytest.mark.parametrize("kind", kinds(Sensor))
 def test_every_sensor_can_be_read(kind):
     """What it tells is within a step of what it feels; a sum has as many codes in a step."""
-    module = import_module(f"heatwright.sim.reference.{kind}")
+    module = import_module(module_of("sensor", "reference", kind))
     felt = 1.0 if kind == "current" else 50.0
     status, raw = module.IdealSensor(*SENSORS[kind]).read(felt)
     assert status == 0

@@ -24,7 +24,7 @@ def test_nothing_is_missing(role: str, kind: str) -> None:
 
 
 def test_a_module_that_is_missing_is_named() -> None:
-    with pytest.raises(KindIncomplete, match=r"write heatwright/sim/reference/spoon\.py, which"):
+    with pytest.raises(KindIncomplete, match=r"write .*/reference/sensors/spoon\.py, which"):
         module_of("sensor", "reference", "spoon")
     assert list(lacking("sensor", "spoon")) == [
         "pyproject.toml: no entry point sensor.spoon in heatwright.kinds that is installed"
