@@ -138,7 +138,9 @@ def test_it_tunes_stores_and_shows(host: PrintrunHost, board: LiveBoard) -> None
     assert (least, most) == (23.5, pytest.approx(1.5 * held, rel=0.05))  # 12 below is the spec's
     told = len(board.ask("steps"))
     host.wait(lambda: len(board.ask("steps")) > told + WRITING_STEPS)
+    known = len(host.heard)
     board.ask("cut")
+    host.wait(lambda: "start" in host.heard[known:])  # what is sent while it starts is lost
     host.ask("M503", "echo:  M301 E0 P")
     assert gains == [board.ask(f"settings.nozzle_{gain}") for gain in ("kp", "ki", "kd")]
     assert host.errors == []
