@@ -92,6 +92,7 @@ class Wire:
         self.controller, self.device = slave_of(name, baud, *replaced, warm_c=warm_c)
         self.device.unplug()
         self.device.advance(start_s)
+        self.device.avr.take_resets()  # the one by which the watchdog is proven
         interface = modbus_of(self.controller)
         assert interface is not None
         driver = None

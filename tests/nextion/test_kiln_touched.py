@@ -97,7 +97,7 @@ TOUCHES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     },
     "11 a segment is marked": [("bprog b1; p4", {"points_marked": 4})],
     "12 and 16 a fault, its page, the list, the acknowledgement, and on from the kept place": [
-        (f"{START}; wait 5; break; wait 8",
+        (f"{START}; wait 3; break; wait 8",
          {"fault.code": 17, "page": "fault17", STATE: INTERRUPTED, ENABLED: 0,
           "program.segment": 1, CLOCK: 10}),
         ("list", {"page": "faults", "l1.txt": "E17 SENSOR OPEN  20.0 C  0d 00:00"}),
