@@ -47,7 +47,14 @@ const ports = Object.fromEntries(told.ports.map((letter) => {
 }));
 told.high.forEach(([letter, bit]) => ports[letter].setPin(bit, true));
 const reset = cpu.reset.bind(cpu);
-cpu.reset = () => { found.resets += 1; reset(); };
+cpu.reset = () => {
+    found.resets += 1;
+    for (const { portConfig } of Object.values(ports)) {  // avr8js leaves all registers as they were
+        cpu.writeData(portConfig.DDR, 0);
+        cpu.writeData(portConfig.PORT, 0);
+    }
+    reset();
+};
 
 function bytesOf({ address, size }) {
     return Buffer.from(cpu.data.subarray(address, address + size)).toString("base64");
