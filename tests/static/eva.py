@@ -50,8 +50,8 @@ ITERATIONS = 64
 """Of each loop, which are looked at one by one; more are taken together."""
 STEPS = "8, 16, 32, 64, 100, 128"
 """Where a bound that grows is tried to stand."""
-TEXTS = 100
-"""States that are kept apart in a function that has texts in hand: one for each length."""
+TEXTS = 300
+"""States that are kept apart in a function that has texts in hand: one for each text and length."""
 
 FLASH = """#include "flash.h"
 
