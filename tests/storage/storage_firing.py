@@ -11,6 +11,7 @@ from storage_format import OVER, Progress, Segment
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.coupling import Coupling
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.faults.bounds import checks_s
 from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
 from heatwright.spec.scenario.program_orders import Order
@@ -37,7 +38,8 @@ Newest = Callable[[bytes], Progress | None]
 """Finds the newest record in an EEPROM."""
 STEP_S = 0.1
 START_S = 0.09
-"""In which the start is over; the first step comes later."""
+"""In which the start is over, but for what the controller checks of itself; the first step comes
+later."""
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 KEYS = ("up", "down", "left", "right", "select")
 PLAYED = 0.2
@@ -111,6 +113,7 @@ class Firing:
             controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=STEP_S, seed=seed
         )
         self._coupling = Coupling(controller, self.device, STEP_S)
+        self._start_s = START_S + checks_s(controller, program)
         self._row = 0
         self._jump_rows = 0
         self.edits: dict[int, list[Edit]] = {1: [], 2: [], 3: []}
@@ -123,7 +126,7 @@ class Firing:
         self._on_s = self.device.time_s
 
     def _note(self) -> None:
-        if self.device.time_s - self._on_s < START_S:
+        if self.device.time_s - self._on_s < self._start_s:
             return  # the memory is still as the power-up leaves it
         record = state_of(self.device, self.controller)
         if not self._seen or self._seen[-1].record != record:
