@@ -24,8 +24,8 @@ INTERRUPTS_ON, INTERRUPTS_OFF = "__stop_program", "_exit"
 LARGE_FLASH = 0x20000
 """More than this, and a return address has three bytes."""
 WATCH_S = 30.0
-MOST_STEPS = 20
-"""Of time, until a program that is well is found asleep."""
+GLANCES, GLANCE_S = 9, 0.001
+"""For a program that is asleep: less than a tick, which is the shortest step of time."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -76,13 +76,13 @@ def _hang(entry: str) -> Act:
 def hang(world: World, entry: str) -> None:
     """Overwrite the address that the sleeping program will return to.
 
-    A step of time may end while the program is busy; then a later one is taken. Raises ValueError
-    if it never sleeps in the tick's wait.
+    A step of time may end while the program is busy: then a little later. Raises ValueError if it
+    does not sleep within a tick.
     """
-    for _ in range(MOST_STEPS):
+    for _ in range(GLANCES):
         if _turned_aside(world, entry):
             return
-        world.step()
+        world.device.avr.run(GLANCE_S)
     raise ValueError("The program does not sleep: it hangs already, or it still starts.")
 
 
