@@ -17,6 +17,7 @@ from heatwright.cli.talk import Job
 T = TypeVar("T")
 R = TypeVar("R")
 
+ENDS = {signal.SIGINT, signal.SIGTERM}
 LOOK_S = 0.05
 """How often the results are looked for while nothing is told."""
 
@@ -74,11 +75,13 @@ def spread(
     told = context.Queue()
     count = min(most or processes(), len(pieces))
     # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # What tells a worker to end waits until it has left this process's answer to that: else it is
+    # lost, and whoever waits for that worker waits for ever.
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
     try:
         pool = context.Pool(count, initializer=_begin, initargs=(told,))
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
     workers = multiprocessing.active_children()
     over: deque[int] = deque()
 
@@ -130,6 +133,7 @@ def _begin(told: Any) -> None:
     """
     gc.freeze()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     global _told  # noqa: PLW0603 - the one thing a worker has of its own
     _told = told
 
