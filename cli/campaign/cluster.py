@@ -26,12 +26,21 @@ def run_there(packed: bytes, numbers: Sequence[int], scheduler: str, came: Came,
     counter = Counter(job, len(numbers))
     with _client(scheduler) as client:
         job.note(f"{len(client.nthreads())} workers")
+        for row in _rows(client, packed, numbers, scheduler):
+            came(row)
+            counter.end()
+
+
+def _rows(client: Any, packed: bytes, numbers: Sequence[int], scheduler: str) -> Iterator[Any]:
+    """Yield each row as it comes; an error of the line to the scheduler is none of a file."""
+    try:
         # The result of a task, and no scattered data: it is made again where its worker dies.
         task = client.submit(bytes, packed, pure=False)
         for future in as_completed(client.map(run_one, [task] * len(numbers), numbers, pure=False)):
-            came(_row(future, scheduler))
+            yield _row(future, scheduler)
             future.release()  # else its worker's death would have it done once more
-            counter.end()
+    except OSError as error:
+        raise Refused(f"{scheduler}: the scheduler has gone. {GOES_ON}") from error
 
 
 def _row(future: Any, scheduler: str) -> Any:
