@@ -95,7 +95,7 @@ struct port {
     uint8_t watched;            /* bits */
     uint8_t sampled;            /* bits whose reads are of interest */
     uint8_t ddr, port;          /* as last seen */
-    struct tap tap_port, tap_ddr, tap_pin;
+    struct tap tap_pin;
 };
 
 /* What comes to a UART: each character's bits, the start bit first, and when. */

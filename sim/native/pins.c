@@ -185,8 +185,9 @@ int pins_init(hw *h) {
         p->h = h;
         p->index = index;
         p->io = io;
-        tap_write(h, io->r_port, on_port, p, &p->tap_port);
-        tap_write(h, io->r_ddr, on_ddr, p, &p->tap_ddr);
+        struct tap replaced;
+        tap_write(h, io->r_port, on_port, p, &replaced);
+        tap_write(h, io->r_ddr, on_ddr, p, &replaced);
         tap_write(h, io->r_pin, on_pin, p, &p->tap_pin);
         tap_read(h, io->r_pin, on_pin_read, p, &p->tap_pin);
     }
