@@ -114,12 +114,6 @@ def plotted(controller: Controller, loop_name: str) -> bool:
     return any(each.loop == loop_name for each in placed(controller, SerialPlotter).values())
 
 
-def told_elsewhere(controller: Controller) -> bool:
-    """Tell whether a fault may come, or be acknowledged, between two steps of the LCD's loop."""
-    others = gcode_of(controller), modbus_of(controller), nextion_of(controller)
-    return len(controller.loops) > 1 or any(others)
-
-
 def countdown_of(controller: Controller, loop_name: str) -> Countdown | None:
     """Find what lets people set a time after which a loop goes off."""
     keypad = keypad_of(controller)

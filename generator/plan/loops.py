@@ -48,9 +48,18 @@ READY_WITHIN_K = 1.0
 """Where the spec does not say it: what Marlin's `M109` waits for (TEMP_WINDOW)."""
 
 
+RARE_S = 1.0
+"""A loop's step shows what is latched; with longer steps the display does not wait for it."""
+
+
 def prefix_of(name: str) -> str:
     """Begin the constants of loop `name` with this."""
     return f"LOOP_{name.upper()}"
+
+
+def steps_are_rare(loop: Loop) -> bool:
+    """Tell whether a fault that another part finds is shown before the loop's next step."""
+    return loop.period_s > RARE_S
 
 
 def summary(source: Source, name: str) -> dict[str, object]:

@@ -14,7 +14,7 @@ from heatwright.sim.faults.world import Condition, Site, Switched, Weather, Worl
 
 COMMANDED_STEP_K = 10.0
 BELOW_K = 5.0
-"""So far below its setpoint a machine begins that is to be heating."""
+"""A machine that is to be heating begins so far below where its heater goes on."""
 FIRST_STEPS = 3
 """Periods after which readings come, every rule has begun and the setpoint is taken over."""
 LONGEST_S = 3600.0
@@ -70,7 +70,8 @@ def first_steps(world: Operated) -> None:
 def heating(site: Site) -> World:
     """Begin below the highest usable setpoint, with the heater on at this moment."""
     target_c = highest_c(site)
-    start_c = max(target_c - BELOW_K, coldest_c(site.controller, site.loop_name), ambient_c(site))
+    below_c = target_c - site.loop.algorithm.swing_k / 2 - BELOW_K
+    start_c = max(below_c, coldest_c(site.controller, site.loop_name), ambient_c(site))
     world = World(site, Weather(start_c, ambient_c(site)))
     first_steps(world)
     world.set_setpoint(target_c)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.core import rules
-from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.loops import prefix_of, steps_are_rare
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
@@ -19,7 +19,6 @@ from heatwright.spec.commands import (
     must_release,
     programmed,
     switched,
-    told_elsewhere,
 )
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 
@@ -118,7 +117,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     panel = {
         "where": source.where,
         "loop_name": interface.loop,
-        "told_elsewhere": told_elsewhere(controller),
+        "steps_are_rare": steps_are_rare(loop),
         "prefix": prefix_of(interface.loop),
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.generator.plan.core import lockout_ends, rules
-from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.loops import prefix_of, steps_are_rare
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
-from heatwright.spec.commands import told_elsewhere, tunable
+from heatwright.spec.commands import tunable
 from heatwright.spec.loops import Loop
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
@@ -44,7 +44,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     context = {
         "where": source.where,
         "loop_name": name,
-        "told_elsewhere": told_elsewhere(controller),
+        "steps_are_rare": steps_are_rare(loop),
         "prefix": prefix_of(name),
         "sensor": loop.sensor,
         "rules": rules(controller),

@@ -176,6 +176,8 @@ def _never_believed(world: World) -> str:
     """See that the power-on value was never taken for a temperature."""
     log = world.device.steps(world.site.loop_name)
     highest_c = float(log["temperature_c"].max())
-    if highest_c > world.peak_c + world.site.loop.protection.rise_rate_k_per_s:
+    sensor = world.site.controller.thermometers[world.site.loop.sensor]
+    may_k = world.site.loop.protection.rise_rate_k_per_s + sensor.step_k
+    if highest_c > world.peak_c + may_k:
         return f"{highest_c:.1f} °C was taken for a temperature"
     return ""
