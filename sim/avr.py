@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.binary.elf import Elf
+from heatwright.sim.binary.elf import Elf, Function
 from heatwright.sim.binary.profile import Profile
 from heatwright.sim.interfaces.look import NEVER, Look
 from heatwright.sim.native import spi
@@ -144,6 +144,19 @@ class Avr:
         while result := run(hw, cycle):
             self.came_back(result)
         self.raise_errors()
+
+    def run_to_code(self, code: Function, cycle: int) -> bool:
+        """Execute at least one instruction, up to one of a function, or run to a cycle.
+
+        Return whether the next instruction is one of these. Raises what run_to raises.
+        """
+        while result := self._lib.hw_run_to_code(self._hw, code.start, code.end, cycle):
+            if result != self._lib.HW_NEWS:
+                self.came_back(result)
+            if code.start <= self.program_counter < code.end:
+                break
+        self.raise_errors()
+        return bool(result)
 
     def run_looking(self, look: Look, cycle: int) -> bool:
         """Run to a cycle, or to a look that finds something; tell whether one has.

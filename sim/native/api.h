@@ -52,6 +52,7 @@ void hw_old_part(hw *h);                /* an ATmega16 or 32 */
 void hw_flash_changed(hw *h);
 void hw_reference_core(hw *h, int on);  /* simavr's own instruction core */
 int hw_run(hw *h, uint64_t until);
+int hw_run_to_code(hw *h, uint32_t start, uint32_t end, uint64_t until);
 uint64_t hw_cycle(hw *h);
 uint64_t hw_sleep_cycles(hw *h);
 uint32_t hw_program_counter(hw *h);

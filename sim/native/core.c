@@ -373,3 +373,26 @@ int hw_run(hw *h, uint64_t until) {
     }
     return HW_DONE;
 }
+
+/* One instruction, or the sleep up to what wakes it. */
+static int advance(hw *h, uint64_t until) {
+    if (h->avr->state != cpu_Sleeping)
+        return hw_run(h, h->avr->cycle + 1);
+    h->until = until;
+    timer_set(h->stop, until);
+    turn(h);
+    int ended = over(h);
+    return ended ? ended : h->log_full ? HW_YIELD : HW_DONE;
+}
+
+/* HW_NEWS: the next instruction is of these. At least one is executed before. */
+int hw_run_to_code(hw *h, uint32_t start, uint32_t end, uint64_t until) {
+    while (h->avr->cycle < until) {
+        int ended = advance(h, until);
+        if (ended)
+            return ended;
+        if (h->avr->pc >= start && h->avr->pc < end)
+            return HW_NEWS;
+    }
+    return HW_DONE;
+}

@@ -92,13 +92,11 @@ def _planned(controller: Controller, program: Elf) -> list[Press]:
 
 
 def _to_main(avr: Avr, program: Elf) -> None:
-    """Run instruction by instruction until main begins, for good where the watchdog resets it."""
-    start = program.function("main").start
+    """Run until main begins, for good where the watchdog resets it."""
+    main = program.function("main")
     end = round(START_S * avr.clock_hz)
     for _ in range(1 + any(each.name == PROOF for each in program.functions)):
-        avr.run_to(avr.cycle + 1)
-        while avr.program_counter != start and avr.cycle < end:
-            avr.run_to(avr.cycle + 1)
+        avr.run_to_code(main, end)
 
 
 def _play(

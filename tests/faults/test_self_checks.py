@@ -11,7 +11,7 @@ from rig.specs import changed, controller_of, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import Avr, AvrError
-from heatwright.sim.binary.elf import Elf
+from heatwright.sim.binary.elf import Elf, Function
 from heatwright.sim.device import PROOF, AvrDevice
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, flash_s
@@ -133,11 +133,7 @@ def test_a_jump_over_the_guard_gives_no_permit() -> None:
         avr.run(0.01)
         if device.read("loop_air.c:ticks_left") == 1:
             break
-    for _ in range(round(0.02 * avr.clock_hz)):
-        if avr.program_counter == call:
-            break
-        avr.run_to(avr.cycle + 1)
-    assert avr.program_counter == call
+    assert avr.run_to_code(Function(call, call + 2, "call"), avr.cycle + round(0.02 * avr.clock_hz))
     avr.jump(behind)
     avr.run(0.03)
     assert device.read("fault.code") == CODES["sequence_broken"]
@@ -202,10 +198,8 @@ def test_a_cell_of_the_ram_that_is_stuck_is_told_and_the_others_keep_what_they_h
         keep(avr, cell, bit, at=at)
         before = avr.read_ram(cell - 4, 8)
         until = avr.cycle + round(0.015 * avr.clock_hz)
-        while avr.cycle < until:
-            avr.run_to(avr.cycle + 1)
-            if test.start <= avr.program_counter < test.end:
-                keep(avr, cell, bit, at=at)
+        while avr.run_to_code(test, until):
+            keep(avr, cell, bit, at=at)
         assert device.read("fault.code") == CODES["ram_damaged"], bit
         assert device.read("ram.c:place") in (cell - 1, cell)
         assert avr.read_ram(cell - 4, 8) == before

@@ -55,6 +55,27 @@ def test_long_logs_are_kept_whole() -> None:
     assert set((events["state"][1:] & 1)[::2]) != set((events["state"][1:] & 1)[1::2])
 
 
+def test_it_stops_at_each_instruction_of_a_function() -> None:
+    """As many small runs do; through sleep, and for both that sleep and do not reach it."""
+    program = whole("chamber")
+    gate = program.function("gate_tick")
+    until = round((began_s("chamber") + 0.02) * CLOCK_HZ)
+    slow, quick = powered(program), powered(program)
+    for avr in (slow, quick):
+        avr.run_to(until - round(0.03 * CLOCK_HZ))
+    wanted = []
+    while slow.cycle < until:
+        slow.run_to(slow.cycle + 1)
+        if slow.cycle < until and gate.start <= slow.program_counter < gate.end:
+            wanted.append((slow.cycle, slow.program_counter))
+    found = []
+    while quick.run_to_code(gate, until):
+        found.append((quick.cycle, quick.program_counter))
+    assert found == wanted
+    assert wanted
+    assert quick.cycle >= until
+
+
 def trace(_: int) -> bytes:
     avr = powered(shared("blink.c"))
     avr.pins.watch("PB5")

@@ -160,10 +160,8 @@ def stick_cell(world: World) -> None:
 
     def act(end_s: float) -> None:
         end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
-        while avr.cycle < end:
-            avr.run_to(avr.cycle + 1)
-            if test.start <= avr.program_counter < test.end:
-                avr.write_ram(cell, bytes([avr.read_ram(cell, 1)[0] & ~(1 << LOWEST_BIT)]))
+        while avr.run_to_code(test, end):
+            avr.write_ram(cell, bytes([avr.read_ram(cell, 1)[0] & ~(1 << LOWEST_BIT)]))
 
     world.act_within(act)
 
