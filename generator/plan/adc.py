@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from heatwright.generator.plan.chips import is_old
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage
 from heatwright.generator.plan.source import Source
@@ -18,19 +17,11 @@ FASTEST_HZ = 200_000
 FAR = 8
 """Channels from this one up have MUX5 set, which is in ADCSRB (ATmega2560, 32U4)."""
 
-WITH_MUX5 = ("atmega2560", "atmega32u4")
 
 CODES = 1024
-KNOWN, NEAR_KNOWN = 0x1E, 0x0E
-"""What chooses the band gap's voltage in ADMUX; the second on the ATmega328P."""
-KNOWN_V, OLD_KNOWN_V = 1.1, 1.22
-"""Typically; 10 % more or less (data sheets)."""
 WRONG_TICKS = 100
 KNOWN_TOLERANCE = 0.25
 """Of the code: the band gap's, and that of a supply of 4.5 to 5.5 V as reference."""
-
-DIGITAL_INPUTS = {"atmega328p": range(6), "atmega1284p": range(8)}
-"""Channels whose pin has a digital input, where not all have one (data sheets, DIDR0, DIDR2)."""
 
 REFERENCES = {
     "supply": ("(1u << REFS0)", "The supply, AVCC."),
@@ -59,7 +50,7 @@ def scan(root: Source) -> Part:
         "interrupts": has_sensors(controller),
         "far": any(fars),
         "mixed": len(set(fars)) > 1,
-        "has_mux5": board.mcu in WITH_MUX5,
+        "has_mux5": board.adc.has_mux5,
         "known": known,
         "enabled": "(1u << ADEN)" + _bits("ADPS", code),
         "clock_khz": f"{board.clock_hz / (1 << code) / 1000:g}",
@@ -128,9 +119,7 @@ def _known(root: Source) -> dict[str, str] | None:
     if not measures_known_voltage(root.controller):
         return None
     first = next(iter(root.controller.adc_sensors.values()))
-    code, known_v = (NEAR_KNOWN if board.mcu == "atmega328p" else KNOWN), KNOWN_V
-    if is_old(board):
-        known_v = OLD_KNOWN_V
+    code, known_v = board.adc.band_gap_code, board.adc.band_gap_v
     share = known_v / reference_v(first, board.mcu)
     return {
         "name": f"{known_v} V of the chip's own",
@@ -168,12 +157,12 @@ def _reference(controller: Controller) -> str:
 def _digital_inputs_off(controller: Controller) -> list[str]:
     """Lines that switch off the digital inputs of sensors' pins: half a supply makes them draw."""
     board = controller.board
-    if is_old(board):
+    if board.is_old:
         return []
     numbers = [channel_of(controller, each.pin) for each in controller.adc_sensors.values()]
     lines = []
     for register, group in (("DIDR0", range(FAR)), ("DIDR2", range(FAR, 16))):
-        able = [n for n in numbers if n in group and n in DIGITAL_INPUTS.get(board.mcu, range(16))]
+        able = [n for n in numbers if n in group and n in board.adc.digital_inputs]
         bits = " | ".join(f"(1u << ADC{number}D)" for number in sorted(able))
         lines += [f"{register} = {bits}; /* no digital inputs there */"] if bits else []
     return lines

@@ -28,16 +28,6 @@ from heatwright.spec.commands import gcode_of, keyed, plotted
 from heatwright.spec.problems import Path
 from heatwright.spec.registry import module_of
 
-MCU_MACROS = {
-    "atmega328p": "__AVR_ATmega328P__",
-    "atmega2560": "__AVR_ATmega2560__",
-    "atmega32u4": "__AVR_ATmega32U4__",
-    "atmega1284p": "__AVR_ATmega1284P__",
-    "atmega32": "__AVR_ATmega32__",
-    "atmega16": "__AVR_ATmega16__",
-}
-"""The chips whose registers the templates know, by the macro that avr-gcc defines for each."""
-
 
 def plan_firmware(spec: Spec) -> Plan:
     """Decide the firmware of `spec`: every file, constant, register and call."""
@@ -118,7 +108,7 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
         "digest": spec.digest,
         "clock_hz": board.clock_hz,
         "clock_mhz": f"{board.clock_hz / 1e6:g}",
-        "mcu_macro": MCU_MACROS[board.mcu],
+        "mcu_macro": board.macro,
         "mcu_name": board.mcu,
         "groups": _each("groups", parts),
     }

@@ -1,20 +1,10 @@
-"""Which chips write their registers otherwise than the rest do."""
+"""What the builder of a bare chip sets before the program runs."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from heatwright.spec.boards import Board
-
-OLD = frozenset({"atmega16", "atmega32"})
-"""Chips of the generation before the others. Their timers share TIMSK and TIFR, an 8-bit timer has
-one control register (TCCR0) and one compare channel without letter (OCR0), UCSRC and UBRRH share an
-address, and there is no DIDR (data sheets, "Register Summary")."""
-
-
-def is_old(board: Board) -> bool:
-    """Tell whether a board's chip is one of them."""
-    return board.mcu in OLD
 
 
 class Fuses(NamedTuple):
@@ -32,6 +22,6 @@ def fuses(board: Board) -> Fuses | None:
     """Name the fuses of a bare chip; boards come with theirs set."""
     if board.name != board.mcu:
         return None
-    if is_old(board):
+    if board.is_old:
         return Fuses("CKSEL, SUT and CKOPT", "BODEN and BODLEVEL", "4.0", has_wdton=False)
     return Fuses("CKSEL, SUT and CKDIV8", "BODLEVEL", "4.3", has_wdton=True)

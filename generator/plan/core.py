@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.chips import is_old
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.protection.relay import wanting
@@ -58,7 +57,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
     watchdog = root.at("safety", "watchdog").where
     context = {
         "reset_lines": reset_lines,
-        "causes": "MCUCSR" if is_old(controller.board) else "MCUSR",
+        "causes": "MCUCSR" if controller.board.is_old else "MCUSR",
         "has_usb": controller.board.mcu == "atmega32u4",
         "locks_power": lockout_of(controller) is not None and keypad_of(controller) is None,
         "proves": proves_watchdog(controller),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from heatwright.generator.plan.chips import is_old
 from heatwright.spec.board.timers import MOST_DIVIDER, Interval
 from heatwright.spec.boards import Board, Timer
 
@@ -95,7 +94,7 @@ class TimerRegisters:
 
 def registers(board: Board, number: int) -> TimerRegisters:
     """Name the registers of a board's timer."""
-    return TimerRegisters(number, board.timers[number], is_old(board))
+    return TimerRegisters(number, board.timers[number], board.is_old)
 
 
 def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:

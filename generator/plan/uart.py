@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.chips import is_old
 from heatwright.spec.boards import Board
 
 ONE_UART = {"atmega328p"}
@@ -112,7 +111,7 @@ def registers(board: Board, port: int = 0) -> UartRegisters:
     """Name the registers of one of the board's serial ports."""
     number = board.uarts[port].suffix
     vectors = "USART" if board.mcu in ONE_UART else f"USART{number}"
-    return UartRegisters(number, vectors, is_old(board))
+    return UartRegisters(number, vectors, board.is_old)
 
 
 def form(parity: str, stop_bits: int) -> str:

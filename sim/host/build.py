@@ -168,5 +168,4 @@ def _run(*command: str) -> None:
 def _board(controller: Controller) -> list[str]:
     """Say what config.h asks for: the clock, and avr-gcc's macro of the chip."""
     board = controller.board
-    chip = board.mcu.removeprefix("atmega").upper()
-    return [f"-DF_CPU={board.clock_hz}UL", f"-D__AVR_ATmega{chip}__"]
+    return [f"-DF_CPU={board.clock_hz}UL", f"-D{board.macro}"]

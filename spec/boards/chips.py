@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS, ports
-from heatwright.spec.boards.model import Chip, Timer
+from heatwright.spec.boards.model import Adc, Chip, Timer
+
+_JTAG_ON_C = ("PC2", "PC3", "PC4", "PC5")
 
 
 def _functions(pins: tuple[str, ...], functions: dict[str, str]) -> dict[str, str]:
@@ -19,6 +21,7 @@ ATMEGA328P = Chip(
     eeprom_bytes=1024,
     signature=(0x1E, 0x95, 0x0F),
     fastest_hz=20_000_000,
+    adc=Adc(band_gap_code=0x0E, digital_inputs=range(6)),
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
@@ -51,6 +54,8 @@ ATMEGA2560 = Chip(
     eeprom_bytes=4096,
     signature=(0x1E, 0x98, 0x01),
     fastest_hz=16_000_000,
+    adc=Adc(has_mux5=True),
+    jtag_pins=("PF4", "PF5", "PF6", "PF7"),
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
@@ -110,6 +115,7 @@ ATMEGA32U4 = Chip(
     eeprom_bytes=1024,
     signature=(0x1E, 0x95, 0x87),
     fastest_hz=16_000_000,
+    adc=Adc(has_mux5=True),
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
@@ -168,6 +174,9 @@ ATMEGA32 = Chip(
     eeprom_bytes=1024,
     signature=(0x1E, 0x95, 0x02),
     fastest_hz=16_000_000,
+    adc=Adc(band_gap_v=1.22),
+    jtag_pins=_JTAG_ON_C,
+    is_old=True,
     timers=_ATMEGA32_TIMERS,
     functions=_ATMEGA32_FUNCTIONS,
     longest_watchdog_s=2.0,
@@ -180,6 +189,9 @@ ATMEGA16 = Chip(
     eeprom_bytes=512,
     signature=(0x1E, 0x94, 0x03),
     fastest_hz=16_000_000,
+    adc=Adc(band_gap_v=1.22),
+    jtag_pins=_JTAG_ON_C,
+    is_old=True,
     timers=_ATMEGA32_TIMERS,
     functions=_ATMEGA32_FUNCTIONS,
     longest_watchdog_s=2.0,
@@ -193,6 +205,8 @@ ATMEGA1284P = Chip(
     eeprom_bytes=4096,
     signature=(0x1E, 0x97, 0x05),
     fastest_hz=20_000_000,
+    adc=Adc(digital_inputs=range(8)),
+    jtag_pins=_JTAG_ON_C,
     timers={
         0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
         1: Timer(16, SLOW_PRESCALERS, ("A", "B")),

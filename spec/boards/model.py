@@ -56,6 +56,18 @@ class Uart(NamedTuple):
         return int(self.suffix or 0)
 
 
+class Adc(NamedTuple):
+    """What the analog converter of one chip has that others have not."""
+
+    band_gap_code: int = 0x1E
+    """What chooses the band gap's voltage in ADMUX."""
+    band_gap_v: float = 1.1
+    """Typically; 10 % more or less."""
+    has_mux5: bool = False
+    digital_inputs: range = range(16)
+    """Channels whose pin has a digital input that can be switched off: DIDR0, DIDR2."""
+
+
 class Chip(NamedTuple):
     """One microcontroller, from its data sheet."""
 
@@ -69,7 +81,15 @@ class Chip(NamedTuple):
     timers: Mapping[int, Timer]
     functions: Mapping[str, str]
     """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
+    adc: Adc = Adc()
+    jtag_pins: tuple[str, ...] = ()
+    """Of the port that a fuse switches on as the chip leaves the factory. Boards with a bootloader
+    have it switched off."""
     longest_watchdog_s: float = 8.0
+    is_old: bool = False
+    """Of the generation before the others. Its timers share TIMSK and TIFR, an 8-bit timer has one
+    control register (TCCR0) and one compare channel without letter (OCR0), UCSRC and UBRRH share
+    an address, and there is no DIDR ("Register Summary")."""
 
 
 class Board(NamedTuple):
@@ -92,7 +112,10 @@ class Board(NamedTuple):
     """By every name a pin has: `D3` and `PD3` give the same Pin."""
     timers: Mapping[int, Timer]
     uarts: tuple[Uart, ...]
+    adc: Adc
+    jtag_pins: tuple[str, ...]
     longest_watchdog_s: float
+    is_old: bool
     shield: bool
     """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""
     bootloader_talks: tuple[str, int] | None
@@ -100,3 +123,8 @@ class Board(NamedTuple):
     bears_watchdog: bool
     """False if its bootloader leaves the watchdog as it was after its reset, so that it comes again
     and again."""
+
+    @property
+    def macro(self) -> str:
+        """What avr-gcc defines for the chip."""
+        return f"__AVR_ATmega{self.mcu.removeprefix('atmega').upper()}__"

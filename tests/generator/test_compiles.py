@@ -17,7 +17,6 @@ from suite import SEED, amount
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.plan import File, Plan
-from heatwright.generator.plan.assembly import MCU_MACROS
 from heatwright.spec.names import LONGEST_NAME
 
 PLAIN = changed("chamber").partition("simulation:")[0]
@@ -157,7 +156,7 @@ def test_nothing_is_found(case: str | int, tmp_path: Path) -> None:
     write(render(plan_firmware(spec)), tmp_path)
     assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
     done = subprocess.run(
-        [*CPPCHECK, f"-D{MCU_MACROS[board.mcu]}", f"-DF_CPU={board.clock_hz}UL", "src"],
+        [*CPPCHECK, f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL", "src"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")

@@ -10,7 +10,6 @@ from pydantic import TypeAdapter
 from heatwright.spec import Board, Pin, Sensor, Thermistor, Timer
 from heatwright.spec.board.pwm import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
 from heatwright.spec.board.timers import tick_interval
-from heatwright.spec.checks.board.pins import JTAG_PINS
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
 from heatwright.spec.sensing.max31856 import AVERAGES, RANGE_C, Max31856
@@ -108,7 +107,7 @@ class Resources:
 
     def __init__(self, draws: Draws, board: Board, loops: int) -> None:
         self.draws, self.board, self._loops = draws, board, loops
-        barred = () if board.bootloader_bytes else JTAG_PINS.get(board.mcu, ())
+        barred = () if board.bootloader_bytes else board.jtag_pins
         pins = {pin.name: pin for pin in board.pins.values() if pin.port_name not in barred}
         self._free = sorted(pins.values(), key=lambda pin: (pin.adc is not None, pin.digital))
         self.kept_analog = 0  # pins of the ADC that somebody will need

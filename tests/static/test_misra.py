@@ -11,7 +11,6 @@ from suite import amount
 
 from heatwright.generator.output import write
 from heatwright.generator.plan import plan_firmware
-from heatwright.generator.plan.assembly import MCU_MACROS
 from heatwright.generator.render import render
 
 DEVIATIONS = tomllib.loads(Path(__file__).with_name("misra.toml").read_text("utf-8"))
@@ -24,7 +23,7 @@ def broken(name: str, folder: Path) -> set[str]:
     board = controller_of(name).board
     done = subprocess.run(
         ["cppcheck", "--quiet", "--enable=style", "--addon=misra", "--std=c11", "--platform=avr8",
-         "--library=avr", f"-D{MCU_MACROS[board.mcu]}", f"-DF_CPU={board.clock_hz}UL",
+         "--library=avr", f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL",
          "--template={id}", "src"],
         cwd=folder, capture_output=True, text=True, check=True,
     )  # fmt: skip

@@ -14,15 +14,6 @@ from heatwright.spec.problems import Path, dotted
 
 _BOARD: Path = ("controller", "board")
 
-JTAG_PINS = {
-    "atmega16": ("PC2", "PC3", "PC4", "PC5"),
-    "atmega32": ("PC2", "PC3", "PC4", "PC5"),
-    "atmega1284p": ("PC2", "PC3", "PC4", "PC5"),
-    "atmega2560": ("PF4", "PF5", "PF6", "PF7"),
-}
-"""Data sheets, alternate port functions. Chips leave the factory with JTAG switched on by a fuse;
-boards with a bootloader have it switched off."""
-
 
 def label(pin: Pin) -> str:
     """Name a pin as a message does: `D3 (PD3)`."""
@@ -171,7 +162,7 @@ def jtag_pins_are_free(controller: Controller) -> Findings:
     if board.bootloader_bytes:
         return
     for use in pin_uses(controller):
-        if use.pin.port_name in JTAG_PINS.get(board.mcu, ()):
+        if use.pin.port_name in board.jtag_pins:
             yield Finding(
                 use.path,
                 f"{label(use.pin)} belongs to the JTAG port of a chip as it leaves the factory, "
