@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
@@ -9,22 +11,39 @@ from heatwright.spec.adjusted import Number, numbers_of
 from heatwright.spec.commands import keypad_of
 
 
-def named(source: Source, name: str, prefix: str) -> list[dict[str, str]]:
-    """Say of each number of a loop what it and its constants are called, and where it stands."""
+@dataclass(frozen=True, slots=True)
+class NumberNames:
+    """What a number of a loop and its constants are called, and where it stands."""
+
+    key: str
+    member: str
+    unit: str
+    title: str
+    shown_unit: str
+    where: str
+    given: str
+    minimum: str
+    maximum: str
+    step: str
+    decimals: str
+
+
+def named(source: Source, name: str, prefix: str) -> list[NumberNames]:
+    """Name each number of a loop."""
     return [
-        {
-            "key": each.kind.key,
-            "member": each.kind.field,
-            "unit": each.kind.unit,
-            "title": each.kind.title,
-            "shown_unit": each.kind.shown_unit,
-            "where": _at(source, each).where,
-            "given": _constant(prefix, each, ""),
-            "minimum": _constant(prefix, each, "_MINIMUM"),
-            "maximum": _constant(prefix, each, "_MAXIMUM"),
-            "step": _constant("PANEL", each, "_STEP"),
-            "decimals": f"PANEL_{each.kind.key.upper()}_DECIMALS",
-        }
+        NumberNames(
+            key=each.kind.key,
+            member=each.kind.field,
+            unit=each.kind.unit,
+            title=each.kind.title,
+            shown_unit=each.kind.shown_unit,
+            where=_at(source, each).where,
+            given=_constant(prefix, each, ""),
+            minimum=_constant(prefix, each, "_MINIMUM"),
+            maximum=_constant(prefix, each, "_MAXIMUM"),
+            step=_constant("PANEL", each, "_STEP"),
+            decimals=f"PANEL_{each.kind.key.upper()}_DECIMALS",
+        )
         for each in numbers_of(source.controller, name)
     ]
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from heatwright.generator.plan import core
 from heatwright.generator.plan.checks import plan_checks
-from heatwright.generator.plan.loops import plan_loop, summary
+from heatwright.generator.plan.loop_names import summary
+from heatwright.generator.plan.loops import plan_loop
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
 from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
@@ -24,7 +25,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
 from heatwright.spec import Spec
 from heatwright.spec.board.timers import TimerUse, allocate
-from heatwright.spec.commands import gcode_of, keyed, plotted
+from heatwright.spec.commands import gcode_of
 from heatwright.spec.problems import Path
 from heatwright.spec.registry import module_of
 
@@ -47,14 +48,7 @@ def plan_firmware(spec: Spec) -> Plan:
         for index, interface in enumerate(controller.interfaces)
     ]
     control = [
-        plan_loop(
-            root.at("loops", name),
-            name,
-            loop,
-            plotted=plotted(controller, name),
-            shown=keyed(controller, name),
-        )
-        for name, loop in controller.loops.items()
+        plan_loop(root.at("loops", name), name, loop) for name, loop in controller.loops.items()
     ]
     owned: list[tuple[Path, Part]] = [
         *(((), part) for part in (core.start(root, _each("reset_lines", outputs)), clock, gate)),
@@ -68,7 +62,10 @@ def plan_firmware(spec: Spec) -> Plan:
         *((("outputs",), part) for part in proofs),
         *((("safety", "inputs"), part) for part in inputs),
         (("programs",), plan_programs(root)),
-        *((("programs",), part) for part in _program(root, loops)),
+        *(
+            (("programs",), part)
+            for part in (program.plan(root, each) for each in loops if each.programmed)
+        ),
     ]
     parts = [part for _, part in owned]
     files = (
@@ -93,11 +90,6 @@ def _owners(owned: list[tuple[Path, Part]]) -> dict[str, tuple[Path, ...]]:
             key = (*path, *file.key)
             found[file.path] = tuple(dict.fromkeys((*found.get(file.path, ()), key)))
     return {path: () if () in keys else keys for path, keys in found.items()}
-
-
-def _program(root: Source, loops: list[dict[str, Any]]) -> list[Part]:
-    """Plan the program that moves the setpoint of one of the loops."""
-    return [program.plan(root, loop) for loop in loops if loop["programmed"]]
 
 
 def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:

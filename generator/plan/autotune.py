@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from heatwright.generator.plan.algorithms.pid import in_force
 from heatwright.generator.plan.numbers import quantity, steps
 from heatwright.generator.plan.parts import Constant
@@ -75,15 +77,19 @@ def _rule(source: Source, pid: Pid, prefix: str, period_s: float) -> list[Consta
     ]
 
 
-def names_in_force(pid: Pid, prefix: str, state: str) -> dict[str, str]:
-    """Name the swing, and where the integral begins, in C; `state` is that of the loop."""
+class NamesInForce(NamedTuple):
+    """What an experiment goes by, in C: its swing, and where the integral begins."""
+
+    swing: str
+    start: str
+
+
+def names_in_force(pid: Pid, prefix: str, state: str) -> NamesInForce:
+    """Name them; `state` is that of the loop."""
     if not pid.limits_adjustable:
-        return {
-            "swing": f"{prefix}_TUNING_SWING_PERCENT",
-            "start": f"{prefix}_TUNING_START_PERCENT",
-        }
+        return NamesInForce(f"{prefix}_TUNING_SWING_PERCENT", f"{prefix}_TUNING_START_PERCENT")
     limits = in_force(pid, prefix, state)
-    return {
-        "swing": f"({limits.output_maximum} * {prefix}_TUNING_SWING_SHARE)",
-        "start": f"limit(0.0f, {limits.integral_minimum}, {limits.integral_maximum})",
-    }
+    return NamesInForce(
+        f"({limits.output_maximum} * {prefix}_TUNING_SWING_SHARE)",
+        f"limit(0.0f, {limits.integral_minimum}, {limits.integral_maximum})",
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan.loop_names import LoopSummary
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.protection.relay import wanting
@@ -118,7 +119,7 @@ def clock(root: Source, timer: int) -> Part:
     )
 
 
-def gate(root: Source, loops: list[dict[str, object]], steppers: list[str]) -> Part:
+def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
     """The gate to the heaters, and its permits; it stops the steppers and opens the relay too."""
     proven = proofs(root.controller)
     fans = [loop.fan for loop in root.controller.loops.values()]
@@ -188,7 +189,7 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     ]
 
 
-def fault(root: Source, loops: list[dict[str, object]]) -> Part:
+def fault(root: Source, loops: list[LoopSummary]) -> Part:
     """The latched fault and its codes."""
     lockout, constants = _lockout(root)
     context = {"loops": loops, "rules": rules(root.controller), "lockout": lockout}
@@ -197,7 +198,7 @@ def fault(root: Source, loops: list[dict[str, object]]) -> Part:
         c_float(FAULT_COOLING_ABOVE_C),
         "with a fault latched the cooler runs: hot metal burns in a minute (ISO 13732-1)",
     )
-    cooled = any(loop["cooler"] for loop in loops)
+    cooled = any(loop.cooler for loop in loops)
     if cooled:
         constants = (cooling, *constants)
     return Part(

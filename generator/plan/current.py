@@ -30,14 +30,9 @@ IDLE_CODES = 3
 characteristics) are within that."""
 
 
-def current_of(loop: Loop, source: Source) -> Current | None:
-    """Find what the spec says of the current of a loop's heater; None if it is not measured."""
-    return source.controller.outputs[loop.heater].current
-
-
 def plan_current(source: Source, name: str, loop: Loop) -> Part:
     """Plan what is done about the current of the heater of loop `name`, if it is measured."""
-    current = current_of(loop, source)
+    current = source.controller.outputs[loop.heater].current
     if current is None:
         return Part()
     at = Source(source.spec, ("outputs", loop.heater)).at("current")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from enum import IntEnum
 from typing import Any, Literal
 
@@ -51,15 +51,34 @@ class PinPlan:
     functions: tuple[PinFunction, ...]
 
 
+def names(told: object) -> dict[str, Any]:
+    """Name what a template is told: the fields of a dataclass, or of several; the last one counts.
+
+    The values are as they stand there: dataclasses within are not taken apart.
+    """
+    if isinstance(told, Mapping):
+        return dict(told)
+    if isinstance(told, tuple):
+        return {name: value for each in told for name, value in names(each).items()}
+    assert is_dataclass(told)  # noqa: S101 - what else has names?
+    return {each.name: getattr(told, each.name) for each in fields(told)}
+
+
 @dataclass(frozen=True, slots=True)
 class File:
-    """One file to be printed: its path in the project, its template and the template's names."""
+    """One file to be printed: its path in the project, its template and what that is told."""
 
     path: str
     template: str
-    context: Mapping[str, Any] = field(default_factory=dict)
+    told: object = ()
+    """See `names`."""
     key: tuple[str, ...] = ()
     """The key that it is for, below that of its part, such as `autotune` of a loop."""
+
+    @property
+    def context(self) -> dict[str, Any]:
+        """What the template is told, by name."""
+        return names(self.told)
 
 
 class Stage(IntEnum):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heatwright.generator.plan.loop_names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.max31856 import types_of
@@ -14,10 +15,10 @@ LATE = ("a setpoint", "a maximum", "a type of thermocouple", "a number")
 """What is saved so long after it was changed."""
 
 
-def settings(root: Source, loops: list[dict[str, object]]) -> Part:
+def settings(root: Source, loops: list[LoopSummary]) -> Part:
     """Settings and the latched fault in EEPROM."""
-    stored = any(loop["stored"] for loop in loops)
-    tunable = any(loop["tunable"] for loop in loops)
+    stored = any(loop.stored for loop in loops)
+    tunable = any(loop.tunable for loop in loops)
     adjustable = [
         name for name, loop in root.controller.loops.items() if loop.protection.maximum_adjustable
     ]
@@ -27,7 +28,7 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         if sensor.selectable
     ]
     constants = _layout(root)
-    numbers = any(loop["numbers"] for loop in loops)
+    numbers = any(loop.numbers for loop in loops)
     if stored or adjustable or types or numbers:
         constants.append(
             Constant(
@@ -48,7 +49,7 @@ def settings(root: Source, loops: list[dict[str, object]]) -> Part:
         "any_stored": stored,
         "any_tunable": tunable,
         "adjustable": adjustable,
-        "any_limits": any(loop["limits_adjustable"] for loop in loops),
+        "any_limits": any(loop.limits_adjustable for loop in loops),
         "any_later": stored or bool(adjustable or types or numbers),
         "any_sealed_kept": stored or bool(adjustable or types),
         "any_kept": stored or tunable or bool(adjustable or types or numbers),

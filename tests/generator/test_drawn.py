@@ -57,12 +57,18 @@ class Noting(Environment):
 
     def __init__(self) -> None:
         super().__init__(
-            loader=FunctionLoader(_load), undefined=StrictUndefined, trim_blocks=True
+            loader=FunctionLoader(self._noted_text), undefined=StrictUndefined, trim_blocks=True
         )  # as the generator's own
+        self.loaded: set[str] = set()
+        """All templates in use: what these include or extend, too."""
         self.places: set[str] = set()
         """Template and line, for each condition."""
         self.seen: set[tuple[str, bool]] = set()
         self.globals["noted"] = self._noted
+
+    def _noted_text(self, template: str) -> str:
+        self.loaded.add(template)
+        return _load(template)
 
     def _noted(self, place: str, value: Any) -> Any:
         self.seen.add((place, bool(value)))
@@ -83,27 +89,15 @@ class Noting(Environment):
 def test_every_kind_template_and_condition_is_drawn() -> None:
     """Of each condition of each template, wherever one stands in it, both values."""
     pool = drawn(amount("drawn_planned"))
-    noting, used = Noting(), set[str]()
+    noting = Noting()
     for each in pool:
         for file in plan_firmware(each.spec).files:
             noting.get_template(file.template).render(file.context)
-            used.add(file.template)
     files = [path for path in TEMPLATES.glob("*/**/*") if path.suffix in {*CODE, ".j2", ".py"}]
-    assert with_included(used) == {path.relative_to(TEMPLATES).as_posix() for path in files}
+    assert noting.loaded == {path.relative_to(TEMPLATES).as_posix() for path in files}
     assert set(product(noting.places, (True, False))) - noting.seen == set()
     found = frozenset().union(*(kinds_in(each.spec.controller) for each in pool))
     assert found == {*BOARDS, *(kind for _, kind in KINDS)}
-
-
-def with_included(templates: set[str]) -> set[str]:
-    """Add what these include or extend."""
-    found, left = set(templates), list(templates)
-    while left:
-        text = (TEMPLATES / left.pop()).read_text("utf-8")
-        named = set(re.findall(r'(?:{%|//%) (?:include|extends) "([^"]+)"', text))
-        left += named - found
-        found |= named
-    return found
 
 
 def kinds_in(controller: Controller) -> set[str]:

@@ -10,19 +10,22 @@ import pytest
 from jinja2 import Environment
 
 from heatwright.generator import plan_firmware
+from heatwright.generator.plan.features import FEATURES
+from heatwright.generator.plan.loop_names import loop_names
+from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.steps import always
 
 TEMPLATES = (
-    "src/loop.c.j2", "src/loop_hosted.c.j2", "src/loop_regulates.c.j2", "src/loop_switched.c.j2",
-    "src/current.c.j2", "src/guard.c.j2", "src/program.c.j2", "src/settings.c.j2", "src/gate.c.j2",
+    "src/loop/cooler.c.j2", "src/loop/hosted.c.j2", "src/loop/hosted_mode.c.j2",
+    "src/loop/ready.c.j2", "src/loop/regulates.c.j2", "src/loop/state.c.j2",
+    "src/loop/switched.c.j2", "src/current.c.j2",
+    "src/guard.c.j2", "src/program.c.j2", "src/settings.c.j2", "src/gate.c.j2",
     "src/fault.c.j2", "algorithms/on_off.c.j2", "algorithms/lead.c.j2", "algorithms/pid.c.j2",
     "algorithms/three_position.c.j2", "algorithms/autotune.c.j2",
     "outputs/time_proportional.c.j2", "src/proof.c.j2", "src/proof.h.j2", "src/inputs.c.j2",
     "src/inputs.h.j2",
 )  # fmt: skip
-INCLUDED_BY = {
-    "algorithms/lead.c.j2": "algorithms/three_position.c.j2",
-    **dict.fromkeys(TEMPLATES[1:4], "src/loop.c.j2"),
-}
+INCLUDED_BY = {"algorithms/lead.c.j2": "algorithms/three_position.c.j2"}
 CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)
 
 
@@ -33,8 +36,15 @@ def planned():
     for name in host_specs.NAMES:
         for file in plan_firmware(host_specs.spec_of(name)).files:
             loops = file.context.get("loops") or [{}]
-            found[file.template].append({**file.context, "control": loops[0]})
+            context = {**file.context, "control": loops[0]}
+            for template in (file.template, *pieces_of(context)):
+                found[template].append(context)
     return found
+
+
+def pieces_of(context):
+    """Templates that the features of a loop add to its own."""
+    return (*context.get("helpers", ()), *context.get("public", ()))
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -45,3 +55,20 @@ def test_every_condition_is_true_once_and_false_once(template):
         contexts = planned()[INCLUDED_BY.get(template, template)]
         found = {bool(evaluate(**context)) for context in contexts}
         assert found == {True, False}, condition
+
+
+OPTIONAL = [
+    each
+    for each in FEATURES
+    if each.when is not always and each.public != ("hosted_keys",)  # the host build has no display
+]
+
+
+@pytest.mark.parametrize("feature", OPTIONAL)
+def test_every_feature_is_there_once_and_missing_once(feature):
+    found = set()
+    for name in host_specs.NAMES:
+        spec = host_specs.spec_of(name)
+        for loop in spec.controller.loops:
+            found.add(bool(feature.when(loop_names(Source(spec, ("loops", loop)), loop, ""))))
+    assert found == {True, False}

@@ -8,30 +8,55 @@
 #include "gate.h" /* gate_renew_air */
 #include "guard_air.h" /* guard_air_step */
 #include "output_heater.h" /* output_heater_set */
+#include "panel.h" /* panel_refresh */
+#include "plotter.h" /* plotter_send */
 #include "sensor_air.h" /* sensor_air_take */
 #include "settings.h" /* settings, settings_are_sound */
-#include "plotter.h" /* plotter_send */
-#include "panel.h" /* panel_refresh */
 
 struct loop_air_state loop_air;
 static uint16_t ticks_left;
+
 enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
 static uint8_t next_enabled = ON; /* for the next step to take over: chamber.yaml:22 loops.air.starts */
 static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
+
+static void take_switch(void)
+{
+    loop_air.enabled = next_enabled == ON && !off_is_due;
+    off_is_due = false;
+}
 
 static bool is_off(void)
 {
     return !loop_air.enabled;
 }
 
-/* The duty for a valid reading while no fault is latched. */
-static float decide(float change_k, uint16_t gap)
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
 {
-    if (is_off()) {
-        algorithm_air_reset();
-        return 0.0f;
+    const float last_c = loop_air.temperature_c;
+    const bool ok = loop_air.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_air.temperature_c = sensor_air_celsius(loop_air.reading_raw);
+        if (loop_air.has_reading) {
+            now.gap = (uint16_t)(loop_air.missing + 1u);
+            now.change_k = loop_air.temperature_c - last_c;
+        }
+        loop_air.missing = 0;
+        loop_air.has_reading = 1;
+    } else if (loop_air.missing < UINT8_MAX) {
+        loop_air.missing++;
     }
-    return algorithm_air_step(change_k, gap);
+    return now;
 }
 
 /* chamber.yaml:33 safety.self_checks (default)
@@ -45,58 +70,69 @@ static void mark(uint8_t duty)
     done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
 }
 
-/* One control step: docs/control.md, section by section. */
-static void step(void)
+static void renew_if_in_order(void)
 {
-    const float last_c = loop_air.temperature_c;
-    uint16_t gap = 1; /* periods since the last good reading */
-
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
-
-    loop_air.steps++;
-    loop_air.setpoint_c = settings.air_setpoint_c;
-    loop_air.enabled = next_enabled == ON && !off_is_due;
-    off_is_due = false;
-    loop_air.reading_status = sensor_air_take(&loop_air.reading_raw);
-
-    const bool ok = loop_air.reading_status == READING_OK;
-    float change_k = 0.0f;
-    if (ok) {
-        loop_air.temperature_c = sensor_air_celsius(loop_air.reading_raw);
-        if (loop_air.has_reading) {
-            gap = (uint16_t)(loop_air.missing + 1u);
-            change_k = loop_air.temperature_c - last_c;
-        }
-        loop_air.missing = 0;
-        loop_air.has_reading = 1;
-    } else if (loop_air.missing < UINT8_MAX) {
-        loop_air.missing++;
-    }
-    mark(READ);
-
-    fault_judge(sound, loop_air.temperature_c);
-    mark(guard_air_step(change_k, gap));
-
-    if (fault.code != FAULT_NONE) {
-        algorithm_air_reset();
-        loop_air.duty_percent = 0.0f;
-    } else if (!ok) {
-        loop_air.duty_percent = 0.0f; /* no heat without a temperature */
-    } else {
-        loop_air.duty_percent = decide(change_k, gap);
-        gate_renew_air_sensor();
-    }
-
-    if (ok || fault.code != FAULT_NONE) {
-        loop_air.asked_percent = loop_air.duty_percent;
-    }
-
-    output_heater_set(loop_air.duty_percent);
     mark(DECIDED);
     if (done == DECIDED) {
         gate_renew_air();
         done = NOTHING;
     }
+}
+
+bool loop_air_is_in_order(void)
+{
+    const bool in_order = done == NOTHING;
+
+    done = NOTHING;
+    return in_order;
+}
+
+/* The duty for a valid reading while no fault is latched. */
+static float heat_unless_idle(float change_k, uint16_t gap)
+{
+    if (is_off()) {
+        algorithm_air_reset();
+        return 0.0f;
+    }
+    return algorithm_air_step(change_k, gap);
+}
+
+/* No heat with a fault, and none without a temperature. */
+static void decide(const struct reading now)
+{
+    if (fault.code != FAULT_NONE) {
+        algorithm_air_reset();
+        loop_air.duty_percent = 0.0f;
+    } else if (!now.ok) {
+        loop_air.duty_percent = 0.0f;
+    } else {
+        loop_air.duty_percent = heat_unless_idle(now.change_k, now.gap);
+        gate_renew_air_sensor();
+    }
+    if (now.ok || fault.code != FAULT_NONE) {
+        loop_air.asked_percent = loop_air.duty_percent;
+    }
+}
+
+/* One control step: docs/control.md, section by section. */
+static void step(void)
+{
+    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    loop_air.steps++;
+    loop_air.setpoint_c = settings.air_setpoint_c;
+    take_switch();
+
+    loop_air.reading_status = sensor_air_take(&loop_air.reading_raw);
+    const struct reading now = convert_reading();
+    mark(READ);
+
+    fault_judge(sound, loop_air.temperature_c);
+    mark(guard_air_step(now.change_k, now.gap));
+
+    decide(now);
+
+    output_heater_set(loop_air.duty_percent);
+    renew_if_in_order();
 }
 
 void loop_air_start(void)
@@ -116,14 +152,6 @@ void loop_air_tick(void)
     sensor_air_begin();
     plotter_send();
     panel_refresh();
-}
-
-bool loop_air_is_in_order(void)
-{
-    const bool in_order = done == NOTHING;
-
-    done = NOTHING;
-    return in_order;
 }
 
 bool loop_air_works(void)

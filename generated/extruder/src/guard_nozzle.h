@@ -3,6 +3,7 @@
 #ifndef GUARD_NOZZLE_H
 #define GUARD_NOZZLE_H
 
+#include <stdbool.h> /* bool */
 #include <stdint.h> /* uint8_t, uint16_t, int16_t */
 
 struct guard_nozzle_state {
@@ -23,9 +24,9 @@ struct guard_nozzle_state {
 
 extern struct guard_nozzle_state guard_nozzle;
 
-/* In a step in which the loop is on, before all other rules: trip if the host has been silent
+/* In each step, before all other rules: trip if the loop is on, and the host has been silent
  * for too long. */
-void guard_nozzle_master(void);
+void guard_nozzle_master(bool is_on);
 
 /* Forget the past: at reset, and after an acknowledgement. */
 void guard_nozzle_reset(void);

@@ -193,9 +193,9 @@ static uint8_t judge(float change_k, uint16_t gap)
 
 /* fabricator.yaml:37 loops.nozzle.protection.master_lost_after
  * Nobody could switch it off any more. */
-void guard_nozzle_master(void)
+void guard_nozzle_master(bool is_on)
 {
-    if (modbus_silent_ticks() >= LOOP_NOZZLE_MASTER_LOST_TICKS) {
+    if (is_on && modbus_silent_ticks() >= LOOP_NOZZLE_MASTER_LOST_TICKS) {
         fault_trip(FAULT_MASTER_LOST, loop_nozzle.temperature_c);
     }
 }

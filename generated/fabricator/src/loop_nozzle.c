@@ -16,24 +16,118 @@
 
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
+
 enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
 static uint8_t next_enabled; /* for the next step to take over: fabricator.yaml:27 loops.nozzle.starts */
 static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
+
+static void take_switch(void)
+{
+    loop_nozzle.enabled = next_enabled == ON && !off_is_due;
+    off_is_due = false;
+}
+
 static bool released; /* somebody has switched off since the reset, and since the last fault */
+
+void loop_nozzle_demand_release(void)
+{
+    released = false;
+}
 
 static bool is_off(void)
 {
     return !loop_nozzle.enabled;
 }
 
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
+{
+    const float last_c = loop_nozzle.temperature_c;
+    const bool ok = loop_nozzle.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
+        if (loop_nozzle.has_reading) {
+            now.gap = (uint16_t)(loop_nozzle.missing + 1u);
+            now.change_k = loop_nozzle.temperature_c - last_c;
+        }
+        loop_nozzle.missing = 0;
+        loop_nozzle.has_reading = 1;
+    } else if (loop_nozzle.missing < UINT8_MAX) {
+        loop_nozzle.missing++;
+    }
+    return now;
+}
+
+/* fabricator.yaml:39 safety.self_checks (default)
+ * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
+ * jumped over one gives no permit, and is found out in the next tick. */
+enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
+static volatile uint8_t done;
+
+static void mark(uint8_t duty)
+{
+    done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
+}
+
+static void renew_if_in_order(void)
+{
+    mark(DECIDED);
+    if (done == DECIDED) {
+        gate_renew_nozzle();
+        done = NOTHING;
+    }
+}
+
+bool loop_nozzle_is_in_order(void)
+{
+    const bool in_order = done == NOTHING;
+
+    done = NOTHING;
+    return in_order;
+}
+
 /* The duty for a valid reading while no fault is latched. */
-static float decide(float change_k, uint16_t gap)
+static float heat_unless_idle(float change_k, uint16_t gap)
 {
     if (is_off()) {
         algorithm_nozzle_reset();
         return 0.0f;
     }
     return algorithm_nozzle_step(change_k, gap);
+}
+
+/* No heat with a fault, and none without a temperature. */
+static void decide(const struct reading now)
+{
+    if (fault.code != FAULT_NONE) {
+        algorithm_nozzle_reset();
+        loop_nozzle.duty_percent = 0.0f;
+    } else if (!now.ok) {
+        loop_nozzle.duty_percent = 0.0f;
+    } else {
+        loop_nozzle.duty_percent = heat_unless_idle(now.change_k, now.gap);
+        gate_renew_nozzle_sensor();
+    }
+    if (now.ok || fault.code != FAULT_NONE) {
+        loop_nozzle.asked_percent = loop_nozzle.duty_percent;
+    }
+}
+
+/* fabricator.yaml:17 outputs.heater.current.limit */
+static void limit_duty(void)
+{
+    if (loop_nozzle.duty_percent > current_heater.limit_percent) {
+        loop_nozzle.duty_percent = current_heater.limit_percent;
+    }
 }
 
 /* Whether to cool. With a fault latched it is the one thing left that can be done about a heater
@@ -49,80 +143,33 @@ static bool cool(bool ok)
     return ok ? algorithm_nozzle.cooling : loop_nozzle.cooling;
 }
 
-/* fabricator.yaml:39 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
-enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
-static volatile uint8_t done;
-
-static void mark(uint8_t duty)
-{
-    done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
-}
-
 /* One control step: docs/control.md, section by section. */
 static void step(void)
 {
-    const float last_c = loop_nozzle.temperature_c;
-    uint16_t gap = 1; /* periods since the last good reading */
-
     const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
-
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
-    loop_nozzle.enabled = next_enabled == ON && !off_is_due;
-    off_is_due = false;
-    loop_nozzle.reading_status = sensor_nozzle_take(&loop_nozzle.reading_raw);
+    take_switch();
 
-    const bool ok = loop_nozzle.reading_status == READING_OK;
-    float change_k = 0.0f;
-    if (ok) {
-        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
-        if (loop_nozzle.has_reading) {
-            gap = (uint16_t)(loop_nozzle.missing + 1u);
-            change_k = loop_nozzle.temperature_c - last_c;
-        }
-        loop_nozzle.missing = 0;
-        loop_nozzle.has_reading = 1;
-    } else if (loop_nozzle.missing < UINT8_MAX) {
-        loop_nozzle.missing++;
-    }
+    loop_nozzle.reading_status = sensor_nozzle_take(&loop_nozzle.reading_raw);
+    const struct reading now = convert_reading();
     mark(READ);
 
     fault_judge(sound, loop_nozzle.temperature_c);
     relay_judge(loop_nozzle.temperature_c);
-    if (!is_off()) {
-        guard_nozzle_master();
-    }
+    guard_nozzle_master(!is_off());
     current_heater_step();
-    mark(guard_nozzle_step(change_k, gap));
+    mark(guard_nozzle_step(now.change_k, now.gap));
 
-    if (fault.code != FAULT_NONE) {
-        algorithm_nozzle_reset();
-        loop_nozzle.duty_percent = 0.0f;
-    } else if (!ok) {
-        loop_nozzle.duty_percent = 0.0f; /* no heat without a temperature */
-    } else {
-        loop_nozzle.duty_percent = decide(change_k, gap);
-        gate_renew_nozzle_sensor();
-    }
+    decide(now);
 
-    if (ok || fault.code != FAULT_NONE) {
-        loop_nozzle.asked_percent = loop_nozzle.duty_percent;
-    }
-    if (loop_nozzle.duty_percent > current_heater.limit_percent) {
-        loop_nozzle.duty_percent = current_heater.limit_percent; /* fabricator.yaml:17 outputs.heater.current.limit */
-    }
+    limit_duty();
 
-    loop_nozzle.cooling = cool(ok);
+    loop_nozzle.cooling = cool(now.ok);
     output_cooler_set(loop_nozzle.cooling ? 100.0f : 0.0f);
     output_heater_set(loop_nozzle.duty_percent);
     gate_want_nozzle(!is_off());
-    mark(DECIDED);
-    if (done == DECIDED) {
-        gate_renew_nozzle();
-        done = NOTHING;
-    }
+    renew_if_in_order();
 }
 
 void loop_nozzle_start(void)
@@ -140,14 +187,6 @@ void loop_nozzle_tick(void)
     ticks_left = LOOP_NOZZLE_PERIOD_TICKS;
     step();
     sensor_nozzle_begin();
-}
-
-bool loop_nozzle_is_in_order(void)
-{
-    const bool in_order = done == NOTHING;
-
-    done = NOTHING;
-    return in_order;
 }
 
 bool loop_nozzle_works(void)
@@ -204,11 +243,6 @@ bool loop_nozzle_enable(void)
     }
     next_enabled = ON;
     return true;
-}
-
-void loop_nozzle_demand_release(void)
-{
-    released = false;
 }
 
 void loop_nozzle_switch_off(void)

@@ -14,26 +14,47 @@
 
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
+
 static uint8_t next_mode; /* for the next step to take over */
 static float next_percent;
+
+static void take_mode(void)
+{
+    loop_nozzle.mode = next_mode;
+    loop_nozzle.manual_percent = next_percent;
+}
 
 static bool is_off(void)
 {
     return loop_nozzle.mode == MODE_AUTOMATIC && loop_nozzle.setpoint_c == 0.0f;
 }
 
-/* The duty for a valid reading while no fault is latched. */
-static float decide(float change_k, uint16_t gap)
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
 {
-    if (is_off()) {
-        algorithm_nozzle_reset();
-        return 0.0f;
+    const float last_c = loop_nozzle.temperature_c;
+    const bool ok = loop_nozzle.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
+        if (loop_nozzle.has_reading) {
+            now.gap = (uint16_t)(loop_nozzle.missing + 1u);
+            now.change_k = loop_nozzle.temperature_c - last_c;
+        }
+        loop_nozzle.missing = 0;
+        loop_nozzle.has_reading = 1;
+    } else if (loop_nozzle.missing < UINT8_MAX) {
+        loop_nozzle.missing++;
     }
-    if (loop_nozzle.mode == MODE_TUNING) {
-        algorithm_nozzle_reset();
-        return autotune_nozzle_duty();
-    }
-    return algorithm_nozzle_step(change_k, gap);
+    return now;
 }
 
 /* feeder.yaml:43 safety.self_checks (default)
@@ -47,66 +68,91 @@ static void mark(uint8_t duty)
     done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
 }
 
-/* One control step: docs/control.md, section by section. */
-static void step(void)
+static void renew_if_in_order(void)
 {
-    const float last_c = loop_nozzle.temperature_c;
-    uint16_t gap = 1; /* periods since the last good reading */
-
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
-
-    loop_nozzle.steps++;
-    loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
-    loop_nozzle.mode = next_mode;
-    loop_nozzle.manual_percent = next_percent;
-    loop_nozzle.reading_status = sensor_nozzle_take(&loop_nozzle.reading_raw);
-
-    const bool ok = loop_nozzle.reading_status == READING_OK;
-    float change_k = 0.0f;
-    if (ok) {
-        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
-        if (loop_nozzle.has_reading) {
-            gap = (uint16_t)(loop_nozzle.missing + 1u);
-            change_k = loop_nozzle.temperature_c - last_c;
-        }
-        loop_nozzle.missing = 0;
-        loop_nozzle.has_reading = 1;
-    } else if (loop_nozzle.missing < UINT8_MAX) {
-        loop_nozzle.missing++;
-    }
-    mark(READ);
-
-    fault_judge(sound, loop_nozzle.temperature_c);
-    if (!is_off()) {
-        guard_nozzle_master();
-    }
-    mark(guard_nozzle_step(change_k, gap));
-    if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
-        autotune_nozzle_stop();
-    } else {
-        autotune_nozzle_step(ok, last_c);
-    }
-
-    if (fault.code != FAULT_NONE) {
-        algorithm_nozzle_reset();
-        loop_nozzle.duty_percent = 0.0f;
-    } else if (!ok) {
-        loop_nozzle.duty_percent = 0.0f; /* no heat without a temperature */
-    } else {
-        loop_nozzle.duty_percent = decide(change_k, gap);
-        gate_renew_nozzle_sensor();
-    }
-
-    if (ok || fault.code != FAULT_NONE) {
-        loop_nozzle.asked_percent = loop_nozzle.duty_percent;
-    }
-
-    output_heater_set(loop_nozzle.duty_percent);
     mark(DECIDED);
     if (done == DECIDED) {
         gate_renew_nozzle();
         done = NOTHING;
     }
+}
+
+bool loop_nozzle_is_in_order(void)
+{
+    const bool in_order = done == NOTHING;
+
+    done = NOTHING;
+    return in_order;
+}
+
+static void run_experiment(bool ok, float last_c)
+{
+    if (loop_nozzle.mode != MODE_TUNING || fault.code != FAULT_NONE) {
+        autotune_nozzle_stop();
+    } else {
+        autotune_nozzle_step(ok, last_c);
+    }
+}
+
+/* The duty while it is on: the experiment's, or the algorithm's. */
+static float tune_or_control(float change_k, uint16_t gap)
+{
+    if (loop_nozzle.mode == MODE_TUNING) {
+        algorithm_nozzle_reset();
+        return autotune_nozzle_duty();
+    }
+    return algorithm_nozzle_step(change_k, gap);
+}
+
+/* The duty for a valid reading while no fault is latched. */
+static float heat_unless_idle(float change_k, uint16_t gap)
+{
+    if (is_off()) {
+        algorithm_nozzle_reset();
+        return 0.0f;
+    }
+    return tune_or_control(change_k, gap);
+}
+
+/* No heat with a fault, and none without a temperature. */
+static void decide(const struct reading now)
+{
+    if (fault.code != FAULT_NONE) {
+        algorithm_nozzle_reset();
+        loop_nozzle.duty_percent = 0.0f;
+    } else if (!now.ok) {
+        loop_nozzle.duty_percent = 0.0f;
+    } else {
+        loop_nozzle.duty_percent = heat_unless_idle(now.change_k, now.gap);
+        gate_renew_nozzle_sensor();
+    }
+    if (now.ok || fault.code != FAULT_NONE) {
+        loop_nozzle.asked_percent = loop_nozzle.duty_percent;
+    }
+}
+
+/* One control step: docs/control.md, section by section. */
+static void step(void)
+{
+    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    loop_nozzle.steps++;
+    loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
+    take_mode();
+    const float last_c = loop_nozzle.temperature_c;
+
+    loop_nozzle.reading_status = sensor_nozzle_take(&loop_nozzle.reading_raw);
+    const struct reading now = convert_reading();
+    mark(READ);
+
+    fault_judge(sound, loop_nozzle.temperature_c);
+    guard_nozzle_master(!is_off());
+    mark(guard_nozzle_step(now.change_k, now.gap));
+
+    run_experiment(now.ok, last_c);
+    decide(now);
+
+    output_heater_set(loop_nozzle.duty_percent);
+    renew_if_in_order();
 }
 
 void loop_nozzle_start(void)
@@ -124,14 +170,6 @@ void loop_nozzle_tick(void)
     ticks_left = LOOP_NOZZLE_PERIOD_TICKS;
     step();
     sensor_nozzle_begin();
-}
-
-bool loop_nozzle_is_in_order(void)
-{
-    const bool in_order = done == NOTHING;
-
-    done = NOTHING;
-    return in_order;
 }
 
 bool loop_nozzle_set(float setpoint_c)

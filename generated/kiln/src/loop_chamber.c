@@ -9,49 +9,83 @@
 #include "guard_chamber.h" /* guard_chamber_step */
 #include "output_element.h" /* output_element_set */
 #include "program.h" /* program_step */
-#include "response_chamber.h" /* response_chamber_step */
 #include "relay.h" /* relay_judge */
+#include "response_chamber.h" /* response_chamber_step */
 #include "sensor_chamber.h" /* sensor_chamber_take */
 #include "settings.h" /* settings, settings_are_sound */
 
 struct loop_chamber_state loop_chamber;
 static uint16_t ticks_left;
+
 static uint8_t next_mode; /* for the next step to take over */
 static float next_percent;
+
+static void take_mode(void)
+{
+    loop_chamber.mode = next_mode;
+    loop_chamber.manual_percent = next_percent;
+}
+
 enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
 static uint8_t next_enabled; /* for the next step to take over: kiln.yaml:27 loops.chamber.starts (default) */
 static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
+
+static void take_switch(void)
+{
+    loop_chamber.enabled = next_enabled == ON && !off_is_due;
+    off_is_due = false;
+}
 
 static bool is_off(void)
 {
     return !loop_chamber.enabled;
 }
 
-/* The duty for a valid reading while no fault is latched. */
-static float decide(float change_k, uint16_t gap)
-{
-    if (is_off()) {
-        algorithm_chamber_reset();
-        return 0.0f;
-    }
-    return algorithm_chamber_step(change_k, gap);
-}
-
-/* The mean of the last readings, this one among them: kiln.yaml:20 sensors.chamber.moving_average. */
-static float mean_with(float reading_c)
+/* kiln.yaml:20 sensors.chamber.moving_average
+ * Takes the reading over, and returns the mean of the last ones, this one among them. */
+static float mean_celsius(void)
 {
     static float window_c[LOOP_CHAMBER_READINGS];
     static uint8_t slot;
     float sum_c = 0.0f;
 
+    loop_chamber.reading_c = sensor_chamber_celsius(loop_chamber.reading_raw);
     for (uint8_t i = 0; i < LOOP_CHAMBER_READINGS; i++) {
         if (i == slot || guard_chamber.fresh) { /* a reset, or a fault: what was read counts no more */
-            window_c[i] = reading_c;
+            window_c[i] = loop_chamber.reading_c;
         }
         sum_c += window_c[i];
     }
     slot = (uint8_t)((slot + 1u) % LOOP_CHAMBER_READINGS);
     return sum_c * LOOP_CHAMBER_SHARE;
+}
+
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
+{
+    const float last_c = loop_chamber.temperature_c;
+    const bool ok = loop_chamber.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_chamber.temperature_c = mean_celsius();
+        if (loop_chamber.has_reading) {
+            now.gap = (uint16_t)(loop_chamber.missing + 1u);
+            now.change_k = loop_chamber.temperature_c - last_c;
+        }
+        loop_chamber.missing = 0;
+        loop_chamber.has_reading = 1;
+    } else if (loop_chamber.missing < UINT8_MAX) {
+        loop_chamber.missing++;
+    }
+    return now;
 }
 
 /* What the program orders: kiln.yaml:51 programs.loop. The loop's own switch is off meanwhile, and so the
@@ -79,71 +113,83 @@ static void mark(uint8_t duty)
     done = done + 1u == duty ? duty : (uint8_t)OUT_OF_ORDER;
 }
 
-/* One control step: docs/control.md, section by section. */
-static void step(void)
+static void renew_if_in_order(void)
 {
-    const float last_c = loop_chamber.temperature_c;
-    const float reading_last_c = loop_chamber.reading_c;
-    uint16_t gap = 1; /* periods since the last good reading */
-
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
-
-    loop_chamber.steps++;
-    loop_chamber.setpoint_c = settings.chamber_setpoint_c;
-    guard_chamber.maximum_c = settings.chamber_maximum_c;
-    loop_chamber.mode = next_mode;
-    loop_chamber.manual_percent = next_percent;
-    loop_chamber.enabled = next_enabled == ON && !off_is_due;
-    off_is_due = false;
-    loop_chamber.reading_status = sensor_chamber_take(&loop_chamber.reading_raw);
-
-    const bool ok = loop_chamber.reading_status == READING_OK;
-    float change_k = 0.0f;
-    float reading_change_k = 0.0f; /* the protections go by every single reading */
-    if (ok) {
-        loop_chamber.reading_c = sensor_chamber_celsius(loop_chamber.reading_raw);
-        loop_chamber.temperature_c = mean_with(loop_chamber.reading_c);
-        if (loop_chamber.has_reading) {
-            gap = (uint16_t)(loop_chamber.missing + 1u);
-            change_k = loop_chamber.temperature_c - last_c;
-            reading_change_k = loop_chamber.reading_c - reading_last_c;
-        }
-        loop_chamber.missing = 0;
-        loop_chamber.has_reading = 1;
-    } else if (loop_chamber.missing < UINT8_MAX) {
-        loop_chamber.missing++;
-    }
-    mark(READ);
-
-    program_step(ok);
-    follow_program();
-    fault_judge(sound, loop_chamber.temperature_c);
-    relay_judge(loop_chamber.temperature_c);
-    mark(guard_chamber_step(reading_change_k, gap));
-
-    if (fault.code != FAULT_NONE) {
-        algorithm_chamber_reset();
-        loop_chamber.duty_percent = 0.0f;
-    } else if (!ok) {
-        loop_chamber.duty_percent = 0.0f; /* no heat without a temperature */
-    } else {
-        loop_chamber.duty_percent = decide(change_k, gap);
-        gate_renew_chamber_sensor();
-    }
-
-    if (ok || fault.code != FAULT_NONE) {
-        loop_chamber.asked_percent = loop_chamber.duty_percent;
-    }
-
-    output_element_set(loop_chamber.duty_percent);
-    gate_want_chamber(!is_off());
     mark(DECIDED);
     if (done == DECIDED) {
         gate_renew_chamber();
         done = NOTHING;
     }
+}
+
+bool loop_chamber_is_in_order(void)
+{
+    const bool in_order = done == NOTHING;
+
+    done = NOTHING;
+    return in_order;
+}
+
+/* The duty for a valid reading while no fault is latched. */
+static float heat_unless_idle(float change_k, uint16_t gap)
+{
+    if (is_off()) {
+        algorithm_chamber_reset();
+        return 0.0f;
+    }
+    return algorithm_chamber_step(change_k, gap);
+}
+
+/* No heat with a fault, and none without a temperature. */
+static void decide(const struct reading now)
+{
+    if (fault.code != FAULT_NONE) {
+        algorithm_chamber_reset();
+        loop_chamber.duty_percent = 0.0f;
+    } else if (!now.ok) {
+        loop_chamber.duty_percent = 0.0f;
+    } else {
+        loop_chamber.duty_percent = heat_unless_idle(now.change_k, now.gap);
+        gate_renew_chamber_sensor();
+    }
+    if (now.ok || fault.code != FAULT_NONE) {
+        loop_chamber.asked_percent = loop_chamber.duty_percent;
+    }
+}
+
+/* One control step: docs/control.md, section by section. */
+static void step(void)
+{
+    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    loop_chamber.steps++;
+    loop_chamber.setpoint_c = settings.chamber_setpoint_c;
+    guard_chamber.maximum_c = settings.chamber_maximum_c;
+    take_mode();
+    take_switch();
+    const float reading_last_c = loop_chamber.reading_c;
+    const bool had_reading = loop_chamber.has_reading;
+
+    loop_chamber.reading_status = sensor_chamber_take(&loop_chamber.reading_raw);
+    const struct reading now = convert_reading();
+    /* The protections go by every single reading. */
+    const float reading_change_k = had_reading ? loop_chamber.reading_c - reading_last_c : 0.0f;
+    mark(READ);
+
+    program_step(now.ok);
+    follow_program();
+
+    fault_judge(sound, loop_chamber.temperature_c);
+    relay_judge(loop_chamber.temperature_c);
+    mark(guard_chamber_step(reading_change_k, now.gap));
+
+    decide(now);
+
+    output_element_set(loop_chamber.duty_percent);
+    gate_want_chamber(!is_off());
+    renew_if_in_order();
+
     program_count(loop_chamber.duty_percent);
-    response_chamber_step(fault.code == FAULT_NONE && !is_off() && loop_chamber.mode == MODE_AUTOMATIC, ok);
+    response_chamber_step(fault.code == FAULT_NONE && !is_off() && loop_chamber.mode == MODE_AUTOMATIC, now.ok);
 }
 
 void loop_chamber_start(void)
@@ -161,14 +207,6 @@ void loop_chamber_tick(void)
     ticks_left = LOOP_CHAMBER_PERIOD_TICKS;
     step();
     sensor_chamber_begin();
-}
-
-bool loop_chamber_is_in_order(void)
-{
-    const bool in_order = done == NOTHING;
-
-    done = NOTHING;
-    return in_order;
 }
 
 bool loop_chamber_works(void)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.core import rules
-from heatwright.generator.plan.loops import prefix_of, steps_are_rare
+from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.loops import steps_are_rare
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up

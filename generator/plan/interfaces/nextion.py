@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from heatwright.generator.plan.core import lockout_ends, rules
-from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import components, whats
 from heatwright.generator.plan.nextion.words import words

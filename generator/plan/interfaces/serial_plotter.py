@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source

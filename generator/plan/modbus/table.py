@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from heatwright.generator.plan.core import lockout_ends
-from heatwright.generator.plan.loops import prefix_of
+from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.registers import (
     BLOCK,
     STATE_FAULT,

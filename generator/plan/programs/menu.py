@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.generator.plan.core import lockout_ends, rules
-from heatwright.generator.plan.loops import prefix_of, steps_are_rare
+from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.loops import steps_are_rare
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from heatwright.generator.plan.loop_names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, steps
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
@@ -16,7 +17,7 @@ TENTHS_PER_HOUR = 36_000
 """Seconds in an hour, for rates in tenths of a kelvin per hour."""
 
 
-def plan(root: Source, loop: dict[str, object]) -> Part:
+def plan(root: Source, loop: LoopSummary) -> Part:
     """Plan program.c; `loop` is the summary of the loop that it moves."""
     programs = root.controller.programs
     assert programs is not None  # noqa: S101 - the caller has looked
@@ -31,14 +32,14 @@ def plan(root: Source, loop: dict[str, object]) -> Part:
     )
 
 
-def _context(source: Source, programs: Programs, loop: dict[str, object]) -> dict[str, Any]:
+def _context(source: Source, programs: Programs, loop: LoopSummary) -> dict[str, Any]:
     power, controller = source.at("after_power_loss"), source.controller
     moved = controller.loops[programs.loop]
     return {
-        "name": loop["name"],
-        "prefix": loop["prefix"],
+        "name": loop.name,
+        "prefix": loop.prefix,
         "averaged": controller.thermometers[moved.sensor].moving_average > 1,
-        "types": loop["types"],
+        "types": loop.types,
         "where": source.where,
         "holds_at_end": programs.at_end == "hold",
         "at_end_where": source.at("at_end").where,

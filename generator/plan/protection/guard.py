@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
@@ -93,28 +95,51 @@ def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     return constants
 
 
-def effort_context(loop: Loop, prefix: str) -> dict[str, object] | None:
-    """Give the lines of the band as C has them, in a table if they bend; None without the rules."""
+@dataclass(frozen=True, slots=True)
+class LineNames:
+    """A limit of the power in C: at 0 degC, and what a kelvin adds."""
+
+    percent: str
+    per_k: str
+
+
+@dataclass(frozen=True, slots=True)
+class EffortNames:
+    """The band of the power as C has it: in a table if it bends."""
+
+    columns: list[str]
+    lines: list[list[str]]
+    high: LineNames | None
+    low: LineNames | None
+
+
+def effort_names(loop: Loop, prefix: str) -> EffortNames | None:
+    """Name the lines of the band; None without the rules."""
     effort = loop.protection.effort
     if effort is None:
         return None
     lines, ends = effort.band.lines, _ends(effort)
     columns = [f"{end}_{part}" for end in ends for part in ("percent", "per_k")]
+    bends = len(lines) > 1
 
-    def named(end: str) -> dict[str, str]:
-        if len(lines) > 1:
-            read = "pgm_read_float(&effort_lines[i].{}_{})"
-            return {part: read.format(end, part) for part in ("percent", "per_k")}
-        return {part: f"{prefix}_EFFORT_{end}_{part}".upper() for part in ("percent", "per_k")}
+    def named(end: str) -> LineNames | None:
+        if end not in ends:
+            return None
+        name = f"pgm_read_float(&effort_lines[i].{end}_" if bends else f"{prefix}_EFFORT_{end}_"
+        percent, per_k = f"{name}percent", f"{name}per_k"
+        if bends:
+            return LineNames(f"{percent})", f"{per_k})")
+        return LineNames(percent.upper(), per_k.upper())
 
-    return {
-        "columns": columns,
-        "lines": [
+    return EffortNames(
+        columns=columns,
+        lines=[
             [c_float(each.from_c), *(c_float(getattr(each, column)) for column in columns)]
             for each in lines
         ],
-        **{end: named(end) if end in ends else None for end in ("high", "low")},
-    }
+        high=named("high"),
+        low=named("low"),
+    )
 
 
 def _ends(effort: Effort) -> dict[str, tuple[float, str]]:

@@ -1,0 +1,143 @@
+"""What follows from a spec for each of its loops: worked out once, read by every layer.
+
+Facts are statements about the spec. What a controller makes of them, its arithmetic, each layer
+has for itself: the reference model would prove nothing with the firmware's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heatwright.spec import commands
+from heatwright.spec.adjusted import Number, numbers_of
+from heatwright.spec.controller import Controller
+from heatwright.spec.indicated import indicated
+from heatwright.spec.inputs import tripping
+from heatwright.spec.monitors import monitors_of
+from heatwright.spec.proofs import proofs, proven_in
+from heatwright.spec.self_checks import self_checked
+from heatwright.spec.sensing.currents import Current
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFacts:
+    """What is known of one loop; each name is also that of the templates."""
+
+    name: str
+    sensor: str
+    heater: str
+    cooler: str | None
+    fan: str | None
+    also: str | None
+    """The monitor that the loop goes by, too."""
+    # Who commands it, and how.
+    commanded: bool
+    """A host, a master or a person sets the setpoint, and may switch it off."""
+    switched: bool
+    """It is switched apart from its setpoint."""
+    hosted: bool
+    """A host commands it by its setpoint alone, 0 for off."""
+    tunable: bool
+    """Its gains are set by command, and its duty by hand."""
+    autotune: bool
+    """An experiment finds its gains."""
+    programmed: bool
+    """Programs move its setpoint."""
+    must_release: bool
+    """It must be told "off" before it takes an "on"."""
+    starts_enabled: bool
+    panel: bool
+    """The keys of the display shield serve it."""
+    plotter: bool
+    """A plotter is sent its numbers."""
+    countdown: bool
+    """People set a time after which it goes off."""
+    has_state: bool
+    """A master or LEDs show whether it works, heats, cools and is warm."""
+    # What may be set, and lasts.
+    stored: bool
+    """Its setpoint outlives a loss of power."""
+    lasting: bool
+    """Which of its setpoints does, depends on its mode."""
+    adjustable: bool
+    """The operator may lower the critical temperature."""
+    limits_adjustable: bool
+    """A host may narrow the limits of its integral and its output."""
+    keyed_numbers: tuple[Number, ...]
+    """What keys set of its algorithm."""
+    # What its step does besides.
+    readings: int
+    """How many are in the mean that it goes by."""
+    inputs: bool
+    """Inputs of the machine pause it."""
+    inputs_judged: bool
+    """Its step judges the inputs that trip: the first loop's does."""
+    relay_judged: bool
+    """Its step judges the relay's contact: the first loop's does."""
+    wants_relay: bool
+    """It is off at times, and does not want the relay closed then."""
+    proven: tuple[str, ...]
+    """Fans whose proof its step judges."""
+    fan_proven: bool
+    monitors: tuple[str, ...]
+    """Monitors that its step judges besides `also`."""
+    master_lost: bool
+    on_limited: bool
+    """It may be on for so long only."""
+    current: Current | None
+    """What is known of its heater's current, if it is measured."""
+    heater_holds: bool
+    """Its heater stays on for a while, and has to be stopped."""
+    response: bool
+    """Settling time and overshoot of its last setpoint are measured."""
+    checked: bool
+    """The controller checks itself."""
+
+
+def facts_of(controller: Controller, name: str) -> LoopFacts:
+    """Say what is known of one loop."""
+    loop = controller.loops[name]
+    commanded = commands.commanded(controller, name)
+    switched = commands.switched(controller, name)
+    tunable = commands.tunable(controller, name)
+    outputs, is_first = controller.outputs, name == next(iter(controller.loops))
+    proven = proofs(controller)
+    return LoopFacts(
+        name=name,
+        sensor=loop.sensor,
+        heater=loop.heater,
+        cooler=loop.cooler,
+        fan=loop.fan,
+        also=loop.also,
+        commanded=commanded,
+        switched=switched,
+        hosted=commanded and not switched,
+        tunable=tunable,
+        autotune=tunable and loop.autotune is not None,
+        programmed=commands.programmed(controller, name),
+        must_release=switched and commands.must_release(controller),
+        starts_enabled=commands.starts_enabled(controller, name),
+        panel=commands.keyed(controller, name),
+        plotter=commands.plotted(controller, name),
+        countdown=commands.countdown_of(controller, name) is not None,
+        has_state=switched or indicated(controller, name),
+        stored=loop.setpoint.stored,
+        lasting=commanded and not switched and tunable and loop.setpoint.stored,
+        adjustable=loop.protection.maximum_adjustable,
+        limits_adjustable=commands.limits_adjustable(controller, name),
+        keyed_numbers=numbers_of(controller, name),
+        readings=controller.thermometers[loop.sensor].moving_average,
+        inputs=bool(controller.safety.inputs),
+        inputs_judged=is_first and bool(tripping(controller)),
+        relay_judged=is_first and controller.safety.relay_feedback is not None,
+        wants_relay=commanded and controller.safety.relay is not None,
+        proven=tuple(proven_in(controller, name)),
+        fan_proven=loop.fan in proven,
+        monitors=tuple(each for each in monitors_of(controller, name) if each != loop.also),
+        master_lost=loop.protection.master_lost_after_s is not None,
+        on_limited=loop.protection.on_for_at_most_s is not None,
+        current=outputs[loop.heater].current,
+        heater_holds=outputs[loop.heater].stays_on_s > 0,
+        response=loop.response is not None,
+        checked=self_checked(controller),
+    )
