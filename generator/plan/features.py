@@ -93,7 +93,7 @@ READING = (
         "const bool had_reading = loop_{name}.has_reading;",
         names={"celsius": "mean_celsius()", "judged_k": "reading_change_k"},
     ),
-    Feature(helpers=("reading",), read="const struct reading now = convert_reading();"),
+    Feature(read="const struct reading now = convert_reading();"),
     Feature(
         when=lambda loop: loop.averaged,
         read="/* The protections go by every single reading. */\n"
@@ -182,7 +182,6 @@ DUTY = (
         names={"decides": "heat_unless_idle"},
     ),
     Feature(
-        helpers=("decide",),
         includes={"algorithm_{name}.h": "algorithm_{name}_step"},
         decide="decide(now);",
     ),

@@ -31,34 +31,6 @@ static bool is_off(void)
     return !loop_air.enabled;
 }
 
-/* What a step goes by. */
-struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
-};
-
-/* The temperature of a good reading; without one the last temperature stands. */
-static struct reading convert_reading(void)
-{
-    const float last_c = loop_air.temperature_c;
-    const bool ok = loop_air.reading_status == READING_OK;
-    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
-
-    if (ok) {
-        loop_air.temperature_c = sensor_air_celsius(loop_air.reading_raw);
-        if (loop_air.has_reading) {
-            now.gap = (uint16_t)(loop_air.missing + 1u);
-            now.change_k = loop_air.temperature_c - last_c;
-        }
-        loop_air.missing = 0;
-        loop_air.has_reading = 1;
-    } else if (loop_air.missing < UINT8_MAX) {
-        loop_air.missing++;
-    }
-    return now;
-}
-
 /* chamber.yaml:33 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
@@ -95,6 +67,34 @@ static float heat_unless_idle(float change_k, uint16_t gap)
         return 0.0f;
     }
     return algorithm_air_step(change_k, gap);
+}
+
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
+{
+    const float last_c = loop_air.temperature_c;
+    const bool ok = loop_air.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_air.temperature_c = sensor_air_celsius(loop_air.reading_raw);
+        if (loop_air.has_reading) {
+            now.gap = (uint16_t)(loop_air.missing + 1u);
+            now.change_k = loop_air.temperature_c - last_c;
+        }
+        loop_air.missing = 0;
+        loop_air.has_reading = 1;
+    } else if (loop_air.missing < UINT8_MAX) {
+        loop_air.missing++;
+    }
+    return now;
 }
 
 /* No heat with a fault, and none without a temperature. */

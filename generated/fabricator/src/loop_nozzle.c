@@ -39,34 +39,6 @@ static bool is_off(void)
     return !loop_nozzle.enabled;
 }
 
-/* What a step goes by. */
-struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
-};
-
-/* The temperature of a good reading; without one the last temperature stands. */
-static struct reading convert_reading(void)
-{
-    const float last_c = loop_nozzle.temperature_c;
-    const bool ok = loop_nozzle.reading_status == READING_OK;
-    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
-
-    if (ok) {
-        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
-        if (loop_nozzle.has_reading) {
-            now.gap = (uint16_t)(loop_nozzle.missing + 1u);
-            now.change_k = loop_nozzle.temperature_c - last_c;
-        }
-        loop_nozzle.missing = 0;
-        loop_nozzle.has_reading = 1;
-    } else if (loop_nozzle.missing < UINT8_MAX) {
-        loop_nozzle.missing++;
-    }
-    return now;
-}
-
 /* fabricator.yaml:39 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
@@ -105,23 +77,6 @@ static float heat_unless_idle(float change_k, uint16_t gap)
     return algorithm_nozzle_step(change_k, gap);
 }
 
-/* No heat with a fault, and none without a temperature. */
-static void decide(const struct reading now)
-{
-    if (fault.code != FAULT_NONE) {
-        algorithm_nozzle_reset();
-        loop_nozzle.duty_percent = 0.0f;
-    } else if (!now.ok) {
-        loop_nozzle.duty_percent = 0.0f;
-    } else {
-        loop_nozzle.duty_percent = heat_unless_idle(now.change_k, now.gap);
-        gate_renew_nozzle_sensor();
-    }
-    if (now.ok || fault.code != FAULT_NONE) {
-        loop_nozzle.asked_percent = loop_nozzle.duty_percent;
-    }
-}
-
 /* fabricator.yaml:17 outputs.heater.current.limit */
 static void limit_duty(void)
 {
@@ -141,6 +96,51 @@ static bool cool(bool ok)
         return false;
     }
     return ok ? algorithm_nozzle.cooling : loop_nozzle.cooling;
+}
+
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
+{
+    const float last_c = loop_nozzle.temperature_c;
+    const bool ok = loop_nozzle.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
+        if (loop_nozzle.has_reading) {
+            now.gap = (uint16_t)(loop_nozzle.missing + 1u);
+            now.change_k = loop_nozzle.temperature_c - last_c;
+        }
+        loop_nozzle.missing = 0;
+        loop_nozzle.has_reading = 1;
+    } else if (loop_nozzle.missing < UINT8_MAX) {
+        loop_nozzle.missing++;
+    }
+    return now;
+}
+
+/* No heat with a fault, and none without a temperature. */
+static void decide(const struct reading now)
+{
+    if (fault.code != FAULT_NONE) {
+        algorithm_nozzle_reset();
+        loop_nozzle.duty_percent = 0.0f;
+    } else if (!now.ok) {
+        loop_nozzle.duty_percent = 0.0f;
+    } else {
+        loop_nozzle.duty_percent = heat_unless_idle(now.change_k, now.gap);
+        gate_renew_nozzle_sensor();
+    }
+    if (now.ok || fault.code != FAULT_NONE) {
+        loop_nozzle.asked_percent = loop_nozzle.duty_percent;
+    }
 }
 
 /* One control step: docs/control.md, section by section. */

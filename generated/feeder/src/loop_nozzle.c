@@ -29,34 +29,6 @@ static bool is_off(void)
     return loop_nozzle.mode == MODE_AUTOMATIC && loop_nozzle.setpoint_c == 0.0f;
 }
 
-/* What a step goes by. */
-struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
-};
-
-/* The temperature of a good reading; without one the last temperature stands. */
-static struct reading convert_reading(void)
-{
-    const float last_c = loop_nozzle.temperature_c;
-    const bool ok = loop_nozzle.reading_status == READING_OK;
-    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
-
-    if (ok) {
-        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
-        if (loop_nozzle.has_reading) {
-            now.gap = (uint16_t)(loop_nozzle.missing + 1u);
-            now.change_k = loop_nozzle.temperature_c - last_c;
-        }
-        loop_nozzle.missing = 0;
-        loop_nozzle.has_reading = 1;
-    } else if (loop_nozzle.missing < UINT8_MAX) {
-        loop_nozzle.missing++;
-    }
-    return now;
-}
-
 /* feeder.yaml:43 safety.self_checks (default)
  * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
  * jumped over one gives no permit, and is found out in the next tick. */
@@ -112,6 +84,34 @@ static float heat_unless_idle(float change_k, uint16_t gap)
         return 0.0f;
     }
     return tune_or_control(change_k, gap);
+}
+
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
+{
+    const float last_c = loop_nozzle.temperature_c;
+    const bool ok = loop_nozzle.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_nozzle.temperature_c = sensor_nozzle_celsius(loop_nozzle.reading_raw);
+        if (loop_nozzle.has_reading) {
+            now.gap = (uint16_t)(loop_nozzle.missing + 1u);
+            now.change_k = loop_nozzle.temperature_c - last_c;
+        }
+        loop_nozzle.missing = 0;
+        loop_nozzle.has_reading = 1;
+    } else if (loop_nozzle.missing < UINT8_MAX) {
+        loop_nozzle.missing++;
+    }
+    return now;
 }
 
 /* No heat with a fault, and none without a temperature. */

@@ -60,34 +60,6 @@ static float mean_celsius(void)
     return sum_c * LOOP_CHAMBER_SHARE;
 }
 
-/* What a step goes by. */
-struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
-};
-
-/* The temperature of a good reading; without one the last temperature stands. */
-static struct reading convert_reading(void)
-{
-    const float last_c = loop_chamber.temperature_c;
-    const bool ok = loop_chamber.reading_status == READING_OK;
-    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
-
-    if (ok) {
-        loop_chamber.temperature_c = mean_celsius();
-        if (loop_chamber.has_reading) {
-            now.gap = (uint16_t)(loop_chamber.missing + 1u);
-            now.change_k = loop_chamber.temperature_c - last_c;
-        }
-        loop_chamber.missing = 0;
-        loop_chamber.has_reading = 1;
-    } else if (loop_chamber.missing < UINT8_MAX) {
-        loop_chamber.missing++;
-    }
-    return now;
-}
-
 /* What the program orders: kiln.yaml:51 programs.loop. The loop's own switch is off meanwhile, and so the
  * loop is when the program has ended. */
 static void follow_program(void)
@@ -138,6 +110,34 @@ static float heat_unless_idle(float change_k, uint16_t gap)
         return 0.0f;
     }
     return algorithm_chamber_step(change_k, gap);
+}
+
+/* What a step goes by. */
+struct reading {
+    bool ok;        /* there is one, and it is good */
+    uint16_t gap;   /* periods since the last good one */
+    float change_k; /* since then */
+};
+
+/* The temperature of a good reading; without one the last temperature stands. */
+static struct reading convert_reading(void)
+{
+    const float last_c = loop_chamber.temperature_c;
+    const bool ok = loop_chamber.reading_status == READING_OK;
+    struct reading now = { .ok = ok, .gap = 1, .change_k = 0.0f };
+
+    if (ok) {
+        loop_chamber.temperature_c = mean_celsius();
+        if (loop_chamber.has_reading) {
+            now.gap = (uint16_t)(loop_chamber.missing + 1u);
+            now.change_k = loop_chamber.temperature_c - last_c;
+        }
+        loop_chamber.missing = 0;
+        loop_chamber.has_reading = 1;
+    } else if (loop_chamber.missing < UINT8_MAX) {
+        loop_chamber.missing++;
+    }
+    return now;
 }
 
 /* No heat with a fault, and none without a temperature. */
