@@ -11,7 +11,8 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.binary.dwarf import Variables
 from heatwright.sim.native.snapshots import Snapshots
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, monitors_of, programmed
+from heatwright.spec import Controller, monitors_of
+from heatwright.spec.facts import facts_of
 
 LOADED = "program.c:loaded"
 """Where the firmware keeps the copy of the program."""
@@ -77,7 +78,7 @@ class StateLog:
 def _columns(variables: Variables, controller: Controller, name: str) -> dict[str, str]:
     """Column to variable; a loop keeps only the state its algorithm and protections need."""
     loop = controller.loops[name]
-    has_programs = programmed(controller, name)
+    has_programs = facts_of(controller, name).programmed
     sources = {
         "": f"loop_{name}",
         "guard.": f"guard_{name}",

@@ -7,6 +7,7 @@ has for itself: the reference model would prove nothing with the firmware's.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import finalize
 
 from heatwright.spec import commands
 from heatwright.spec.adjusted import Number, numbers_of
@@ -17,6 +18,9 @@ from heatwright.spec.monitors import monitors_of
 from heatwright.spec.proofs import proofs, proven_in
 from heatwright.spec.self_checks import self_checked
 from heatwright.spec.sensing.currents import Current
+
+_KNOWN: dict[int, dict[str, LoopFacts]] = {}
+"""Facts of each controller that there is, by its identity: a changed copy has others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +50,11 @@ class LoopFacts:
     must_release: bool
     """It must be told "off" before it takes an "on"."""
     starts_enabled: bool
-    panel: bool
+    keyed: bool
     """The keys of the display shield serve it."""
-    plotter: bool
+    touched: bool
+    """A touch display serves it."""
+    plotted: bool
     """A plotter is sent its numbers."""
     countdown: bool
     """People set a time after which it goes off."""
@@ -95,7 +101,15 @@ class LoopFacts:
 
 
 def facts_of(controller: Controller, name: str) -> LoopFacts:
-    """Say what is known of one loop."""
+    """Say what is known of one loop of a controller that is checked."""
+    if (known := _KNOWN.get(id(controller))) is None:
+        known = {each: _found(controller, each) for each in controller.loops}
+        _KNOWN[id(controller)] = known
+        finalize(controller, _KNOWN.pop, id(controller))
+    return known[name]
+
+
+def _found(controller: Controller, name: str) -> LoopFacts:
     loop = controller.loops[name]
     commanded = commands.commanded(controller, name)
     switched = commands.switched(controller, name)
@@ -117,8 +131,9 @@ def facts_of(controller: Controller, name: str) -> LoopFacts:
         programmed=commands.programmed(controller, name),
         must_release=switched and commands.must_release(controller),
         starts_enabled=commands.starts_enabled(controller, name),
-        panel=commands.keyed(controller, name),
-        plotter=commands.plotted(controller, name),
+        keyed=commands.keyed(controller, name),
+        touched=commands.touched(controller, name),
+        plotted=commands.plotted(controller, name),
         countdown=commands.countdown_of(controller, name) is not None,
         has_state=switched or indicated(controller, name),
         stored=loop.setpoint.stored,

@@ -199,7 +199,7 @@ def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
             yield _Finding((*path, "loop"), reason, advice(ask.loop, list(controller.loops)))
             continue
         place, setpoint = Place(controller, ask.loop), controller.loops[ask.loop].setpoint
-        if not place.is_commanded and not place.key_step_k:
+        if not place.facts.commanded and not place.key_step_k:
             yield _Finding(
                 (*path, "loop"),
                 f"nobody can ask {ask.loop} for a setpoint: no keys, no host and no master has it",

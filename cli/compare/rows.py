@@ -16,7 +16,7 @@ from heatwright.sim.judges.metrics import Metrics
 from heatwright.sim.replay import ReplayResult, replay
 from heatwright.sim.trace import StepLog
 from heatwright.spec import ComparisonRow, Controller, Spec
-from heatwright.spec.commands import zero_is_off
+from heatwright.spec.facts import facts_of
 
 if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult
@@ -98,7 +98,7 @@ def _list(rows: Sequence[ComparisonRow]) -> str:
 def _own_row(controller: Controller, name: str, first: ComparisonRow) -> ComparisonRow:
     """Make the row of a loop as it is, at its initial setpoint; its first row's, if that is off."""
     loop = controller.loops[name]
-    off = loop.setpoint.initial_c == 0.0 and zero_is_off(controller, name)
+    off = loop.setpoint.initial_c == 0.0 and facts_of(controller, name).hosted
     return ComparisonRow.model_construct(
         name=OWN,
         loop=name,

@@ -22,7 +22,7 @@ from heatwright.sim.identify.columns import Column
 from heatwright.sim.tuning.delays import reading_age_s
 from heatwright.sim.tuning.process import power_of
 from heatwright.spec import Controller, Loop, load
-from heatwright.spec.commands import plotted
+from heatwright.spec.facts import facts_of
 from heatwright.spec.simulation import AMBIENT
 
 PLOTTER_FULL = 10.0
@@ -115,7 +115,7 @@ def _plotter(controller: Controller, name: str) -> tuple[int, int] | None:
     """Find the duty among the fields of the firmware's plotter line, and count them."""
     from heatwright.generator.plan.interfaces.serial_plotter import fields  # noqa: PLC0415
 
-    if not plotted(controller, name):
+    if not facts_of(controller, name).plotted:
         return None
     titles = [field["title"] for field in fields(controller, name)]
     places = [place for place, title in enumerate(titles) if title.startswith(("heater", "duty"))]

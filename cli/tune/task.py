@@ -11,7 +11,8 @@ from heatwright.cli.tune.methods import Task
 from heatwright.sim.tuning.process import Process, at_full_power, power_of, process_of
 from heatwright.sim.tuning.rules import model_for
 from heatwright.spec import Controller, Loop, Spec
-from heatwright.spec.commands import gcode_of, tunable
+from heatwright.spec.commands import gcode_of
+from heatwright.spec.facts import facts_of
 from heatwright.spec.quantity import about, celsius
 
 LONGEST_S = 48 * 3600.0
@@ -116,7 +117,7 @@ def task_of(
 def relay_is_possible(controller: Controller, loop: str) -> bool:
     """Tell whether the loop's firmware can tune itself."""
     spec = controller.loops[loop]
-    return spec.autotune is not None and tunable(controller, loop)
+    return spec.autotune is not None and facts_of(controller, loop).tunable
 
 
 def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[str, ...]:

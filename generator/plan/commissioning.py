@@ -11,7 +11,7 @@ from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import breakable
-from heatwright.spec.commands import starts_enabled, zero_is_off
+from heatwright.spec.facts import facts_of
 from heatwright.spec.outputs import Switch
 from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
 
@@ -180,8 +180,8 @@ def _not_a_heater(controller: Controller, loop: Loop) -> str:
 def _after_power(controller: Controller, name: str) -> str:
     """Say what a loop does when the power comes back."""
     setpoint = controller.loops[name].setpoint
-    off = not setpoint.stored and setpoint.initial_c == 0 and zero_is_off(controller, name)
-    if off or not starts_enabled(controller, name):
+    off = not setpoint.stored and setpoint.initial_c == 0 and facts_of(controller, name).hosted
+    if off or not facts_of(controller, name).starts_enabled:
         return f"`{name}` is off until somebody switches it on"
     at = "its setpoint of before" if setpoint.stored else quantity(setpoint.initial_c, "°C")
     return f"`{name}` is on again, at {at}"

@@ -231,7 +231,7 @@ REPORTS = (
         names={"and_held": " && !{idle_call} && loop_{name}.mode == MODE_AUTOMATIC"},
     ),
     Feature(
-        when=lambda loop: loop.plotter,
+        when=lambda loop: loop.plotted,
         includes={"plotter.h": "plotter_send"},
         tick="plotter_send();",
     ),
@@ -241,7 +241,7 @@ REPORTS = (
         tick="countdown_step();",
     ),
     Feature(
-        when=lambda loop: loop.panel,
+        when=lambda loop: loop.keyed,
         includes={"panel.h": "panel_refresh"},
         tick="panel_refresh();",
     ),
@@ -270,7 +270,7 @@ COMMANDS = (
     ),
     Feature(when=lambda loop: loop.hosted, public=("hosted",)),
     Feature(
-        when=lambda loop: loop.hosted and loop.panel,
+        when=lambda loop: loop.hosted and loop.keyed,
         public=("hosted_keys",),
         names={"by_hand_or": ""},
     ),

@@ -201,7 +201,7 @@ def _response(source: Source, response: Response, period_s: float, prefix: str) 
 
 def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constant]:
     """Period and setpoints; its bounds only where keys or a stored value could leave them."""
-    bounded = told.commanded or told.adjustable or told.panel or told.stored
+    bounded = told.commanded or told.adjustable or told.keyed or told.stored
     setpoint = source.at("setpoint")
     bounds = (("minimum", loop.setpoint.minimum_c), ("maximum", loop.setpoint.maximum_c))
     return [

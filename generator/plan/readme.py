@@ -20,15 +20,13 @@ from heatwright.spec import Controller, SerialPlotter, Spec
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import (
     gcode_of,
-    keyed,
     keypad_of,
     lockout_of,
     modbus_of,
     nextion_of,
     placed,
-    programmed,
-    starts_enabled,
 )
+from heatwright.spec.facts import facts_of
 from heatwright.spec.self_checks import proves_watchdog, self_checked
 from heatwright.spec.sensing.budget import budgets
 
@@ -59,7 +57,8 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "numbers": _numbers(controller),
         "keypad": keypad_of(controller) is not None,
         "menu": any(
-            keyed(controller, name) and programmed(controller, name) for name in controller.loops
+            facts_of(controller, name).keyed and facts_of(controller, name).programmed
+            for name in controller.loops
         ),
         "host": _host(spec),
         "modbus": _modbus(spec),
@@ -145,7 +144,7 @@ def _loops(spec: Spec) -> list[dict[str, Any]]:
             "fan": loop.fan,
             "cooler": loop.cooler,
             "cooled_to": f"{FAULT_COOLING_ABOVE_C:g} °C",
-            "disabled": not starts_enabled(spec.controller, name),
+            "disabled": not facts_of(spec.controller, name).starts_enabled,
             "algorithm": loop.algorithm.kind,
             "period": quantity(loop.period_s, "s"),
             "initial": f"{loop.setpoint.initial_c:g} °C",

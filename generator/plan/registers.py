@@ -14,7 +14,7 @@ from typing import Literal
 from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.spec import Controller, Spec
 from heatwright.spec.algorithms import LARGEST_GAIN
-from heatwright.spec.commands import tunable
+from heatwright.spec.facts import facts_of
 
 VERSION = 1
 """Of the map: it changes when an address changes its meaning."""
@@ -166,7 +166,7 @@ _COUNTERS = {
 
 def _coils_of_controller(controller: Controller) -> Iterable[Register]:
     coils = {"acknowledge": "A change from 0 to 1 acknowledges the latched fault."}
-    if any(tunable(controller, name) for name in controller.loops):
+    if any(facts_of(controller, name).tunable for name in controller.loops):
         coils |= {
             "store": "A change from 0 to 1 stores all gains, for after a loss of power.",
             "restore": "A change from 0 to 1 takes the gains of the specification.",
@@ -187,7 +187,7 @@ def _coils(controller: Controller, name: str, block: int) -> Iterable[Register]:
     places = [
         ("enabled", "1 switches the loop on, 0 off.", Stored("0xFF", f"&seen.{name}_enabled"))
     ]
-    if tunable(controller, name):
+    if facts_of(controller, name).tunable:
         mode = f"&seen.{name}_mode"
         places.append(
             (
@@ -231,7 +231,7 @@ def _holdings(controller: Controller, name: str, block: int) -> Iterable[Registe
         Stored("MAP_TENTHS", f"&settings.{name}_setpoint_c"), "read, write", 0.1, "°C",
         setpoint.minimum_c, setpoint.maximum_c,
     )  # fmt: skip
-    if not tunable(controller, name):
+    if not facts_of(controller, name).tunable:
         return
     yield Register(
         "holdings", block + 1, f"{name}.manual_duty", "u16", "Duty while the coil `manual` is on.",
@@ -270,7 +270,7 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
         block + 4, f"{name}.reading", "0, or the code of the rule that the last reading breaks.",
         f"{state}.reading_status",
     )  # fmt: skip
-    tuning = tunable(controller, name) and loop.autotune is not None
+    tuning = facts_of(controller, name).tunable and loop.autotune is not None
     measured = loop.response is not None
     if current_sensor(controller, loop) is not None:
         yield Register(

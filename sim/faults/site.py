@@ -12,13 +12,11 @@ from heatwright.spec import (
     Controller,
     Loop,
     ThermalNetwork,
-    commanded,
     gcode_of,
     modbus_of,
-    programmed,
-    switched,
 )
-from heatwright.spec.commands import keyed, keypad_of, touched
+from heatwright.spec.commands import keypad_of
+from heatwright.spec.facts import LoopFacts, facts_of
 
 
 @dataclass(frozen=True)
@@ -32,6 +30,11 @@ class Place:
     def loop(self) -> Loop:
         """The loop in question."""
         return self.controller.loops[self.loop_name]
+
+    @property
+    def facts(self) -> LoopFacts:
+        """What is known of it: who commands it, and how."""
+        return facts_of(self.controller, self.loop_name)
 
     @property
     def network(self) -> ThermalNetwork:
@@ -54,35 +57,18 @@ class Place:
     @property
     def has_menu(self) -> bool:
         """Whether the keys lead through a menu, as they do where programs run."""
-        return keyed(self.controller, self.loop_name) and programmed(
-            self.controller, self.loop_name
-        )
+        return self.facts.keyed and self.facts.programmed
 
     @property
     def has_keys_alone(self) -> bool:
         """Whether UP and DOWN are all that sets the setpoint, step by step."""
-        others = modbus_of(self.controller) or touched(self.controller, self.loop_name)
-        return self.is_switched and not others
-
-    @property
-    def is_commanded(self) -> bool:
-        """Whether a host, a master, a display or keys command the loop; they operate it then."""
-        return commanded(self.controller, self.loop_name)
-
-    @property
-    def is_switched(self) -> bool:
-        """Whether a master, a display or keys switch the loop on and off."""
-        return switched(self.controller, self.loop_name)
-
-    @property
-    def is_hosted(self) -> bool:
-        """Whether a host commands the loop by G-code."""
-        return self.is_commanded and not self.is_switched
+        others = modbus_of(self.controller) or self.facts.touched
+        return self.facts.switched and not others
 
     @property
     def has_operator(self) -> bool:
         """Whether there is somebody to set setpoints and acknowledge faults."""
-        return self.has_keys or self.is_commanded
+        return self.has_keys or self.facts.commanded
 
     @property
     def heat_command(self) -> str:

@@ -36,7 +36,7 @@ def setpoints_c(site: Place) -> tuple[float, ...]:
     setpoint, step_k = site.loop.setpoint, site.key_step_k
     if site.has_menu:
         step_k *= max(1, round(COMMANDED_STEP_K / step_k))
-    if site.is_commanded and not site.has_keys_alone:
+    if site.facts.commanded and not site.has_keys_alone:
         lowest_c = max(setpoint.minimum_c, ambient_c(site))
         count = int((setpoint.maximum_c - lowest_c) / COMMANDED_STEP_K)
         return tuple(setpoint.maximum_c - turn * COMMANDED_STEP_K for turn in range(count, -1, -1))
@@ -114,7 +114,7 @@ def resting(site: Site, start_c: float) -> World:
 def resting_c(site: Site) -> float:
     """Return the initial setpoint; of a loop that begins switched off, the surroundings', °C."""
     initial_c = site.loop.setpoint.initial_c
-    return ambient_c(site) if site.is_commanded and initial_c == 0 else initial_c
+    return ambient_c(site) if site.facts.commanded and initial_c == 0 else initial_c
 
 
 def hot(site: Site) -> World:
@@ -125,7 +125,7 @@ def hot(site: Site) -> World:
     start_c = site.loop.protection.maximum_c - 1.0 - sensor_step_k(site)
     world = World(site, Weather(start_c, ambient_c(site)))
     first_steps(world)
-    if site.is_switched and site.controller.safety.relay is not None:
+    if site.facts.switched and site.controller.safety.relay is not None:
         world.switch(on=True)
     return world
 

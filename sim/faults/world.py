@@ -394,7 +394,7 @@ class World:
             return
         if was_on:
             self.switch(on=True)
-        elif self.site.is_hosted and setpoint_c:
+        elif self.site.facts.hosted and setpoint_c:
             self.set_setpoint(setpoint_c)
 
     def insist(self, setpoint_c: float) -> None:
@@ -414,12 +414,12 @@ class World:
         A loop that is switched is switched on, too.
         """
         self.hand.set_setpoint(self, setpoint_c)
-        if self.site.is_switched:
+        if self.site.facts.switched:
             self.switch(on=True)
 
     def switch_off(self) -> None:
         """Switch the loop off, by its switch or, under a host, by its setpoint."""
-        if self.site.is_switched:
+        if self.site.facts.switched:
             self.switch(on=False)
         else:
             self.hand.set_setpoint(self, 0.0)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 from heatwright.spec import Controller
-from heatwright.spec.commands import tunable
+from heatwright.spec.facts import facts_of
 
 Table = Literal["coil", "discrete_input", "holding_register", "input_register"]
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]
@@ -58,7 +58,7 @@ def registers(controller: Controller) -> Mapping[str, Register]:
 
 def _controller(controller: Controller) -> Iterator[Register]:
     yield Register("coil", 0, "acknowledge", "bit")
-    if any(tunable(controller, loop) for loop in controller.loops):
+    if any(facts_of(controller, loop).tunable for loop in controller.loops):
         yield Register("coil", 1, "store", "bit")
         yield Register("coil", 2, "restore", "bit")
     yield Register("discrete_input", 0, "fault_latched", "bit")
@@ -89,7 +89,7 @@ def _loop(controller: Controller, name: str) -> Iterator[Register]:
     yield Register("input_register", 2, "setpoint_in_force", "i16", TENTH)
     yield Register("input_register", 3, "state")
     yield Register("input_register", 4, "reading")
-    is_tunable = tunable(controller, name)
+    is_tunable = facts_of(controller, name).tunable
     has_autotune = is_tunable and loop.autotune is not None
     is_measured = loop.response is not None
     has_current = bool(getattr(controller.outputs[loop.heater], "current", None))

@@ -13,10 +13,10 @@ from heatwright.sim.reference.interfaces.keyed import in_range
 from heatwright.sim.reference.members import Member, Value, prefixed
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.protection.rules import Look
-from heatwright.spec import Controller, Loop, commanded, programmed, switched, tunable
-from heatwright.spec.adjusted import Number, numbers_of
+from heatwright.spec import Controller, Loop
+from heatwright.spec.adjusted import Number
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.commands import limits_adjustable
+from heatwright.spec.facts import facts_of
 from heatwright.spec.registry import module_of
 
 ENABLED: Member = ("enabled", "u1")
@@ -61,21 +61,18 @@ class Steering:
     def __init__(self, controller: Controller, loop: str) -> None:
         """Find the loop's algorithm, and what is commanded of it."""
         spec = controller.loops[loop]
-        self._switched = switched(controller, loop)
-        self._zero_is_off = commanded(controller, loop) and not self._switched
-        self._has_modes = tunable(controller, loop)
-        self._numbers = numbers_of(controller, loop)
+        self._facts = facts = facts_of(controller, loop)
         self._gains = gains_of(spec.algorithm)
-        sets_gains = bool(self._gains and self._numbers)
-        self._pid = _tunable_pid(spec) if self._has_modes or sets_gains else None
-        if self._pid and spec.algorithm.pid and programmed(controller, loop):
+        sets_gains = bool(self._gains and facts.keyed_numbers)
+        self._pid = _tunable_pid(spec) if facts.tunable or sets_gains else None
+        if self._pid and spec.algorithm.pid and facts.programmed:
             self._pid.feed_forward = Single(spec.algorithm.pid.feed_forward)
-        self._limited = self._pid is not None and limits_adjustable(controller, loop)
-        self._control: Control = self._pid or _constant(spec, self._numbers)
-        self.tuner = _tuner(spec) if self._has_modes else None
+        self._limited = self._pid is not None and facts.limits_adjustable
+        self._control: Control = self._pid or _constant(spec, facts.keyed_numbers)
+        self.tuner = _tuner(spec) if facts.tunable else None
         self.inputs: tuple[Member, ...] = (
-            *((ENABLED,) if self._switched else ()),
-            *(INPUTS if self._has_modes else ()),
+            *((ENABLED,) if facts.switched else ()),
+            *(INPUTS if facts.tunable else ()),
             *(LIMITS if self._limited else ()),
         )
         self.members: tuple[Member, ...] = prefixed("algorithm", self._control.members)
@@ -131,16 +128,16 @@ class Steering:
     def input_values(self, orders: Orders) -> tuple[Value, ...]:
         """Return the values of `inputs`."""
         return (
-            *((orders.enabled,) if self._switched else ()),
-            *((orders.mode, orders.manual_percent) if self._has_modes else ()),
+            *((orders.enabled,) if self._facts.switched else ()),
+            *((orders.mode, orders.manual_percent) if self._facts.tunable else ()),
             *(self._pid.limits if self._limited and self._pid else ()),
         )
 
     def is_off(self, setpoint_c: Single, orders: Orders) -> bool:
         """Tell whether a commanded loop is off."""
-        if self._switched:
+        if self._facts.switched:
             return not orders.enabled
-        return self._zero_is_off and orders.mode == AUTOMATIC and bool(setpoint_c == ZERO)
+        return self._facts.hosted and orders.mode == AUTOMATIC and bool(setpoint_c == ZERO)
 
     def is_idle(self, setpoint_c: Single, orders: Orders) -> bool:
         """Tell whether nothing is to be heated: off, or paused by an input of the machine."""
@@ -149,11 +146,11 @@ class Steering:
     def _steered(self, look: Look, orders: Orders, top_percent: Single) -> Single:
         if isinstance(self._control, PidControl):
             self._control.top_percent = top_percent
-        numbers = in_range(self._numbers, orders.numbers)
+        numbers = in_range(self._facts.keyed_numbers, orders.numbers)
         if isinstance(self._control, KeyedSwitch):
             self._control.take(numbers)
         if self._pid:
-            gains = orders.gains if self._has_modes else self._gains
+            gains = orders.gains if self._facts.tunable else self._gains
             if gains is None:
                 message = "A tunable loop needs its gains"
                 raise ValueError(message)

@@ -17,9 +17,10 @@ from heatwright.sim.reference.outputs.feed import Feed
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.protection.latch import Latch
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, modbus_of, nextion_of, programmed
+from heatwright.spec import Controller, modbus_of, nextion_of
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.commands import for_display, keypad_of
+from heatwright.spec.facts import facts_of
 from heatwright.spec.scenario.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
@@ -60,7 +61,7 @@ class ReferenceDevice:
         self._display = self._display_of(controller)
         self._keypad = keypad_of(controller)
         self._pages = self._pages_of(controller)
-        leads = self._keypad is not None and programmed(controller, self._keypad.loop)
+        leads = self._keypad is not None and facts_of(controller, self._keypad.loop).programmed
         self._menu = MenuKeys() if leads else None
         self._key: str | None = None
         self._key_us = 0

@@ -12,7 +12,8 @@ from heatwright.sim.reference.protection.limiter import limiter_of
 from heatwright.sim.reference.protection.monitor import MonitorModel
 from heatwright.sim.reference.protection.rules import Look
 from heatwright.sim.reference.sensors.reading import Readings, Seen
-from heatwright.spec import Controller, monitors_of, programmed
+from heatwright.spec import Controller, monitors_of
+from heatwright.spec.facts import facts_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.self_checks import SELF_CHECK_RULES
 
@@ -305,6 +306,6 @@ class Reference:
 
 
 def _program(controller: Controller, loop: str) -> ProgramRun | None:
-    if controller.programs is None or not programmed(controller, loop):
+    if controller.programs is None or not facts_of(controller, loop).programmed:
         return None
     return ProgramRun(controller.programs, controller.loops[loop])

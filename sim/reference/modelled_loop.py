@@ -18,10 +18,9 @@ from heatwright.sim.trace import StepLog
 from heatwright.spec import (
     Controller,
     monitors_of,
-    programmed,
-    switched,
 )
 from heatwright.spec.commands import countdown_of
+from heatwright.spec.facts import facts_of
 
 SECOND_US = 1_000_000
 DEFAULT_READY_K = 1.0
@@ -62,7 +61,7 @@ class ModelledLoop:
         self._step_us = self._period_us
         self._rows: deque[tuple[object, ...]] = deque(maxlen=most_rows)
         programs = controller.programs
-        self._points = programs.points if programs and programmed(controller, name) else 0
+        self._points = programs.points if programs and facts_of(controller, name).programmed else 0
         self.due_us = 0
         """When there is something to do next: a look at a sensor, or a step."""
         self._plan()
@@ -151,9 +150,9 @@ class ModelledLoop:
 
 
 def _operator(controller: Controller, name: str, reference: Reference) -> Operator:
-    if programmed(controller, name):
+    if facts_of(controller, name).programmed:
         return ProgrammedOperator(controller, name, reference)
-    if switched(controller, name):
+    if facts_of(controller, name).switched:
         return SwitchedOperator(controller, name, reference)
     return Operator(controller, name, reference)
 

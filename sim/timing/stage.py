@@ -15,11 +15,9 @@ from heatwright.spec import (
     Loop,
     full_a,
     modbus_of,
-    programmed,
-    starts_enabled,
-    switched,
 )
-from heatwright.spec.commands import keyed, keypad_of, touched
+from heatwright.spec.commands import keypad_of
+from heatwright.spec.facts import facts_of
 
 SWING_K = 0.1
 """The readings go to and fro by this about a multiple of ten: all digits of them change."""
@@ -67,7 +65,7 @@ class Stage:
                 swing = _swing(device, sensor, middle_c, dips_k)
                 swings[sensor] = Beat(0.0, loop.period_s, swing)
             self._beats += _current(controller, device, loop)
-            if switched(controller, name):
+            if facts_of(controller, name).switched:
                 self._beats.append(Beat(STARTED_S, inf, partial(_go, controller, device, name)))
         self._beats += swings.values()
         self._act(0.0)  # the first reading may be soon after the power-on
@@ -95,13 +93,13 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
     has_master = modbus_of(controller) is not None
     if has_master:
         device.write(f"{loop}.enabled", True)
-    if keyed(controller, loop):
-        if programmed(controller, loop):
+    if facts_of(controller, loop).keyed:
+        if facts_of(controller, loop).programmed:
             device.shield.play(TO_SETPOINT)
-        elif not has_master and not starts_enabled(controller, loop):
+        elif not has_master and not facts_of(controller, loop).starts_enabled:
             device.shield.play(("up",))
-    elif not has_master and touched(controller, loop):
-        if programmed(controller, loop):
+    elif not has_master and facts_of(controller, loop).touched:
+        if facts_of(controller, loop).programmed:
             device.program("start", 1)
         else:
             device.send("#2 1;")

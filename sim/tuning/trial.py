@@ -9,7 +9,8 @@ from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.orders import heat
 from heatwright.spec import Controller, Event, Pid
-from heatwright.spec.commands import must_release, zero_is_off
+from heatwright.spec.commands import must_release
+from heatwright.spec.facts import facts_of
 
 Progress = Callable[[float, float], None]
 
@@ -51,7 +52,7 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
     """Let a loop that no host and no master commands start with a setpoint, and on."""
     spec = controller.loops[loop]
-    if must_release(controller) or zero_is_off(controller, loop):
+    if must_release(controller) or facts_of(controller, loop).hosted:
         return controller
     setpoint = spec.setpoint.model_copy(update={"initial_c": target_c, "stored": False})
     changed = spec.model_copy(update={"setpoint": setpoint, "starts": "enabled"})

@@ -60,7 +60,7 @@ def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
     tried = amount("flash_flips")
     for _ in range(tried):
         place, bit = random.choice(places), random.randrange(8)
-        state = random.choice([name for name in STATES if name != "off" or site.is_commanded])
+        state = random.choice([name for name in STATES if name != "off" or site.facts.commanded])
         world = STATES[state](site)
         world.device.avr.take_resets()
         world.device.avr.flip_flash(place, bit)

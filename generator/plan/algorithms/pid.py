@@ -18,19 +18,19 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
 from heatwright.spec.adjusted import GAINS, sets_gains
 from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, IntegralLimits, OutputLimits
-from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.facts import facts_of
 
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`."""
     assert isinstance(loop.algorithm, Pid)  # noqa: S101 - found by its kind
-    moved = programmed(source.controller, name) and loop.algorithm.feed_forward > 0
+    moved = facts_of(source.controller, name).programmed and loop.algorithm.feed_forward > 0
     terms = _Terms(
         source,
         loop.algorithm,
         prefix,
         loop.period_s,
-        tunable(source.controller, name) or sets_gains(source.controller, name),
+        facts_of(source.controller, name).tunable or sets_gains(source.controller, name),
         moved,
     )
     maximum = loop.algorithm.output.maximum_percent
@@ -40,7 +40,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
             **terms.context(f"algorithm_{name}"),
             "gain": {
                 gain: f"settings.{name}_{gain}"
-                if tunable(source.controller, name) or gain in by_keys(source, name)
+                if facts_of(source.controller, name).tunable or gain in by_keys(source, name)
                 else f"{prefix}_{gain.upper()}"
                 for gain in GAINS
             },

@@ -14,7 +14,8 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import Gcode
 from heatwright.spec.board.uart import baud_setting
-from heatwright.spec.commands import keyed, limits_adjustable, minds_host, tunable
+from heatwright.spec.commands import minds_host
+from heatwright.spec.facts import facts_of
 
 SILENT_S = 3.0
 """So long neither side speaks before the firmware says `ok` again."""
@@ -94,7 +95,9 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
         for key in sorted(interface.loops, key=_number)
     }
     tools = [heater for key, heater in heaters.items() if key not in NUMBERS]
-    tuned = [heater for heater in heaters.values() if tunable(controller, str(heater["loop"]))]
+    tuned = [
+        heater for heater in heaters.values() if facts_of(controller, str(heater["loop"])).tunable
+    ]
     uart = registers(controller.board)
     return {
         "where": source.where,
@@ -109,7 +112,9 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
         "chamber": heaters.get("C"),
         "tunable": tuned,
         "limited": [
-            heater for heater in tuned if limits_adjustable(controller, str(heater["loop"]))
+            heater
+            for heater in tuned
+            if facts_of(controller, str(heater["loop"])).limits_adjustable
         ],
         "autotuned": [
             tool
@@ -130,7 +135,8 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
         "monitors": bool(controller.monitors),
         "minded": any(minds_host(controller, loop) for loop in controller.loops),
         "keyed": any(
-            minds_host(controller, loop) and keyed(controller, loop) for loop in controller.loops
+            minds_host(controller, loop) and facts_of(controller, loop).keyed
+            for loop in controller.loops
         ),
         "temperature_pieces": _temperature_pieces(interface, source.controller.monitors),
         "tick_ms": TICK_MS,

@@ -18,9 +18,8 @@ from heatwright.spec.commands import (
     lockout_of,
     minds_host,
     must_release,
-    programmed,
-    switched,
 )
+from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
@@ -48,7 +47,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             for name, mask in (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
         ],
     }
-    by_program = programmed(controller, interface.loop)
+    by_program = facts_of(controller, interface.loop).programmed
     shown = (plan_menu if by_program else _plan_panel)(source, interface)
     warning_files, warning_constants = plan_warning(Source(source.spec, ()), interface.loop)
     keypad = {
@@ -123,7 +122,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),
         "rules": rules(controller),
-        "hosted": not switched(controller, interface.loop),
+        "hosted": not facts_of(controller, interface.loop).switched,
         "minds_host": minds_host(controller, interface.loop),
         "must_release": must_release(controller),
         "countdown": interface.countdown is not None,

@@ -20,7 +20,7 @@ from heatwright.generator.plan.uart import registers
 from heatwright.spec import Nextion
 from heatwright.spec.board.uart import RECEIVED_TOLERANCE, baud_setting
 from heatwright.spec.boards import Uart
-from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import DISPLAY_BAUDS, FASTER_DISPLAY_BAUDS
 from heatwright.spec.nextion import Page, chart_top_c, display_pages, selectable_types
 from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S
@@ -92,9 +92,9 @@ def _context(source: Source, interface: Nextion) -> dict[str, Any]:
         "prefix": prefix_of(interface.loop),
         "sensor": loop.sensor,
         "lockout": lockout_ends(controller),
-        "programs": programmed(controller, interface.loop),
+        "programs": facts_of(controller, interface.loop).programmed,
         "monitors": bool(controller.monitors),
-        "tunable": tunable(controller, interface.loop),
+        "tunable": facts_of(controller, interface.loop).tunable,
         "adjustable": loop.protection.maximum_adjustable,
         "selectable": bool(selectable_types(controller)),
         "top_c": chart_top_c(controller),
@@ -148,7 +148,7 @@ def _headers(source: Source, interface: Nextion) -> list[dict[str, str]]:
     found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
     if source.controller.loops[name].response is not None:
         found |= {f"response_{name}.h": f"response_{name}"}
-    if programmed(source.controller, name):
+    if facts_of(source.controller, name).programmed:
         found |= {"nextion_points.h": "points_*", "program.h": "program"}
         found |= {"progress.h": "progress_saves"}
     return [{"name": header, "symbols": found[header]} for header in sorted(found)]
@@ -179,7 +179,7 @@ def _beats(name: str, time_s: float, what: str) -> Constant:
 
 def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
     controller = source.controller
-    programs = controller.programs if programmed(controller, interface.loop) else None
+    programs = controller.programs if facts_of(controller, interface.loop).programmed else None
     points = 0 if programs is None else programs.points
     yield Constant(
         "NEXTION_ORDER_SIZE",

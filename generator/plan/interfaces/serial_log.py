@@ -12,7 +12,7 @@ from heatwright.spec import SerialLog
 from heatwright.spec.board.eeprom import layout
 from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.boards import Board
-from heatwright.spec.commands import programmed
+from heatwright.spec.facts import facts_of
 
 
 def plan(source: Source, interface: SerialLog) -> Part:
@@ -26,7 +26,7 @@ def plan(source: Source, interface: SerialLog) -> Part:
         "programs": source.controller.programs is not None,
         "response": source.controller.loops[interface.loop].response is not None,
         "response_where": Source(source.spec, ("loops", interface.loop, "response")).where,
-        "programmed": programmed(source.controller, interface.loop),
+        "programmed": facts_of(source.controller, interface.loop).programmed,
         "monitors": bool(source.controller.monitors),
         **_registers(board, interface.port),
     }

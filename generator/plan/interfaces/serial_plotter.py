@@ -11,7 +11,7 @@ from heatwright.spec import Controller, Pid, SerialPlotter
 from heatwright.spec.adjusted import numbers_of, sets_gains
 from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.boards import Board
-from heatwright.spec.commands import tunable
+from heatwright.spec.facts import facts_of
 
 
 def plan(source: Source, interface: SerialPlotter) -> Part:
@@ -95,7 +95,7 @@ def fields(controller: Controller, name: str) -> list[dict[str, str]]:
             loop.algorithm,
             prefix,
             state,
-            variable=tunable(controller, name) or sets_gains(controller, name),
+            variable=facts_of(controller, name).tunable or sets_gains(controller, name),
         )
     return [{"title": title, "expression": expression} for title, expression in common + own]
 

@@ -16,7 +16,7 @@ from heatwright.generator.plan.registers import (
 )
 from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
-from heatwright.spec.commands import tunable
+from heatwright.spec.facts import facts_of
 
 TABLES: tuple[Table, ...] = ("coils", "discretes", "holdings", "inputs")
 
@@ -51,9 +51,9 @@ def _loops(source: Source) -> list[dict[str, Any]]:
             "name": name,
             "prefix": prefix_of(name),
             "block": BLOCK * number,
-            "tunable": tunable(controller, name),
+            "tunable": facts_of(controller, name).tunable,
             "cycles": loop.autotune.cycles
-            if tunable(controller, name) and loop.autotune is not None
+            if facts_of(controller, name).tunable and loop.autotune is not None
             else None,
             "cycles_where": Source(source.spec, ("loops", name, "autotune", "cycles")).where,
         }
@@ -94,7 +94,7 @@ def _headers(source: Source) -> list[dict[str, str]]:
         headers[f"loop_{name}.h"] = f"loop_{name}"
         if current_sensor(controller, loop) is not None:
             headers[f"current_{loop.heater}.h"] = f"current_{loop.heater}"
-        if tunable(controller, name) and loop.autotune is not None:
+        if facts_of(controller, name).tunable and loop.autotune is not None:
             headers[f"autotune_{name}.h"] = f"autotune_{name}"
         if loop.response is not None:
             headers[f"response_{name}.h"] = f"response_{name}"

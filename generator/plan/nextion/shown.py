@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Nextion
-from heatwright.spec.commands import programmed, tunable
+from heatwright.spec.facts import facts_of
 from heatwright.spec.nextion import Page, display_pages, selectable_types
 
 
@@ -103,7 +103,7 @@ def components(
 def _known(source: Source, interface: Nextion) -> list[What]:
     """All that there is to be shown; a machine without programs has less."""
     known = [*_control(source, interface), *_settings(source, interface)]
-    if programmed(source.controller, interface.loop):
+    if facts_of(source.controller, interface.loop).programmed:
         known += _program()
         heater = source.controller.outputs[source.controller.loops[interface.loop].heater]
         if getattr(heater, "power_w", None) is not None:
@@ -157,7 +157,7 @@ def _control(source: Source, interface: Nextion) -> list[What]:
 def _settings(source: Source, interface: Nextion) -> list[What]:
     name = interface.loop
     found = [What("SHOWS_ASKED_SETPOINT", "AS_TENTHS", f"tenths(settings.{name}_setpoint_c)")]
-    if tunable(source.controller, name):
+    if facts_of(source.controller, name).tunable:
         found += [
             What(f"SHOWS_{gain.upper()}", "AS_FLOAT", f"bits(settings.{name}_{gain})")
             for gain in ("kp", "ki", "kd")

@@ -12,7 +12,7 @@ from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
-from heatwright.spec.commands import tunable
+from heatwright.spec.facts import facts_of
 from heatwright.spec.loops import Loop
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
@@ -52,7 +52,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         "lockout": lockout_ends(controller),
         "keeps": controller.programs is not None and controller.programs.on_fault == "pause",
         "decimals": int(loop.protection.maximum_c < WIDE_C),
-        "tunable": tunable(controller, name),
+        "tunable": facts_of(controller, name).tunable,
         "adjustable": loop.protection.maximum_adjustable,
         "types": [
             {"code": TYPE_CODES.index(letter), "letter": letter} for letter in sensor.selectable

@@ -8,7 +8,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.pins import label, lifted, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller
-from heatwright.spec.commands import commanded
+from heatwright.spec.facts import facts_of
 from heatwright.spec.self_checks import self_checked
 
 SETTLE_TICKS = 5
@@ -27,7 +27,7 @@ def wanting(controller: Controller) -> tuple[str, ...]:
     """Name the loops that are off at times, so that they do not want the relay closed then."""
     if controller.safety.relay is None:
         return ()
-    return tuple(name for name in controller.loops if commanded(controller, name))
+    return tuple(name for name in controller.loops if facts_of(controller, name).commanded)
 
 
 def plan(root: Source, name: str) -> Part:

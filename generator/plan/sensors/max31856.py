@@ -21,7 +21,7 @@ from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Max31856
 from heatwright.spec.boards import Pin
-from heatwright.spec.commands import programmed
+from heatwright.spec.facts import facts_of
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 OPEN_TEST = 0x10
@@ -54,7 +54,7 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
         "selectable": bool(sensor.selectable),
         "selectable_where": source.at("selectable").where,
         "users": users,
-        "programmed": any(programmed(source.controller, user) for user in users),
+        "programmed": any(facts_of(source.controller, user).programmed for user in users),
     }
     of_sensor = f"of sensor {name}"
     return Part(

@@ -16,7 +16,6 @@ from heatwright.sim.faults.bounds import TICK_S, gate_s, start_up_s, watchdog_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.records import Edge
 from heatwright.sim.faults.world import Site, World
-from heatwright.spec import starts_enabled
 
 STACK_POINTER = 0x5D
 """SPL and SPH in the data space, the same on every part that is simulated."""
@@ -101,7 +100,7 @@ def _turned_aside(world: World, entry: str) -> bool:
 
 def stays_off(world: World) -> str:
     """See that a loop that does not start by itself has been off since the power came back."""
-    if starts_enabled(world.site.controller, world.site.loop_name):
+    if world.site.facts.starts_enabled:
         return ""
     last_s = world.heater.last_on_s(world.power_on_s)
     return "" if last_s is None else f"the heater was on at {last_s:.3f} s"

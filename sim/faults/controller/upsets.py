@@ -20,7 +20,8 @@ from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import STEP_S, World
-from heatwright.spec import Controller, starts_enabled
+from heatwright.spec import Controller
+from heatwright.spec.facts import facts_of
 
 KINDS = ("ram", "stack", "register", "periphery", "flash", "eeprom", "jump")
 GUARDED = ("ram", "stack", "register", "periphery", "eeprom")
@@ -76,7 +77,7 @@ class Outcome(NamedTuple):
 def off(site: Site) -> World:
     """Begin warm, with the loop switched off by its operator."""
     world = starts.heating(site)
-    if site.is_switched:
+    if site.facts.switched:
         world.switch(on=False)
     else:
         world.set_setpoint(0.0)
@@ -95,7 +96,7 @@ def draw(controller: Controller, program: Elf, number: int, seed: int) -> Upset:
     """Draw the one of a number: the same for the same seed and program."""
     random = Random(f"upset {seed} {number}")  # noqa: S311 - no secret
     site = Site(controller, random.choice(list(controller.loops)), program)
-    states = [each for each in STATES if each != "off" or site.is_commanded]
+    states = [each for each in STATES if each != "off" or site.facts.commanded]
     kind = random.choice(KINDS)
     return Upset(
         number,
@@ -168,7 +169,7 @@ def _judged(
     resets = upset.kind != "eeprom" and len(world.device.avr.take_resets())
     period_s = world.site.loop.period_s
     acknowledged = not resets and _acknowledgements(world) != acknowledged_before
-    starts_anew = resets and starts_enabled(world.site.controller, upset.loop)
+    starts_anew = resets and facts_of(world.site.controller, upset.loop).starts_enabled
     must_be_off = (upset.state == "latched" and not acknowledged) or (
         upset.state == "off" and not starts_anew
     )

@@ -166,7 +166,7 @@ def untold(world: World) -> Iterator[str]:
         end = f" {first[:COLUMNS]}!"
         if not world.until(lambda now: now.screen[1].rstrip().endswith(end), within_s):
             yield f"the display does not say {end!r}"
-    if site.is_hosted and not device.host.texts(f"echo:warning, too warm: {first} at "):
+    if site.facts.hosted and not device.host.texts(f"echo:warning, too warm: {first} at "):
         yield f"the host was not told of {first}"
     if nextion_of(site.controller) is not None:
         words = f"warm: {first}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import modbus_of
 from heatwright.spec.adjusted import KINDS
-from heatwright.spec.commands import lockout_of, touched
+from heatwright.spec.commands import lockout_of
 
 if TYPE_CHECKING:
     from heatwright.sim.faults.site import Site
@@ -71,13 +71,13 @@ class Hand(Protocol):
 
 def hand_of(site: Site) -> Hand:
     """Choose who serves the loop."""
-    if site.is_switched:
+    if site.facts.switched:
         if modbus_of(site.controller) is not None:
             return _Master()
-        if touched(site.controller, site.loop_name):
+        if site.facts.touched:
             return _AtDisplay()
         return _AtMenu() if site.has_menu else _AtPanel()
-    return _Host() if site.is_commanded else _AtKeys()
+    return _Host() if site.facts.commanded else _AtKeys()
 
 
 class _Master:

@@ -18,7 +18,7 @@ def complaints(world: World, code: int) -> Iterator[str]:
         yield f"the display says {world.screen[1]!r}, not {shown!r},"
     if world.device.crystal_hz != site.controller.board.clock_hz:
         return  # all lines run at another speed: nothing on them is understood
-    if site.is_hosted and not world.device.host.texts(f"Error:{wanted}"):
+    if site.facts.hosted and not world.device.host.texts(f"Error:{wanted}"):
         yield f"the host was not told {wanted!r},"
     if modbus_of(site.controller) is not None and not _master_knows(world, code):
         yield f"the master was not told {wanted!r},"

@@ -17,8 +17,8 @@ from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.keypad import CODES
 from heatwright.sim.trace import StepLog
-from heatwright.spec import programmed
 from heatwright.spec.commands import countdown_of, keypad_of
+from heatwright.spec.facts import facts_of
 
 SEED = 2
 WATCH_S = 60.0
@@ -44,7 +44,7 @@ def faults(site: Site) -> Iterator[Fault]:
             watch_s=RESYNC_S,
             judge=_shows_again,
         )
-    if site.is_hosted:
+    if site.facts.hosted:
         yield from hosts.faults(site)
     if site.controller.board.uarts:
         yield Fault(
@@ -173,7 +173,7 @@ def _shows_again(world: World) -> str:
     """See that the display shows both lines, and that nothing waited for it."""
     first, second = world.screen
     controller, keypad = world.site.controller, keypad_of(world.site.controller)
-    if keypad is not None and programmed(controller, keypad.loop):
+    if keypad is not None and facts_of(controller, keypad.loop).programmed:
         on = "on" if world.device.steps(keypad.loop)["enabled"][-1] else "off"
         shows = " >" in first and second.rstrip() == on
     else:

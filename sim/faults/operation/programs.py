@@ -25,7 +25,8 @@ from heatwright.sim.reference.programs.state import (
     RUNNING,
     TOO_FAR,
 )
-from heatwright.spec import HoldBack, Programs, Segment, programmed, switched
+from heatwright.spec import HoldBack, Programs, Segment
+from heatwright.spec.facts import facts_of
 from heatwright.spec.programs import AfterPowerLoss
 from heatwright.spec.rules import RULES
 
@@ -46,7 +47,7 @@ BELOW_TARGET_K = 20.0
 def faults(site: Site) -> Iterator[Fault]:
     """Yield what applies to a loop that programs serve, if one is stored."""
     programs = site.controller.programs
-    if programs is None or not programmed(site.controller, site.loop_name) or not programs.stored:
+    if programs is None or not site.facts.programmed or not programs.stored:
         return
     yield Fault(
         "sensor_lost_in_program",
@@ -147,7 +148,7 @@ def _relay_closed_cycles(world: World) -> int:
     """Return for how long the safety relay has been closed; 0 where another loop may have it so."""
     controller, relay = world.site.controller, world.device.relay
     others_rest = all(
-        switched(controller, name) and not world.device.read(f"loop_{name}.enabled")
+        facts_of(controller, name).switched and not world.device.read(f"loop_{name}.enabled")
         for name in controller.loops
         if name != world.site.loop_name
     )

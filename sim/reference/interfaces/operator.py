@@ -8,9 +8,10 @@ from heatwright.sim.reference.interfaces.keyed import Numbers, given
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.programs.state import NO_ORDER
-from heatwright.spec import Controller, commanded, tunable
+from heatwright.spec import Controller
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.algorithms import Algorithm
+from heatwright.spec.facts import facts_of
 
 LARGEST_GAIN = 1e6
 NO_LIMITS = (None, None, None)
@@ -23,13 +24,13 @@ class Operator:
         """Wish for what the specification says."""
         loop = controller.loops[name]
         self._reference = reference
-        self._commanded = commanded(controller, name)
+        self._commanded = facts_of(controller, name).commanded
         self._minimum_c = Single(loop.setpoint.minimum_c)
         self._maximum_c = Single(loop.setpoint.maximum_c)
         self.setpoint_c = Single(loop.setpoint.initial_c)
         self._mode = AUTOMATIC
         self._manual_percent = ZERO
-        self.gains = gains_of(loop.algorithm) if tunable(controller, name) else None
+        self.gains = gains_of(loop.algorithm) if facts_of(controller, name).tunable else None
         self._algorithm = loop.algorithm
         self.limits = limits_given(loop.algorithm)
         highest_c = Single(loop.protection.maximum_c)

@@ -4,7 +4,8 @@ from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Or
 from heatwright.sim.reference.interfaces.operator import Operator
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.spec import Controller, must_release, starts_enabled
+from heatwright.spec import Controller, must_release
+from heatwright.spec.facts import facts_of
 
 
 class SwitchedOperator(Operator):
@@ -13,7 +14,7 @@ class SwitchedOperator(Operator):
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Wish for what the specification says."""
         super().__init__(controller, name, reference)
-        self._enabled = int(starts_enabled(controller, name))
+        self._enabled = int(facts_of(controller, name).starts_enabled)
         self._was_on = self._off_is_due = False
         self._must_release = must_release(controller)
         self._released = False
