@@ -25,7 +25,7 @@ _OF_LOOPS = {
 """By the key of `protection` that may be off."""
 
 
-def breakable(controller: Controller) -> tuple[Rule, ...]:
+def rules_of(controller: Controller) -> tuple[Rule, ...]:
     """List the rules that can trip, in the order of their codes."""
     found = {*_OF_ALL, *_by_loops(controller), *_by_parts(controller)}
     checks = self_check_rules(controller)

@@ -10,7 +10,7 @@ from heatwright.generator.plan.parts import Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.spec import Controller, Loop, proofs
-from heatwright.spec.breakable import breakable
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.facts import facts_of
 from heatwright.spec.outputs import Switch
 from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
@@ -50,7 +50,7 @@ def commissioning(controller: Controller, rows: Sequence[Wiring]) -> list[Stage]
 
 def _codes(controller: Controller, *rules: str) -> str:
     """Name those of some rules that can trip here, as the display does."""
-    found = [f"E{rule.code:02d}" for rule in breakable(controller) if rule.id in rules]
+    found = [f"E{rule.code:02d}" for rule in rules_of(controller) if rule.id in rules]
     return " or ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
 
 

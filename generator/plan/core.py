@@ -5,12 +5,11 @@ from __future__ import annotations
 from heatwright.generator.plan.loop_names import LoopSummary
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
-from heatwright.generator.plan.protection.relay import wanting
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.board.timers import looks, tick_interval
-from heatwright.spec.breakable import breakable
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
 from heatwright.spec.inputs import tripping
 from heatwright.spec.rules import NO_LOCKOUT, Rule
@@ -28,21 +27,6 @@ FAULT_COOLING_ABOVE_C = 50.0
 def rule_macro(rule: Rule) -> str:
     """The C name of a rule's code."""
     return f"FAULT_{rule.id.upper()}"
-
-
-def rules(controller: Controller) -> list[dict[str, object]]:
-    """Name the rules that can trip as fault.h and the display need them, in the order of codes."""
-    return [
-        {
-            "macro": rule_macro(rule),
-            "code": rule.code,
-            "display": rule.display,
-            "meaning": rule.meaning,
-            "id": rule.id,
-            "remedy": rule.remedy,
-        }
-        for rule in breakable(controller)
-    ]
 
 
 WATCHDOG_NAMES = {
@@ -133,7 +117,7 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
         "relay": root.controller.safety.relay,
         "relay_where": root.at("safety", "relay").where,
         "checked": self_checked(root.controller),
-        "wanting": wanting(root.controller),
+        "wanting": [loop.name for loop in loops if loop.wants_relay],
         "plain": [
             name
             for name, each in root.controller.switches.items()
@@ -192,7 +176,7 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 def fault(root: Source, loops: list[LoopSummary]) -> Part:
     """The latched fault and its codes."""
     lockout, constants = _lockout(root)
-    context = {"loops": loops, "rules": rules(root.controller), "lockout": lockout}
+    context = {"loops": loops, "rules": rules_of(root.controller), "lockout": lockout}
     cooling = Constant(
         "FAULT_COOLING_ABOVE_C",
         c_float(FAULT_COOLING_ABOVE_C),
@@ -244,9 +228,8 @@ def _lockout(root: Source) -> tuple[dict[str, object] | None, tuple[Constant, ..
         constants.append(
             at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "after a loss of power")
         )
-    known = [rule for rule in rules(root.controller) if rule["id"] in NO_LOCKOUT]
     return {
         "where": at.where,
         "by_keys": keys,
-        "apart": [rule["macro"] for rule in known],
+        "apart": [rule_macro(rule) for rule in rules_of(root.controller) if rule.id in NO_LOCKOUT],
     }, tuple(constants)

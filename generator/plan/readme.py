@@ -7,7 +7,7 @@ from typing import Any
 
 from heatwright.generator.plan.chips import fuses
 from heatwright.generator.plan.commissioning import commissioning
-from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends, rules
+from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends
 from heatwright.generator.plan.lines import lines
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part, Wiring
@@ -18,6 +18,7 @@ from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
 from heatwright.spec import Controller, SerialPlotter, Spec
 from heatwright.spec.adjusted import numbers_of
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import (
     gcode_of,
     keypad_of,
@@ -49,7 +50,7 @@ def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
         "lines": lines(controller),
         "loops": _loops(spec),
         "budgets": [{"name": name, "found": found} for name, found in budgets(controller)],
-        "rules": [rule | {"limit": limit(spec, str(rule["id"]))} for rule in rules(controller)],
+        "rules": [(rule, limit(spec, rule.id)) for rule in rules_of(controller)],
         "hazards": hazards(controller),
         "relay": controller.safety.relay,
         "cooled": any(loop.cooler for loop in controller.loops.values()),

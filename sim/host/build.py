@@ -96,7 +96,7 @@ def build_host(
         names["text.c"] = None
     jobs = [(HERE / "world.c", folder / "world.o", names_for_world(controller, loops))]
     jobs += [
-        (HERE / "loop.c", folder / f"world_{each.loop}.o", names_for_loop(controller, each))
+        (HERE / "loop.c", folder / f"world_{each.name}.o", names_for_loop(controller, each))
         for each in loops
     ]
     jobs += [(project / "src" / name, (folder / name).with_suffix(".o"), []) for name in names]
@@ -109,17 +109,17 @@ def build_host(
 
 def _names(parts: Parts) -> list[str]:
     outputs = [f"output_{name}.c" for name in (parts.heater, parts.fan, parts.cooler) if name]
-    control = [f"{kind}_{parts.loop}.c" for kind in control_files(parts)]
+    control = [f"{kind}_{parts.name}.c" for kind in control_files(parts)]
     control += [f"celsius_{parts.sensor}.c"] * parts.table
-    if parts.current:
-        control += [f"current_{parts.heater}.c", f"amperes_{parts.current}.c"]
+    if parts.ammeter:
+        control += [f"current_{parts.heater}.c", f"amperes_{parts.ammeter}.c"]
     control += [f"{name}.c" for name in program_files(parts)]
-    control += [f"response_{parts.loop}.c"] * parts.response
-    control += [f"proof_{fan}.c" for fan in parts.proven]
+    control += [f"response_{parts.name}.c"] * parts.response
+    control += [f"proof_{fan}.c" for fan in parts.all_proven]
     control += ["inputs.c"] * parts.inputs
     control += ["relay.c"] * (parts.relay is not None)
     control += ["countdown.c"] * parts.countdown
-    for name, sensor, _, has_table in parts.monitors:
+    for name, sensor, _, has_table in parts.watched:
         control += [f"monitor_{name}.c", *([f"celsius_{sensor}.c"] * has_table)]
     return [*control, "fault.c", "gate.c", "settings.c", *outputs]
 

@@ -74,12 +74,12 @@ class Host:
         self.build = build
         self._ffi = declarations(build.project, *build.loops)
         self.library = self._ffi.dlopen(str(build.library))
-        self.types = {each.loop: state_type(self._ffi, each) for each in build.loops}
-        self.type = self.types[build.parts.loop]
+        self.types = {each.name: state_type(self._ffi, each) for each in build.loops}
+        self.type = self.types[build.parts.name]
         self.world: Any = self.library.host_world()
         self.world.eeprom_bytes = build.controller.board.eeprom_bytes
         self._input = np.zeros(1, INPUT)
-        self._input["setpoint_c"] = build.controller.loops[build.parts.loop].setpoint.initial_c
+        self._input["setpoint_c"] = build.controller.loops[build.parts.name].setpoint.initial_c
         self.erase()
         self.power_up()
 
@@ -145,7 +145,7 @@ class Host:
             HostHangs: a step does not come.
 
         """
-        loop = self.build.parts.loop
+        loop = self.build.parts.name
         return self.run_all({loop: inputs})[loop]
 
     def run_all(self, inputs: Mapping[str, NDArray[Any]]) -> dict[str, Run]:

@@ -26,13 +26,13 @@ def declarations(project: Path, *loops: Parts) -> Any:
     names = ["fault", "settings", "gate", "reset"]
     for parts in loops:
         names += ["mode"] * parts.tunable
-        names += [f"{kind}_{parts.loop}" for kind in control_files(parts)]
+        names += [f"{kind}_{parts.name}" for kind in control_files(parts)]
         names += [f"output_{name}" for name in (parts.heater, parts.cooler) if name]
-        names += [f"current_{parts.heater}"] * (parts.current is not None)
+        names += [f"current_{parts.heater}"] * (parts.ammeter is not None)
         names += ["state"] * parts.switched
         names += program_files(parts)
-        names += [f"response_{parts.loop}"] * parts.response
-        names += [f"monitor_{name}" for name, *_ in parts.monitors]
+        names += [f"response_{parts.name}"] * parts.response
+        names += [f"monitor_{name}" for name, *_ in parts.watched]
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
     for header in (*(source / f"{name}.h" for name in dict.fromkeys(names)), HERE / "world.h"):
@@ -47,22 +47,22 @@ def _bare(header: Path) -> str:
 def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
     """Return the type of what `host_state` writes, named as docs/control.md does."""
     structures = {
-        "": f"loop_{parts.loop}_state",
-        "guard.": f"guard_{parts.loop}_state",
-        "algorithm.": f"algorithm_{parts.loop}_state",
+        "": f"loop_{parts.name}_state",
+        "guard.": f"guard_{parts.name}_state",
+        "algorithm.": f"algorithm_{parts.name}_state",
         "fault.": "fault_state",
     }
     if parts.has_output_state:
         structures["output."] = f"output_{parts.heater}_state"
     if parts.autotune:
-        structures["autotune."] = f"autotune_{parts.loop}_state"
-    if parts.current:
+        structures["autotune."] = f"autotune_{parts.name}_state"
+    if parts.ammeter:
         structures["current."] = f"current_{parts.heater}_state"
     if parts.programmed:
         structures["program."] = "program_state"
     if parts.response:
-        structures["response."] = f"response_{parts.loop}_state"
-    structures |= {f"monitor_{name}.": f"monitor_{name}_state" for name, *_ in parts.monitors}
+        structures["response."] = f"response_{parts.name}_state"
+    structures |= {f"monitor_{name}.": f"monitor_{name}_state" for name, *_ in parts.watched}
     fields = [
         (f"{prefix}{name}", _width(field.type))
         for prefix, structure in structures.items()

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from importlib import import_module
 from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
 from heatwright.spec import Controller, Loop, monitors_of, proofs
-from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.board.timers import TICK_S, allocate, looks, looks_in_tick
-from heatwright.spec.commands import (
-    commanded,
-    countdown_of,
-    limits_adjustable,
-    programmed,
-    switched,
-    tunable,
-)
+from heatwright.spec.facts import LoopFacts, facts_of
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
 
@@ -27,44 +20,32 @@ PORTS = "ABCDEFGHJKL"
 """In the order of include/avr/io.h."""
 
 
-class Parts(NamedTuple):
-    """Names of a loop and of what belongs to it."""
+class Watched(NamedTuple):
+    """A monitor that is judged in a loop's steps."""
 
-    loop: str
+    name: str
     sensor: str
-    heater: str
-    fan: str | None
-    cooler: str | None
+    values: str
+    """The C type and the values of its readings."""
+    table: bool
+    """A table makes temperatures of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parts(LoopFacts):
+    """A loop, and what belongs to it."""
+
     stepper: str | None
-    current: str | None
+    ammeter: str | None
     """The sensor of the heater's current."""
     has_output_state: bool
     table: bool
     """The sensor's readings are made temperatures by a table in a file of its own."""
-    commanded: bool
-    switched: bool
-    tunable: bool
-    autotune: bool
-    adjustable: bool
-    """The operator may lower the critical temperature."""
-    numbers: tuple[str, ...]
-    """What keys set of the algorithm."""
-    limits: bool
-    """A host may narrow the limits of integral and output."""
-    programmed: bool
     relay: str | None
     """The safety relay's output."""
-    countdown: bool
-    """People may set a time after which the loop goes off."""
-    response: bool
-    """Settling time and overshoot of the last setpoint are measured."""
-    proven: tuple[str, ...]
-    """Fans whose proof is asked for."""
-    inputs: bool
-    """The machine has inputs."""
-    monitors: tuple[tuple[str, str, str, bool], ...]
-    """What is judged in the loop's steps: name, sensor, the C type and the values of its readings,
-    and whether a table makes temperatures of them."""
+    all_proven: tuple[str, ...]
+    """Fans whose proof is asked for, in the steps of any loop."""
+    watched: tuple[Watched, ...]
 
 
 def monitor_readings(controller: Controller, name: str) -> tuple[int, ...]:
@@ -89,45 +70,27 @@ def monitor_readings(controller: Controller, name: str) -> tuple[int, ...]:
 
 def parts_of(controller: Controller) -> tuple[Parts, ...]:
     """Find the loops of a controller, in their order, and what belongs to each."""
-    return tuple(_parts(controller, name, loop) for name, loop in controller.loops.items())
+    return tuple(_parts(controller, facts_of(controller, name)) for name in controller.loops)
 
 
-def _parts(controller: Controller, name: str, loop: Loop) -> Parts:
-    by_gain = tunable(controller, name)
-    current = getattr(controller.outputs[loop.heater], "current", None)
-    steppers = list(controller.steppers)
+def _parts(controller: Controller, facts: LoopFacts) -> Parts:
     return Parts(
-        loop=name,
-        sensor=loop.sensor,
-        heater=loop.heater,
-        fan=loop.fan,
-        cooler=loop.cooler,
-        stepper=next(iter(steppers), None),
-        current=current.sensor if current else None,
-        has_output_state=not controller.outputs[loop.heater].is_on_off,
-        table=controller.thermometers[loop.sensor].on_adc,
-        commanded=commanded(controller, name),
-        switched=switched(controller, name),
-        tunable=by_gain,
-        autotune=by_gain and loop.autotune is not None,
-        adjustable=loop.protection.maximum_adjustable,
-        numbers=tuple(each.kind.field for each in numbers_of(controller, name)),
-        limits=limits_adjustable(controller, name),
-        programmed=programmed(controller, name),
+        **{each.name: getattr(facts, each.name) for each in fields(facts)},
+        stepper=next(iter(controller.steppers), None),
+        ammeter=facts.current.sensor if facts.current else None,
+        has_output_state=not controller.outputs[facts.heater].is_on_off,
+        table=controller.thermometers[facts.sensor].on_adc,
         relay=controller.safety.relay,
-        countdown=countdown_of(controller, name) is not None,
-        response=loop.response is not None,
-        proven=tuple(proofs(controller)),
-        inputs=bool(controller.safety.inputs),
-        monitors=tuple(
-            (
+        all_proven=tuple(proofs(controller)),
+        watched=tuple(
+            Watched(
                 each,
                 monitor.sensor,
                 f"{_raw_type(controller.thermometers[monitor.sensor])},"
                 + ",".join(map(str, monitor_readings(controller, each))),
                 controller.thermometers[monitor.sensor].on_adc,
             )
-            for each, monitor in monitors_of(controller, name).items()
+            for each, monitor in monitors_of(controller, facts.name).items()
         ),
     )
 
@@ -150,13 +113,13 @@ def program_files(parts: Parts) -> list[str]:
 def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[str]:
     """Tell world.c, on gcc's command line, what the loops are called, and what they share."""
     first = loops[0]
-    flags = ["-DLOOPS=" + "".join(f"LOOP({parts.loop})" for parts in loops)]
+    flags = ["-DLOOPS=" + "".join(f"LOOP({parts.name})" for parts in loops)]
     headers = ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
     for parts in loops:
         flags += ["-DPROGRAMMED"] * parts.programmed
         headers += [f"{name}.h" for name in program_files(parts)]
     flags.append(f"-DLOOKS={looks_of(controller)}")
-    headers += [f"proof_{fan}.h" for fan in first.proven]
+    headers += [f"proof_{fan}.h" for fan in first.all_proven]
     flags += _proof_flags(controller) + _input_flags(controller)
     headers += ["inputs.h"] * bool(controller.safety.inputs)
     if first.stepper:
@@ -207,37 +170,39 @@ def _input_flags(controller: Controller) -> list[str]:
 
 def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
     """Tell loop.c what the loop and its parts are called."""
-    control: Loop = controller.loops[parts.loop]
-    flags = [f"-DLOOP={parts.loop}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
+    control: Loop = controller.loops[parts.name]
+    flags = [f"-DLOOP={parts.name}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DRAW={_raw_type(controller.thermometers[parts.sensor])}")
     flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
-    flags += ["-DHOSTED"] * (parts.commanded and not parts.switched)
+    flags += ["-DHOSTED"] * (parts.hosted)
     flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable
     flags += ["-DAUTOTUNE"] * parts.autotune + ["-DADJUSTABLE"] * parts.adjustable
-    flags += ["-DLIMITS"] * parts.limits + ["-DPROGRAMMED"] * parts.programmed
-    if parts.numbers:
-        flags.append("-DNUMBERS=" + "".join(f"NUMBER({member})" for member in parts.numbers))
-    headers = [f"{kind}_{parts.loop}.h" for kind in control_files(parts)]
+    flags += ["-DLIMITS"] * parts.limits_adjustable + ["-DPROGRAMMED"] * parts.programmed
+    if parts.keyed_numbers:
+        flags.append(
+            "-DNUMBERS=" + "".join(f"NUMBER({each.kind.field})" for each in parts.keyed_numbers)
+        )
+    headers = [f"{kind}_{parts.name}.h" for kind in control_files(parts)]
     headers += [f"{name}.h" for name in program_files(parts)]
     if parts.cooler:
         flags.append(f"-DCOOLER={parts.cooler}")
         headers.append(f"output_{parts.cooler}.h")
-    if parts.current:
-        flags.append(f"-DCURRENT={parts.current}")
-        headers += [f"sensor_{parts.current}.h", f"current_{parts.heater}.h"]
+    if parts.ammeter:
+        flags.append(f"-DCURRENT={parts.ammeter}")
+        headers += [f"sensor_{parts.ammeter}.h", f"current_{parts.heater}.h"]
     headers += [f"sensor_{parts.sensor}.h", f"output_{parts.heater}.h"]
     headers += ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
     if parts.response:
         flags.append("-DRESPONSE")
-        headers.append(f"response_{parts.loop}.h")
-    if parts.monitors:
+        headers.append(f"response_{parts.name}.h")
+    if parts.watched:
         listed = "".join(
             f"MONITOR({sensor},{number},{types})"
-            for number, (_, sensor, types, _) in enumerate(parts.monitors, 1)
+            for number, (_, sensor, types, _) in enumerate(parts.watched, 1)
         )
         flags.append(f"-DMONITORS={listed}")
-        flags.append("-DMONITORED=" + "".join(f"MONITOR({name})" for name, *_ in parts.monitors))
-        for name, sensor, *_ in parts.monitors:
+        flags.append("-DMONITORED=" + "".join(f"MONITOR({name})" for name, *_ in parts.watched))
+        for name, sensor, *_ in parts.watched:
             headers += [f"sensor_{sensor}.h", f"monitor_{name}.h"]
     if parts.fan:
         flags += _line_flags(controller, "FAN", parts.fan)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from heatwright.spec.breakable import breakable
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import nextion_of, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import Loop
@@ -72,7 +72,7 @@ def display_pages(controller: Controller) -> tuple[Page, ...]:
         pages += [thermo_page(len(pages), _highest_c(controller.loops[display.loop], controller))]
     pages += [faults_page(len(pages))]
     first = len(pages)
-    pages += [fault_page(first + place, rule) for place, rule in enumerate(breakable(controller))]
+    pages += [fault_page(first + place, rule) for place, rule in enumerate(rules_of(controller))]
     return tuple(pages)
 
 

@@ -81,7 +81,7 @@ def answers_problem(host: Host, name: str) -> str:
 def _problem(host: Host, name: str, number: int) -> str:
     parts, library, world = host.build.parts, host.library, host.world
     ffi = declarations(host.build.project, parts)
-    loop = f"loop_{parts.loop}"
+    loop = f"loop_{parts.name}"
     tells = getattr(library, f"{loop}_is_enabled" if parts.switched else f"{loop}_is_ready")
     host.erase()
     host.power_up()

@@ -58,7 +58,7 @@ def _upset(host: Host, inputs: NDArray[Any], limiter: Limiter) -> str:
     for upset in (None,) * LASTS + UPSETS:
         if upset is not None:
             getattr(host.library, f"current_{parts.heater}").limit_percent = upset
-        getattr(host.library, f"loop_{parts.loop}").duty_percent = applied
+        getattr(host.library, f"loop_{parts.name}").duty_percent = applied
         host.library.fault.code, host.library.fault_complement = 0, 255
         row = host.run(inputs).states[0]
         limiter.measure(int(inputs["current_raw"][0]), applied)

@@ -29,7 +29,7 @@ class Running:
         self.library = host.library
         self.parts = host.build.parts
         self.scale = scale_of(host.build.controller)
-        self.loop = host.build.controller.loops[self.parts.loop]
+        self.loop = host.build.controller.loops[self.parts.name]
         self.period_ticks = round(self.loop.period_s * 100)
         output = host.build.controller.outputs[self.parts.heater]
         self.window_ticks = round(100 * getattr(output, "window_s", 0))
@@ -71,7 +71,7 @@ class _Gate(Running):
 
     def problems(self) -> Iterator[str]:
         stale_steps = int(self.loop.protection.stale_after_s / self.loop.period_s + 1e-9)
-        stale_ticks, name = stale_steps * self.period_ticks, self.parts.loop
+        stale_ticks, name = stale_steps * self.period_ticks, self.parts.name
         step_ticks = 2 * self.period_ticks
         yield from self._expect("before the first step", self._before_the_first_step(), 0)
         yield from self._expect("all is well", self._after(lambda: None, WELL_TICKS), WELL_TICKS)

@@ -100,7 +100,7 @@ class _Watched(Running):
                     yield from self._goes_by()
                     return
                 if not self.host.world.ticks % self.period_ticks:
-                    paused = bool(getattr(self.library, f"loop_{self.parts.loop}").paused)
+                    paused = bool(getattr(self.library, f"loop_{self.parts.name}").paused)
                     if paused != model.was_paused:
                         yield f"{at}: the step is paused: {paused}"
                     model.was_paused = False

@@ -1,7 +1,7 @@
 """Which trips are counted for the lock-out, from docs/control.md."""
 
 from heatwright.sim.host import Host
-from heatwright.spec.breakable import breakable
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import lockout_of
 
 HOT = 6
@@ -15,7 +15,7 @@ def lockout_problem(host: Host) -> str:
     lockout = lockout_of(controller)
     if lockout is None:
         return ""
-    for rule in breakable(controller):
+    for rule in rules_of(controller):
         host.power_up()
         library.host_acknowledge()
         library.fault.trips = 0

@@ -13,7 +13,7 @@ COUNT_BITS = 32
 
 def on_time_problem(host: Host) -> str:
     """Say the first thing that is wrong; empty if nothing."""
-    loop = host.build.controller.loops[host.build.parts.loop]
+    loop = host.build.controller.loops[host.build.parts.name]
     most_s = loop.protection.on_for_at_most_s
     if most_s is None:
         return ""
@@ -70,17 +70,17 @@ class _Counted(Running):
         self._turn_on()
         if not self._is_sound():
             yield "the count is not sound from the start"
-        guard = getattr(self.library, f"guard_{self.parts.loop}")
+        guard = getattr(self.library, f"guard_{self.parts.name}")
         guard.on_steps ^= 1 << bit
         self.host.step()
         if self.library.fault.code != MEMORY_DAMAGED or self._steps() or not self._is_sound():
             yield f"bit {bit}: fault {self.library.fault.code}, {self._steps()} steps"
 
     def _steps(self) -> int:
-        return int(getattr(self.library, f"guard_{self.parts.loop}").on_steps)
+        return int(getattr(self.library, f"guard_{self.parts.name}").on_steps)
 
     def _count(self, on: bool) -> None:
-        getattr(self.library, f"guard_{self.parts.loop}_count")(on)
+        getattr(self.library, f"guard_{self.parts.name}_count")(on)
 
     def _is_sound(self) -> bool:
-        return bool(getattr(self.library, f"guard_{self.parts.loop}_count_is_sound")())
+        return bool(getattr(self.library, f"guard_{self.parts.name}_count_is_sound")())

@@ -17,7 +17,7 @@ MILD_C = 30.0
 def types_problem(host: Host) -> str:
     """Say the first thing that is wrong; empty if nothing, or if all types bear the same."""
     controller, parts = host.build.controller, host.build.parts
-    loop = controller.loops[parts.loop]
+    loop = controller.loops[parts.name]
     setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c
     less = lowered(controller.sensors[parts.sensor], setpoint_c, maximum_c)
     if not less:
@@ -44,7 +44,7 @@ class _Chosen:
         for name, wanted in (("setpoint_c", self.highest), ("guard.maximum_c", self.hottest)):
             if found[name] != wanted:
                 yield f"type {self.code}: {name} is {found[name]}, not {wanted}"
-        library, loop = self.host.library, self.parts.loop
+        library, loop = self.host.library, self.parts.name
         may_set = getattr(library, f"loop_{loop}_may_set")
         set_maximum = getattr(library, f"guard_{loop}_set_maximum")
         for name, may, most in (
@@ -58,13 +58,13 @@ class _Chosen:
 
     def _power_up(self, celsius: float) -> None:
         """As if the type had been chosen when more was asked for."""
-        host, loop = self.host, self.controller.loops[self.parts.loop]
+        host, loop = self.host, self.controller.loops[self.parts.name]
         host.erase()
         host.power_up()
         settings = host.library.settings
         setattr(settings, f"{self.parts.sensor}_thermocouple", self.code)
-        setattr(settings, f"{self.parts.loop}_setpoint_c", loop.setpoint.maximum_c)
-        setattr(settings, f"{self.parts.loop}_maximum_c", loop.protection.maximum_c)
+        setattr(settings, f"{self.parts.name}_setpoint_c", loop.setpoint.maximum_c)
+        setattr(settings, f"{self.parts.name}_maximum_c", loop.protection.maximum_c)
         host.library.settings_seal()
         host.set_reading(0, scale_of(self.controller).code(celsius))
 

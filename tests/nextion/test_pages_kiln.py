@@ -23,7 +23,7 @@ from heatwright.sim.interfaces.nextion_display import Display
 from heatwright.sim.interfaces.nextion_events import Choice, read
 from heatwright.sim.interfaces.nextion_screen import font
 from heatwright.spec import Controller, load
-from heatwright.spec.breakable import breakable
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Page, display_pages
 
 FILES = files_of(SPEC)
@@ -248,7 +248,7 @@ OF_ALL = {*range(1, 9), *range(14, 19), 29, *range(35, 40), *range(41, 44)}
 
 
 def codes(controller: Controller) -> set[int]:
-    return {rule.code for rule in breakable(controller)}
+    return {rule.code for rule in rules_of(controller)}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -262,7 +262,7 @@ def test_whatever_the_catalogue_trips_is_among_them(name: str) -> None:
     controller = example(name).controller
     faults = catalogue(controller, whole(name))
     tripped = {rule for each in faults if each.trip for rule in each.trip.rules}
-    assert tripped <= {rule.id for rule in breakable(controller)}
+    assert tripped <= {rule.id for rule in rules_of(controller)}
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from storage_host import Kept
 from heatwright.sim.host import Host
 from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
 from heatwright.spec import Pid
-from heatwright.spec.breakable import breakable
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.sensing.max31856 import lowered
 
 REST_TICKS = 1000
@@ -36,7 +36,7 @@ class SettingsKept(Kept):
 
     def __init__(self, host: Host, *, short: bool = False) -> None:
         super().__init__(host, short=short)
-        memory, self._loop = self.memory, self.parts.loop
+        memory, self._loop = self.memory, self.parts.name
         self.slot_bytes = memory.settings_slot
         loop, sensor = self.controller.loops[self._loop], self.controller.sensors[self.parts.sensor]
         self.slots, self.size = memory.settings_slots, memory.settings_bytes
@@ -354,7 +354,7 @@ class SettingsKept(Kept):
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""
-        last = max(rule.code for rule in breakable(self.controller))
+        last = max(rule.code for rule in rules_of(self.controller))
         for code in (0, 1, last, last + 1, 255):
             kept = self.old._replace(code=code)
             self.boot_with(kept, seen=200)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from heatwright.generator.plan.core import lockout_ends, rules
+from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, pulled_up
@@ -14,6 +14,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import Gcode
 from heatwright.spec.board.uart import baud_setting
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import minds_host
 from heatwright.spec.facts import facts_of
 
@@ -103,7 +104,7 @@ def _context(source: Source, interface: Gcode) -> dict[str, Any]:
         "where": source.where,
         "name": controller.identity.name,
         "digest": source.spec.digest,
-        "rules": rules(controller),
+        "rules": rules_of(controller),
         "lockout": lockout_ends(controller),
         "served": _served(interface),
         "heaters": list(heaters.values()),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import has_sensors, scan
-from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.loops import steps_are_rare
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
@@ -14,6 +13,7 @@ from heatwright.generator.plan.programs.menu import Shown, plan_menu
 from heatwright.generator.plan.protection.monitors import shown as plan_warning
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import (
     lockout_of,
     minds_host,
@@ -121,7 +121,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         "prefix": prefix_of(interface.loop),
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),
-        "rules": rules(controller),
+        "rules": rules_of(controller),
         "hosted": not facts_of(controller, interface.loop).switched,
         "minds_host": minds_host(controller, interface.loop),
         "must_release": must_release(controller),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from heatwright.generator.plan.core import lockout_ends, rules
+from heatwright.generator.plan.core import lockout_ends, rule_macro
 from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import components, whats
@@ -20,6 +20,7 @@ from heatwright.generator.plan.uart import registers
 from heatwright.spec import Nextion
 from heatwright.spec.board.uart import RECEIVED_TOLERANCE, baud_setting
 from heatwright.spec.boards import Uart
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import DISPLAY_BAUDS, FASTER_DISPLAY_BAUDS
 from heatwright.spec.nextion import Page, chart_top_c, display_pages, selectable_types
@@ -138,7 +139,7 @@ def _speeds(source: Source, interface: Nextion) -> list[dict[str, int]]:
 def _fault_pages(source: Source) -> list[dict[str, object]]:
     """The page of each rule that can trip."""
     pages = {page.name: page.id for page in display_pages(source.controller)}
-    named = {str(rule["macro"]): f"fault{rule['code']:02d}" for rule in rules(source.controller)}
+    named = {rule_macro(rule): f"fault{rule.code:02d}" for rule in rules_of(source.controller)}
     return [{"macro": macro, "number": pages[name], "name": name} for macro, name in named.items()]
 
 

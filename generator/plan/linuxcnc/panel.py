@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 from xml.sax.saxutils import escape
 
-from heatwright.generator.plan.core import rules
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
 from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop
+from heatwright.spec.breakable import rules_of
 
 RESOLUTION_K = 1.0
 """A click on an arrow of the setpoint; its field takes tenths."""
@@ -46,8 +46,8 @@ def panel_context(source: Source) -> dict[str, Any]:
             for name, loop in controller.loops.items()
         ],
         "rules": [
-            {"code": rule["code"], "text": _text(f"{rule['code']}  {rule['display']}")}
-            for rule in rules(controller)
+            {"code": rule.code, "text": _text(f"{rule.code}  {rule.display}")}
+            for rule in rules_of(controller)
         ],
     }
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.core import rules
 from heatwright.spec import Controller
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.rules import RULES
 
 _OFF = (
@@ -47,7 +47,7 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
 
 def _faults(controller: Controller) -> list[str]:
     """By their codes, from 1 on; a code that this controller has not says no more than itself."""
-    known = {rule["code"]: f" {rule['display']}" for rule in rules(controller)}
+    known = {rule.code: f" {rule.display}" for rule in rules_of(controller)}
     return [f"E{code:02d}{known.get(code, '')}" for code in range(1, max(RULES) + 1)]
 
 

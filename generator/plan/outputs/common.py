@@ -65,12 +65,6 @@ def watched(controller: Controller, name: str) -> bool:
     )
 
 
-def stops(controller: Controller, name: str) -> bool:
-    """Tell whether an output is a heater that stays on for a while, and so has to be stopped."""
-    heats = any(loop.heater == name for loop in controller.loops.values())
-    return heats and controller.outputs[name].stays_on_s > 0
-
-
 def output_context(source: Source, name: str) -> dict[str, Any]:
     """Names that every output's template uses."""
     return {

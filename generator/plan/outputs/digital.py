@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heatwright.generator.plan.numbers import quantity, ticks
-from heatwright.generator.plan.outputs.common import UseOfOutput, output_part, stops
+from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
 from heatwright.generator.plan.parts import Call, Constant, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import DigitalOutput
@@ -41,7 +41,7 @@ def _held(
             _least(source.at(key), f"OUTPUT_{name}_{key}_TICKS".upper(), duration_s)
             for key, duration_s in least.items()
         ),
-        context={"stops": stops(source.controller, name)},
+        context={"stops": use.heats and output.stays_on_s > 0},
         start_calls=start,
         tick_calls=() if use.gated else (tick,),
         wired="".join(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from heatwright.generator.plan.core import lockout_ends, rules
+from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.loops import steps_are_rare
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
@@ -12,6 +12,7 @@ from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.facts import facts_of
 from heatwright.spec.loops import Loop
 from heatwright.spec.sensing.max31856 import TYPE_CODES
@@ -48,7 +49,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         "steps_are_rare": steps_are_rare(loop),
         "prefix": prefix_of(name),
         "sensor": loop.sensor,
-        "rules": rules(controller),
+        "rules": rules_of(controller),
         "lockout": lockout_ends(controller),
         "keeps": controller.programs is not None and controller.programs.on_fault == "pause",
         "decimals": int(loop.protection.maximum_c < WIDE_C),

@@ -13,7 +13,7 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity, steps
 from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
 from heatwright.spec import Controller, Loop, proofs
-from heatwright.spec.breakable import breakable
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.rules import Rule
 from heatwright.spec.self_checks import FLASH_BYTES_A_TICK
 
@@ -47,7 +47,7 @@ def _dead_switch(controller: Controller) -> str:
 
 
 def _drift(controller: Controller) -> str:
-    known = {rule.id for rule in breakable(controller)}
+    known = {rule.id for rule in rules_of(controller)}
     if "sensors_disagree" in known:
         return "what moves both sensors alike"
     if "effort_high" in known:
@@ -61,7 +61,7 @@ def _has_fan(controller: Controller) -> bool:
 
 
 def _standing_fan(controller: Controller) -> str:
-    if any(rule.id == "fan_stopped" for rule in breakable(controller)):
+    if any(rule.id == "fan_stopped" for rule in rules_of(controller)):
         return "a fan that turns and moves no air: the fuse at the element"
     return "**Nothing proves that the fan turns**: the fuse at the element"
 
@@ -73,7 +73,7 @@ def _held_pin(controller: Controller) -> str:
 
 
 def _wrong_clock(controller: Controller) -> str:
-    if any(rule.id == "clock_wrong" for rule in breakable(controller)):
+    if any(rule.id == "clock_wrong" for rule in rules_of(controller)):
         return "a clock that changes after the start, or by less than a quarter"
     return "**All times are longer by as much**, those of the rules, too"
 
@@ -220,7 +220,7 @@ def hazards(controller: Controller) -> list[dict[str, str]]:
 
     A hazard without a rule is listed, too, where the controller has what it concerns.
     """
-    known = {rule.id: rule for rule in breakable(controller)}
+    known = {rule.id: rule for rule in rules_of(controller)}
     rows = []
     for hazard in HAZARDS:
         seen = [known[rule] for rule in hazard.rules if rule in known]

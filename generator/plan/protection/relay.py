@@ -7,8 +7,6 @@ from heatwright.generator.plan.outputs.common import wiring
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Symbol, Wiring
 from heatwright.generator.plan.pins import label, lifted, switched
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller
-from heatwright.spec.facts import facts_of
 from heatwright.spec.self_checks import self_checked
 
 SETTLE_TICKS = 5
@@ -16,18 +14,6 @@ SETTLE_TICKS = 5
 with a coil for 24 V DC after 35 ms to 60 ms (Siemens 3RT201, system manual of 2011)."""
 CONTACT_TICKS = 10
 """The next larger contactor, of 25 A, closes within 90 ms (3RT202)."""
-
-
-def is_judged_by(controller: Controller, loop: str) -> bool:
-    """Tell whether a loop's control step judges the relay's contact: the first one's does."""
-    return controller.safety.relay_feedback is not None and loop == next(iter(controller.loops))
-
-
-def wanting(controller: Controller) -> tuple[str, ...]:
-    """Name the loops that are off at times, so that they do not want the relay closed then."""
-    if controller.safety.relay is None:
-        return ()
-    return tuple(name for name in controller.loops if facts_of(controller, name).commanded)
 
 
 def plan(root: Source, name: str) -> Part:
