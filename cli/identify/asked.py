@@ -117,6 +117,6 @@ def _plotter(controller: Controller, name: str) -> tuple[int, int] | None:
 
     if not facts_of(controller, name).plotted:
         return None
-    titles = [field["title"] for field in fields(controller, name)]
+    titles = [field.title for field in fields(controller, name)]
     places = [place for place, title in enumerate(titles) if title.startswith(("heater", "duty"))]
     return places[0], len(titles)

@@ -12,7 +12,7 @@ from heatwright.generator.plan.loop_names import summary
 from heatwright.generator.plan.loops import plan_loop
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
-from heatwright.generator.plan.parts import MARK, Call, File, Part, Plan
+from heatwright.generator.plan.parts import MARK, Call, File, Header, Part, Plan
 from heatwright.generator.plan.programs import program
 from heatwright.generator.plan.programs.programs import programs as plan_programs
 from heatwright.generator.plan.project import project_files
@@ -133,15 +133,14 @@ def _each(attribute: str, parts: list[Part]) -> list[Any]:
     return list(dict.fromkeys(each for part in parts for each in getattr(part, attribute)))
 
 
-def _includes(calls: list[Call]) -> list[dict[str, str]]:
+def _includes(calls: list[Call]) -> list[Header]:
     """Each header once, with the functions main.c needs it for."""
     functions: dict[str, list[str]] = {"clock.h": ["clock_wait"]}
     for call in calls:
         if call.header:
             functions.setdefault(call.header, []).append(call.text.partition("(")[0])
     return [
-        {"name": header, "symbols": ", ".join(dict.fromkeys(functions[header]))}
-        for header in sorted(functions)
+        Header(header, ", ".join(dict.fromkeys(functions[header]))) for header in sorted(functions)
     ]
 
 

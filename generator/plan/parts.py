@@ -109,6 +109,14 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
+class Header:
+    """A header that a file includes, and the symbols that it is for."""
+
+    name: str
+    symbols: str
+
+
+@dataclass(frozen=True, slots=True)
 class Symbol:
     """Something at the wire of a pin: between it and a rail, or in it."""
 

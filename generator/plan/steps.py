@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from heatwright.generator.plan.loop_names import LoopNames
-from heatwright.generator.plan.parts import names
+from heatwright.generator.plan.parts import Header, names
 
 STAGES = ("begin", "read", "program", "guard", "decide", "limit", "drive", "report")
 """Those of a control step, in order."""
@@ -65,7 +65,7 @@ class Feature:
 class LoopFile:
     """What the features of a loop make of its C file."""
 
-    includes: list[tuple[str, str]]
+    includes: list[Header]
     helpers: list[str]
     public: list[str]
     named: Mapping[str, str]
@@ -90,7 +90,7 @@ def put_together(loop: LoopNames, features: Iterable[Feature]) -> LoopFile:
                 added: str = getattr(feature, place)
                 statements.extend(added.format(**known, each=each).splitlines())
     return LoopFile(
-        includes=[(header, ", ".join(symbols[header])) for header in sorted(symbols)],
+        includes=[Header(header, ", ".join(symbols[header])) for header in sorted(symbols)],
         helpers=[f"src/loop/{name}.c.j2" for feature in had for name in feature.helpers],
         public=[f"src/loop/{name}.c.j2" for feature in had for name in feature.public],
         named=named,

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Part,
+    PinPlan,
+    Stage,
+    Wiring,
+)
 from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.uart import registers
+from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import Gcode
 from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import minds_host
 from heatwright.spec.facts import facts_of
+from heatwright.spec.rules import Rule
 
 SILENT_S = 3.0
 """So long neither side speaks before the firmware says `ok` again."""
@@ -44,7 +54,7 @@ def plan(source: Source, interface: Gcode) -> Part:
     )
 
 
-def _files(context: dict[str, Any]) -> Iterable[File]:
+def _files(context: HostNames) -> Iterable[File]:
     for name in ("gcode_line.h", "gcode_line.c", "gcode_words.h", "gcode_words.c"):
         yield File(f"src/{name}", f"interfaces/gcode/{name}")
     for name in (
@@ -52,7 +62,7 @@ def _files(context: dict[str, Any]) -> Iterable[File]:
         "gcode_wait.h", "gcode_wait.c",
     ):  # fmt: skip
         yield File(f"src/{name}", f"interfaces/gcode/{name}.j2", context)
-    if context["feed"]:
+    if context.output is not None:
         yield File("src/gcode_feed.h", "interfaces/gcode/gcode_feed.h")
         yield File("src/gcode_feed.c", "interfaces/gcode/gcode_feed.c.j2", context)
     yield File("src/host.h", "interfaces/gcode/host.h")
@@ -84,73 +94,119 @@ def _constants(source: Source, interface: Gcode) -> Iterable[Constant]:
         )
 
 
-def _context(source: Source, interface: Gcode) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class Heater:
+    """A loop that the host commands, by its number in the firmware."""
+
+    number: int
+    loop: str
+    where: str
+    cycles: int | None
+    """How many a tuning takes if nobody says it; None without one."""
+    cycles_where: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fan:
+    """An output that the host switches."""
+
+    number: int
+    output: str
+    where: str
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A number of the report, and the text before it."""
+
+    text: str
+    value: str
+    decimals: int
+
+
+@dataclass(frozen=True, slots=True)
+class HostNames:
     """All that the templates of the interface need to know."""
-    controller = source.controller
-    heaters = {
-        key: {
-            "number": _number(key),
-            "loop": interface.loops[key],
-            "where": source.at("loops", key).where,
-        }
-        for key in sorted(interface.loops, key=_number)
-    }
-    tools = [heater for key, heater in heaters.items() if key not in NUMBERS]
-    tuned = [
-        heater for heater in heaters.values() if facts_of(controller, str(heater["loop"])).tunable
-    ]
-    uart = registers(controller.board)
-    return {
-        "where": source.where,
-        "name": controller.identity.name,
-        "digest": source.spec.digest,
-        "rules": rules_of(controller),
-        "lockout": lockout_ends(controller),
-        "served": _served(interface),
-        "heaters": list(heaters.values()),
-        "tools": tools,
-        "bed": heaters.get("B"),
-        "chamber": heaters.get("C"),
-        "tunable": tuned,
-        "limited": [
-            heater
-            for heater in tuned
-            if facts_of(controller, str(heater["loop"])).limits_adjustable
-        ],
-        "autotuned": [
-            tool
-            | {
-                "cycles": experiment.cycles,
-                "cycles_where": Source(source.spec, ())
-                .at("loops", loop, "autotune", "cycles")
-                .where,
-            }
-            for tool in tuned
-            for loop in (str(tool["loop"]),)
-            if (experiment := controller.loops[loop].autotune) is not None
-        ],
-        "fans": [
-            {"number": int(key[1:]), "output": output, "where": source.at("fans", key).where}
+
+    where: str
+    name: str
+    digest: str
+    rules: tuple[Rule, ...]
+    lockout: str
+    served: str
+    heaters: list[Heater]
+    tools: list[Heater]
+    bed: Heater | None
+    chamber: Heater | None
+    tunable: list[Heater]
+    limited: list[Heater]
+    autotuned: list[Heater]
+    fans: list[Fan]
+    monitors: bool
+    minded: bool
+    """A loop trips when the host is silent."""
+    keyed: bool
+    """One of those is served by keys, too."""
+    temperature_pieces: list[Piece]
+    tick_ms: int
+    uart: UartRegisters
+    setup: list[str]
+    output: str | None
+    """The stepper that feeds."""
+    prefix: str
+    ready_loops: list[str]
+
+
+def _context(source: Source, interface: Gcode) -> HostNames:
+    controller, uart = source.controller, registers(source.controller.board)
+    facts = {name: facts_of(controller, name) for name in controller.loops}
+    heaters = {key: _heater(source, interface, key) for key in sorted(interface.loops, key=_number)}
+    tuned = [each for each in heaters.values() if facts[each.loop].tunable]
+    minded = [name for name in facts if minds_host(controller, name)]
+    output = interface.steppers.get("E")
+    return HostNames(
+        where=source.where,
+        name=controller.identity.name,
+        digest=source.spec.digest,
+        rules=rules_of(controller),
+        lockout=lockout_ends(controller),
+        served=_served(interface),
+        heaters=list(heaters.values()),
+        tools=[heater for key, heater in heaters.items() if key not in NUMBERS],
+        bed=heaters.get("B"),
+        chamber=heaters.get("C"),
+        tunable=tuned,
+        limited=[each for each in tuned if facts[each.loop].limits_adjustable],
+        autotuned=[each for each in tuned if each.cycles is not None],
+        fans=[
+            Fan(int(key[1:]), output, source.at("fans", key).where)
             for key, output in sorted(interface.fans.items())
         ],
-        "monitors": bool(controller.monitors),
-        "minded": any(minds_host(controller, loop) for loop in controller.loops),
-        "keyed": any(
-            minds_host(controller, loop) and facts_of(controller, loop).keyed
-            for loop in controller.loops
-        ),
-        "temperature_pieces": _temperature_pieces(interface, source.controller.monitors),
-        "tick_ms": TICK_MS,
-        "receive_vector": uart.receive_vector,
-        "send_vector": uart.send_vector,
-        "data": uart.data,
-        "status": uart.status,
-        "errors": uart.errors,
-        "setup": uart.setup("HOST_DIVISOR", receives=True),
-        "interrupt_on": uart.interrupt_on,
-        "interrupt_off": uart.interrupt_off,
-        **_feed(source, interface),
-    }
+        monitors=bool(controller.monitors),
+        minded=bool(minded),
+        keyed=any(facts[name].keyed for name in minded),
+        temperature_pieces=_temperature_pieces(interface, source.controller.monitors),
+        tick_ms=TICK_MS,
+        uart=uart,
+        setup=uart.setup("HOST_DIVISOR", receives=True),
+        output=output,
+        prefix=f"OUTPUT_{output.upper()}" if output else "",
+        ready_loops=[
+            name for name, loop in controller.loops.items() if loop.ready_within_k is not None
+        ],
+    )
+
+
+def _heater(source: Source, interface: Gcode, key: str) -> Heater:
+    loop = interface.loops[key]
+    experiment = source.controller.loops[loop].autotune
+    return Heater(
+        number=_number(key),
+        loop=loop,
+        where=source.at("loops", key).where,
+        cycles=experiment.cycles if experiment else None,
+        cycles_where=Source(source.spec, ("loops", loop, "autotune", "cycles")).where,
+    )
 
 
 def _number(address: str) -> int:
@@ -166,7 +222,7 @@ def _served(interface: Gcode) -> str:
     return f"{', '.join(first)} and {last} by their numbers".capitalize()
 
 
-def _temperature_pieces(interface: Gcode, monitors: Iterable[str]) -> list[dict[str, str]]:
+def _temperature_pieces(interface: Gcode, monitors: Iterable[str]) -> list[Piece]:
     """One number each of `T:201.3 /200.0 B:60.1 /60.0 @:127 B@:31`, in the order of Marlin's.
 
     The numbers of each tool follow where there are several. The active tool and the bed are shown
@@ -189,33 +245,21 @@ def _temperature_pieces(interface: Gcode, monitors: Iterable[str]) -> list[dict[
     return _pieces(numbers)
 
 
-def _pieces(numbers: Iterable[tuple[str, str | None, int]]) -> list[dict[str, str]]:
+def _pieces(numbers: Iterable[tuple[str, str | None, int]]) -> list[Piece]:
     """Join each number that is not there, as 0, to the text before the next."""
-    pieces = []
+    pieces: list[Piece] = []
     before = ""
     for text, value, decimals in numbers:
         before += text
         if value is None:
             before += f"{0:.{decimals}f}"
         else:
-            pieces.append({"text": before, "value": value, "decimals": str(decimals)})
+            pieces.append(Piece(before if pieces else before.removeprefix(" "), value, decimals))
             before = ""
-    pieces[0]["text"] = pieces[0]["text"].removeprefix(" ")
     return pieces
 
 
-def _feed(source: Source, interface: Gcode) -> dict[str, Any]:
-    loops = source.controller.loops
-    output = interface.steppers.get("E")
-    return {
-        "feed": output is not None,
-        "output": output,
-        "prefix": f"OUTPUT_{output.upper()}" if output else "",
-        "ready_loops": [name for name, loop in loops.items() if loop.ready_within_k is not None],
-    }
-
-
-def _receiving_pin(source: Source) -> Any:
+def _receiving_pin(source: Source) -> PinPlan:
     board = source.controller.board
     return pulled_up(source, "host_rx", board.pins[board.uarts[0].rx], "from the host")
 

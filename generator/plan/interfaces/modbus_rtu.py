@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan import linuxcnc
 from heatwright.generator.plan.modbus.documents import documents
@@ -12,7 +12,7 @@ from heatwright.generator.plan.modbus.silence import (
     SILENT_CHARACTERS,
     silence_s,
 )
-from heatwright.generator.plan.modbus.table import map_context
+from heatwright.generator.plan.modbus.table import map_names
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import (
     Call,
@@ -30,7 +30,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_string
 from heatwright.generator.plan.timers import free_running, round_interval
 from heatwright.generator.plan.timers import registers as timer_registers
-from heatwright.generator.plan.uart import form, registers
+from heatwright.generator.plan.uart import UartRegisters, form, registers
 from heatwright.spec import ModbusRtu
 from heatwright.spec.board.timers import Interval, allocate
 from heatwright.spec.board.uart import baud_setting
@@ -62,7 +62,7 @@ def _files(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) 
         "src/modbus_identity.c", "interfaces/modbus_rtu/modbus_identity.c.j2", _identity(source)
     )
     yield from documents(source, interface)
-    context = map_context(source)
+    context = map_names(source)
     for name in ("modbus_map.h", "modbus_map.c"):
         yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}.j2", context)
     if interface.linuxcnc:
@@ -104,50 +104,75 @@ def _constants(
     yield Constant("MODBUS_MAP_VERSION", f"{VERSION}u", "of the register map")
 
 
-def _line(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class LineNames:
+    """What the templates of the line need to know."""
+
+    where: str
+    silence: str
+    timer: int
+    divider: int
+    compare: str
+    compare_type: str
+    counter: str
+    forget_match: str
+    match_on: str
+    match_off: str
+    match_vector: str
+    uart: UartRegisters
+    setup: list[str]
+    listening: str
+    speaking: str
+    driver: bool
+
+
+def _line(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -> LineNames:
     board = source.controller.board
     number, interval = silence
     timer, uart = timer_registers(board, number), registers(board)
-    return {
-        "where": source.where,
-        "silence": quantity(silence_s(interface) * 1e3, "ms"),
-        "timer": number,
-        "divider": interval.divider,
-        "compare": timer.compare(),
-        "compare_type": "uint16_t" if timer.timer.bits == 16 else "uint8_t",
-        "counter": timer.counter,
-        "forget_match": timer.forget(),
-        "match_on": timer.interrupt_on(),
-        "match_off": timer.interrupt_off(),
-        "match_vector": timer.vector(),
-        "receive_vector": uart.receive_vector,
-        "sent_vector": uart.sent_vector,
-        "data": uart.data,
-        "status": uart.status,
-        "errors": uart.all_errors,
-        "overrun": uart.overrun,
-        "setup": [
+    return LineNames(
+        where=source.where,
+        silence=quantity(silence_s(interface) * 1e3, "ms"),
+        timer=number,
+        divider=interval.divider,
+        compare=timer.compare(),
+        compare_type="uint16_t" if timer.timer.bits == 16 else "uint8_t",
+        counter=timer.counter,
+        forget_match=timer.forget(),
+        match_on=timer.interrupt_on(),
+        match_off=timer.interrupt_off(),
+        match_vector=timer.vector(),
+        uart=uart,
+        setup=[
             *uart.formed("MODBUS_DIVISOR", interface.parity, interface.stop_bits),
             *free_running(timer, interval.prescaler),
         ],
-        "listening": uart.enabled("TXEN", "TXCIE", "RXEN", "RXCIE"),
-        "speaking": uart.enabled("TXEN", "TXCIE"),
-        "driver": interface.driver_enable is not None,
-    }
+        listening=uart.enabled("TXEN", "TXCIE", "RXEN", "RXCIE"),
+        speaking=uart.enabled("TXEN", "TXCIE"),
+        driver=interface.driver_enable is not None,
+    )
 
 
-def _identity(source: Source) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class IdentityNames:
+    """What the slave says of itself, as C."""
+
+    loops: list[str]
+    vendor: str
+    code: str
+    revision: str
+    product: str
+
+
+def _identity(source: Source) -> IdentityNames:
     identity = source.controller.identity
-    texts = {
-        "vendor": VENDOR,
-        "code": identity.name,
-        "revision": f"{VERSION} {source.spec.digest}",
-        "product": identity.title or identity.name,
-    }
-    return {
-        "loops": [{"name": name} for name in source.controller.loops],
-        **{key: c_string(text) for key, text in texts.items()},
-    }
+    return IdentityNames(
+        loops=list(source.controller.loops),
+        vendor=c_string(VENDOR),
+        code=c_string(identity.name),
+        revision=c_string(f"{VERSION} {source.spec.digest}"),
+        product=c_string(identity.title or identity.name),
+    )
 
 
 def _pins(source: Source, interface: ModbusRtu) -> Iterable[PinPlan]:

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends, rule_macro
 from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
-from heatwright.generator.plan.nextion.shown import components, whats
+from heatwright.generator.plan.nextion.shown import Begin, Placed, What, components, whats
 from heatwright.generator.plan.nextion.words import words
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Header,
+    Part,
+    PinPlan,
+    Stage,
+    Wiring,
+)
 from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.uart import registers
+from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import Nextion
 from heatwright.spec.board.uart import RECEIVED_TOLERANCE, baud_setting
 from heatwright.spec.boards import Uart
@@ -65,7 +75,7 @@ def _files(source: Source, interface: Nextion) -> Iterable[File]:
     for name in ("talk", "search", "port", "pages", "show", "chart", "orders"):
         yield File(f"src/nextion_{name}.h", f"interfaces/nextion/nextion_{name}.h")
         yield File(f"src/nextion_{name}.c", f"interfaces/nextion/nextion_{name}.c.j2", context)
-    if context["programs"]:
+    if context.programs:
         yield File("src/nextion_points.h", "interfaces/nextion/nextion_points.h")
         yield File("src/nextion_points.c", "interfaces/nextion/nextion_points.c.j2", context)
     yield File("src/text.h", "src/text.h")
@@ -78,50 +88,90 @@ def _uart(source: Source, interface: Nextion) -> Uart:
     return source.controller.board.uarts[interface.port]
 
 
-def _context(source: Source, interface: Nextion) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """A speed that the display may have, and its divisor."""
+
+    baud: int
+    divisor: int
+
+
+@dataclass(frozen=True, slots=True)
+class FaultPage:
+    """The page of a rule."""
+
+    macro: str
+    number: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class DisplayNames:
     """All that the templates of the display need to know."""
-    controller = source.controller
-    loop = controller.loops[interface.loop]
-    uart = registers(controller.board, interface.port)
+
+    where: str
+    turn_ms: int
+    loop_name: str
+    prefix: str
+    sensor: str
+    lockout: str
+    programs: bool
+    monitors: bool
+    tunable: bool
+    adjustable: bool
+    selectable: bool
+    top_c: int
+    fault_pages: list[FaultPage]
+    whats: list[What]
+    stems: list[str]
+    components: list[Placed]
+    pages: list[Begin]
+    most_components: int
+    words: list[str]
+    first_words: dict[str, int]
+    headers: list[Header]
+    uart: UartRegisters
+    setup: list[str]
+    divide: list[str]
+    speeds: list[Speed]
+
+
+def _context(source: Source, interface: Nextion) -> DisplayNames:
+    controller, name = source.controller, interface.loop
+    facts, uart = facts_of(controller, name), registers(controller.board, interface.port)
     shown = whats(source, interface)
     stems, found, begins = components(source, shown)
     texts, first = words(controller)
-    return {
-        "where": source.where,
-        "turn_ms": round(TURN_S * 1000),
-        "loop_name": interface.loop,
-        "prefix": prefix_of(interface.loop),
-        "sensor": loop.sensor,
-        "lockout": lockout_ends(controller),
-        "programs": facts_of(controller, interface.loop).programmed,
-        "monitors": bool(controller.monitors),
-        "tunable": facts_of(controller, interface.loop).tunable,
-        "adjustable": loop.protection.maximum_adjustable,
-        "selectable": bool(selectable_types(controller)),
-        "top_c": chart_top_c(controller),
-        "fault_pages": _fault_pages(source),
-        "whats": shown,
-        "stems": stems,
-        "components": found,
-        "pages": begins,
-        "most_components": max(int(str(page["size"])) for page in begins),
-        "words": texts,
-        "first_words": first,
-        "headers": _headers(source, interface),
-        "receive_vector": uart.receive_vector,
-        "send_vector": uart.send_vector,
-        "data": uart.data,
-        "status": uart.status,
-        "errors": uart.errors,
-        "setup": uart.setup("NEXTION_DIVISOR", receives=True),
-        "divide": uart.divided_by("divisor"),
-        "speeds": _speeds(source, interface),
-        "interrupt_on": uart.interrupt_on,
-        "interrupt_off": uart.interrupt_off,
-    }
+    return DisplayNames(
+        where=source.where,
+        turn_ms=round(TURN_S * 1000),
+        loop_name=name,
+        prefix=prefix_of(name),
+        sensor=facts.sensor,
+        lockout=lockout_ends(controller),
+        programs=facts.programmed,
+        monitors=bool(controller.monitors),
+        tunable=facts.tunable,
+        adjustable=facts.adjustable,
+        selectable=bool(selectable_types(controller)),
+        top_c=chart_top_c(controller),
+        fault_pages=_fault_pages(source),
+        whats=shown,
+        stems=stems,
+        components=found,
+        pages=begins,
+        most_components=max(page.size for page in begins),
+        words=texts,
+        first_words=first,
+        headers=_headers(source, interface),
+        uart=uart,
+        setup=uart.setup("NEXTION_DIVISOR", receives=True),
+        divide=uart.divided_by("divisor"),
+        speeds=_speeds(source, interface),
+    )
 
 
-def _speeds(source: Source, interface: Nextion) -> list[dict[str, int]]:
+def _speeds(source: Source, interface: Nextion) -> list[Speed]:
     """The divisors of all speeds that the display may have, but for the line's own."""
     clock_hz = source.controller.board.clock_hz
     others = {
@@ -130,20 +180,20 @@ def _speeds(source: Source, interface: Nextion) -> list[dict[str, int]]:
         if baud != interface.baud
     }
     return [
-        {"baud": baud, "divisor": setting.divisor}
+        Speed(baud, setting.divisor)
         for baud, setting in others.items()
         if abs(setting.error) <= RECEIVED_TOLERANCE
     ]
 
 
-def _fault_pages(source: Source) -> list[dict[str, object]]:
+def _fault_pages(source: Source) -> list[FaultPage]:
     """The page of each rule that can trip."""
     pages = {page.name: page.id for page in display_pages(source.controller)}
     named = {rule_macro(rule): f"fault{rule.code:02d}" for rule in rules_of(source.controller)}
-    return [{"macro": macro, "number": pages[name], "name": name} for macro, name in named.items()]
+    return [FaultPage(macro, pages[name], name) for macro, name in named.items()]
 
 
-def _headers(source: Source, interface: Nextion) -> list[dict[str, str]]:
+def _headers(source: Source, interface: Nextion) -> list[Header]:
     """Headers of what is shown, with the names they are included for."""
     name = interface.loop
     found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
@@ -152,7 +202,7 @@ def _headers(source: Source, interface: Nextion) -> list[dict[str, str]]:
     if facts_of(source.controller, name).programmed:
         found |= {"nextion_points.h": "points_*", "program.h": "program"}
         found |= {"progress.h": "progress_saves"}
-    return [{"name": header, "symbols": found[header]} for header in sorted(found)]
+    return [Header(header, found[header]) for header in sorted(found)]
 
 
 def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
@@ -239,7 +289,7 @@ def _of_charts(source: Source) -> Iterable[Constant]:
     yield Constant("NEXTION_PIXELS_PER_K", c_float(height / top_c), f"{height} px for {top_c} degC")
 
 
-def _receiving_pin(source: Source, interface: Nextion) -> Any:
+def _receiving_pin(source: Source, interface: Nextion) -> PinPlan:
     pins = source.controller.board.pins
     return pulled_up(source, "nextion_rx", pins[_uart(source, interface).rx], "from the display")
 

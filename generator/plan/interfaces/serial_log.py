@@ -11,7 +11,6 @@ from heatwright.generator.plan.uart import registers
 from heatwright.spec import SerialLog
 from heatwright.spec.board.eeprom import layout
 from heatwright.spec.board.uart import baud_setting
-from heatwright.spec.boards import Board
 from heatwright.spec.facts import facts_of
 
 
@@ -28,7 +27,8 @@ def plan(source: Source, interface: SerialLog) -> Part:
         "response_where": Source(source.spec, ("loops", interface.loop, "response")).where,
         "programmed": facts_of(source.controller, interface.loop).programmed,
         "monitors": bool(source.controller.monitors),
-        **_registers(board, interface.port),
+        "uart": registers(board, interface.port),
+        "setup": registers(board, interface.port).setup("LOG_DIVISOR", receives=True),
     }
     start = [Call(Stage.OPERATE, "log_port.h", "log_port_start();")]
     tick = [Call(Stage.SHOW, "log.h", "log_tick();")]
@@ -72,20 +72,6 @@ def plan(source: Source, interface: SerialLog) -> Part:
 
 def _numbers() -> tuple[File, ...]:
     return File("src/text.h", "src/text.h"), File("src/text.c", "src/text.c")
-
-
-def _registers(board: Board, port: int) -> dict[str, object]:
-    uart = registers(board, port)
-    return {
-        "data": uart.data,
-        "status": uart.status,
-        "errors": uart.errors,
-        "receive_vector": uart.receive_vector,
-        "send_vector": uart.send_vector,
-        "setup": uart.setup("LOG_DIVISOR", receives=True),
-        "interrupt_on": uart.interrupt_on,
-        "interrupt_off": uart.interrupt_off,
-    }
 
 
 def _constants(source: Source, interface: SerialLog) -> tuple[Constant, ...]:

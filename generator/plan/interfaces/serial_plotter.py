@@ -2,16 +2,43 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.uart import registers
+from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import Controller, Pid, SerialPlotter
 from heatwright.spec.adjusted import numbers_of, sets_gains
 from heatwright.spec.board.uart import baud_setting
-from heatwright.spec.boards import Board
 from heatwright.spec.facts import facts_of
+
+
+@dataclass(frozen=True, slots=True)
+class SerialNames:
+    """What the template of the transmitter needs to know."""
+
+    uart: UartRegisters
+    setup: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A number of a line, as C, and the text before it."""
+
+    title: str
+    expression: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlotterNames:
+    """What the template of the plotter needs to know."""
+
+    where: str
+    loop_name: str
+    with_return: bool
+    fields: list[Field]
 
 
 def plan(source: Source, interface: SerialPlotter) -> Part:
@@ -19,22 +46,24 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     controller = source.controller
     board = controller.board
     setting = baud_setting(board.clock_hz, interface.baud)
+    uart = registers(board)
+    setup = uart.setup("SERIAL_DIVISOR", receives=False)
     constants = (
         source.at("baud").count(
             "SERIAL_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
         ),
         _decimals(source, interface),
     )
-    plotter = {
-        "where": source.where,
-        "loop_name": interface.loop,
-        "with_return": interface.line_end == "CR LF",
-        "fields": fields(controller, interface.loop),
-    }
+    plotter = PlotterNames(
+        where=source.where,
+        loop_name=interface.loop,
+        with_return=interface.line_end == "CR LF",
+        fields=fields(controller, interface.loop),
+    )
     return Part(
         files=(
             File("src/serial.h", "src/serial.h"),
-            File("src/serial.c", "src/serial.c.j2", _registers(board)),
+            File("src/serial.c", "src/serial.c.j2", SerialNames(uart, setup)),
             File("src/plotter.h", "interfaces/serial_plotter/plotter.h"),
             File("src/plotter.c", "interfaces/serial_plotter/plotter.c.j2", plotter),
             File("src/text.h", "src/text.h"),
@@ -61,18 +90,7 @@ def _decimals(source: Source, interface: SerialPlotter) -> Constant:
     return Constant(name, f"{interface.decimals}u", what)
 
 
-def _registers(board: Board) -> dict[str, object]:
-    uart = registers(board)
-    return {
-        "vector": uart.send_vector,
-        "data": uart.data,
-        "setup": uart.setup("SERIAL_DIVISOR", receives=False),
-        "interrupt_on": uart.interrupt_on,
-        "interrupt_off": uart.interrupt_off,
-    }
-
-
-def fields(controller: Controller, name: str) -> list[dict[str, str]]:
+def fields(controller: Controller, name: str) -> list[Field]:
     """The fields of one line: title and C expression."""
     loop = controller.loops[name]
     keyed = [each.kind.field for each in numbers_of(controller, name)]
@@ -97,7 +115,7 @@ def fields(controller: Controller, name: str) -> list[dict[str, str]]:
             state,
             variable=facts_of(controller, name).tunable or sets_gains(controller, name),
         )
-    return [{"title": title, "expression": expression} for title, expression in common + own]
+    return [Field(title, expression) for title, expression in common + own]
 
 
 def _pid_fields(

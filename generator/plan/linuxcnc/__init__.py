@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.linuxcnc.bus import bus_context
-from heatwright.generator.plan.linuxcnc.hal import hal_context
-from heatwright.generator.plan.linuxcnc.panel import panel_context
+from heatwright.generator.plan.linuxcnc.bus import bus_names
+from heatwright.generator.plan.linuxcnc.hal import hal_names
+from heatwright.generator.plan.linuxcnc.panel import panel_names
 from heatwright.generator.plan.parts import File
 from heatwright.generator.plan.source import Source
 from heatwright.spec import ModbusRtu
@@ -16,8 +16,8 @@ FOLDER = "linuxcnc"
 def files(source: Source, interface: ModbusRtu) -> tuple[File, ...]:
     """Plan the files; source -- the place of `interface` in the spec."""
     name = source.controller.identity.name
-    hal = hal_context(source, interface)
-    bus, panel = bus_context(source, interface), panel_context(source)
+    hal = hal_names(source, interface)
+    bus, panel = bus_names(source, interface), panel_names(source)
     return (
         File(f"{FOLDER}/{name}.hal", "linuxcnc/loops.hal.j2", hal),
         File(f"{FOLDER}/{name}_alone.hal", "linuxcnc/alone.hal.j2", hal),

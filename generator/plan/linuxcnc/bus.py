@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import ceil, floor, log10
-from typing import Any
 
 from heatwright.generator.plan.linuxcnc.names import controller_name
 from heatwright.generator.plan.linuxcnc.transactions import Transaction, transactions
@@ -26,33 +26,63 @@ HEARD_WITHIN_S = 5.0
 """The exchange counts as lost after so long, if the spec does not say when a master is lost."""
 
 
-def bus_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class BusTransaction:
+    """A section of mb2hal's configuration."""
+
+    section: str
+    name: str
+    first: int
+    function: str
+    pins: str
+    where: str
+
+
+@dataclass(frozen=True, slots=True)
+class BusNames:
     """All that mb2hal's configuration needs to know."""
+
+    name: str
+    where: str
+    port: str
+    address: int
+    baud: int
+    parity: str
+    stop_bits: int
+    delay_ms: int
+    timeout_ms: int
+    round: str
+    rate: str
+    transactions: list[BusTransaction]
+
+
+def bus_names(source: Source, interface: ModbusRtu) -> BusNames:
+    """Find what mb2hal's configuration needs to know."""
     round_ = transactions(source)
-    return {
-        "name": controller_name(source.controller),
-        "where": source.where,
-        "port": port_name(source),
-        "address": interface.address,
-        "baud": interface.baud,
-        "parity": interface.parity,
-        "stop_bits": interface.stop_bits,
-        "delay_ms": ceil(1000 * silence_s(interface)),
-        "timeout_ms": ceil(1000 * answer_within_s(interface)),
-        "round": f"{round_s(interface, round_):.2g} s",
-        "rate": f"{rate_hz(source, interface):.2g}",
-        "transactions": [
-            {
-                "section": f"TRANSACTION_{number:02d}",
-                "name": each.name,
-                "first": each.first,
-                "function": each.function,
-                "pins": ",".join(each.pins),
-                "where": each.where,
-            }
+    return BusNames(
+        name=controller_name(source.controller),
+        where=source.where,
+        port=port_name(source),
+        address=interface.address,
+        baud=interface.baud,
+        parity=interface.parity,
+        stop_bits=interface.stop_bits,
+        delay_ms=ceil(1000 * silence_s(interface)),
+        timeout_ms=ceil(1000 * answer_within_s(interface)),
+        round=f"{round_s(interface, round_):.2g} s",
+        rate=f"{rate_hz(source, interface):.2g}",
+        transactions=[
+            BusTransaction(
+                section=f"TRANSACTION_{number:02d}",
+                name=each.name,
+                first=each.first,
+                function=each.function,
+                pins=",".join(each.pins),
+                where=each.where,
+            )
             for number, each in enumerate(round_)
         ],
-    }
+    )
 
 
 def port_name(source: Source) -> str:

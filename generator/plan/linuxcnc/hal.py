@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan.linuxcnc.bus import answer_within_s, lost_after_s, rate_hz
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
@@ -19,39 +19,59 @@ LOST_ANSWERS = 2
 DECIMALS = 3
 
 
-def hal_context(source: Source, interface: ModbusRtu) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class HalLoop:
+    """A loop as HAL has it."""
+
+    loop: str
+    name: str
+    where: str
+    initial: str
+    current: bool
+
+
+@dataclass(frozen=True, slots=True)
+class HalNames:
     """All that the HAL files need to know, the panel's aside."""
-    controller = source.controller
+
+    name: str
+    file: str
+    where: str
+    digest: str
+    digest_high: int
+    digest_low: int
+    loops: list[HalLoop]
+    heard_s: str
+    obeyed_s: str
+
+
+def hal_names(source: Source, interface: ModbusRtu) -> HalNames:
+    """Find what the HAL files need to know."""
+    controller, names = source.controller, loop_names(source.controller)
     round_s = 1 / rate_hz(source, interface)
     step_s = max(loop.period_s for loop in controller.loops.values())
-    return {
-        "name": controller_name(controller),
-        "file": controller.identity.name,
-        "where": source.where,
-        "digest": source.spec.digest,
-        "digest_high": int(source.spec.digest, 16) >> 16,
-        "digest_low": int(source.spec.digest, 16) & 0xFFFF,
-        "loops": _loops(source),
-        "heard_s": _seconds(max(lost_after_s(controller), UPTIME_S + ROUNDS * round_s)),
-        "obeyed_s": _seconds(
+    return HalNames(
+        name=controller_name(controller),
+        file=controller.identity.name,
+        where=source.where,
+        digest=source.spec.digest,
+        digest_high=int(source.spec.digest, 16) >> 16,
+        digest_low=int(source.spec.digest, 16) & 0xFFFF,
+        loops=[
+            HalLoop(
+                loop=loop,
+                name=names[loop],
+                where=Source(source.spec, ("loops", loop)).where,
+                initial=f"{control.setpoint.initial_c:g}",
+                current=current_sensor(controller, control) is not None,
+            )
+            for loop, control in controller.loops.items()
+        ],
+        heard_s=_seconds(max(lost_after_s(controller), UPTIME_S + ROUNDS * round_s)),
+        obeyed_s=_seconds(
             ROUNDS * round_s + STEPS * step_s + LOST_ANSWERS * answer_within_s(interface)
         ),
-    }
-
-
-def _loops(source: Source) -> list[dict[str, Any]]:
-    controller = source.controller
-    names = loop_names(controller)
-    return [
-        {
-            "loop": loop,
-            "name": names[loop],
-            "where": Source(source.spec, ("loops", loop)).where,
-            "initial": f"{control.setpoint.initial_c:g}",
-            "current": current_sensor(controller, control) is not None,
-        }
-        for loop, control in controller.loops.items()
-    ]
+    )
 
 
 def _seconds(duration_s: float) -> str:

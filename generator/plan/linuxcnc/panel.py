@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
@@ -14,56 +14,100 @@ from heatwright.spec.breakable import rules_of
 RESOLUTION_K = 1.0
 """A click on an arrow of the setpoint; its field takes tenths."""
 
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """A bit of the register map, the word beside it, and its colour."""
+
+    pin: str
+    text: str
+    color: str
+
+
 LIGHTS = (
-    {"pin": "work", "text": "WORK", "color": "green"},
-    {"pin": "heat", "text": "HEAT", "color": "red"},
-    {"pin": "cool", "text": "COOL", "color": "deep sky blue"},
-    {"pin": "warm", "text": "WARM", "color": "yellow"},
-    {"pin": "valid", "text": "SENSOR", "color": "green"},
+    Light("work", "WORK", "green"),
+    Light("heat", "HEAT", "red"),
+    Light("cool", "COOL", "deep sky blue"),
+    Light("warm", "WARM", "yellow"),
+    Light("valid", "SENSOR", "green"),
 )
-"""Names of bits in the register map, the words beside them, and the colour that each has."""
 
 
-def panel_context(source: Source) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class PanelLoop:
+    """A loop on the panel, with the ends of its bar and of its setpoint."""
+
+    name: str
+    title: str
+    where: str
+    current: bool
+    cooler: bool
+    lights: list[Light]
+    least: str
+    initial: str
+    minimum: str
+    maximum: str
+    """Green up to here, the highest setpoint."""
+    limit: str
+    """Red from here on."""
+    end: str
+    resolution: str
+
+
+@dataclass(frozen=True, slots=True)
+class PanelRule:
+    """A rule, as the panel says it."""
+
+    code: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class PanelNames:
     """All that the panel's HAL and XML need to know."""
+
+    name: str
+    file: str
+    where: str
+    title: str
+    loops: list[PanelLoop]
+    rules: list[PanelRule]
+
+
+def panel_names(source: Source) -> PanelNames:
+    """Find what the panel's HAL and XML need to know."""
     controller = source.controller
-    identity, names = controller.identity, loop_names(controller)
-    return {
-        "name": controller_name(controller),
-        "file": identity.name,
-        "where": source.where,
-        "title": _text(identity.title or identity.name),
-        "loops": [
-            {
-                "name": names[name],
-                "title": _text(name),
-                "where": Source(source.spec, ("loops", name)).where,
-                "current": current_sensor(controller, loop) is not None,
-                "cooler": loop.cooler is not None,
-                "lights": [light for light in LIGHTS if light["pin"] != "cool" or loop.cooler],
-                **_scale(loop),
-            }
-            for name, loop in controller.loops.items()
-        ],
-        "rules": [
-            {"code": rule.code, "text": _text(f"{rule.code}  {rule.display}")}
+    identity = controller.identity
+    return PanelNames(
+        name=controller_name(controller),
+        file=identity.name,
+        where=source.where,
+        title=_text(identity.title or identity.name),
+        loops=[_loop(source, name, loop) for name, loop in controller.loops.items()],
+        rules=[
+            PanelRule(rule.code, _text(f"{rule.code}  {rule.display}"))
             for rule in rules_of(controller)
         ],
-    }
+    )
 
 
-def _scale(loop: Loop) -> dict[str, str]:
-    """Ends of the bar and of the setpoint: green to the highest setpoint, red from the limit."""
-    setpoint, protection = loop.setpoint, loop.protection
-    return {
-        "least": _number(min(setpoint.minimum_c, 0.0)),
-        "initial": _number(setpoint.initial_c),
-        "minimum": _number(setpoint.minimum_c),
-        "maximum": _number(setpoint.maximum_c),
-        "limit": _number(protection.maximum_c),
-        "end": _number(protection.maximum_c + 0.1 * (protection.maximum_c - setpoint.minimum_c)),
-        "resolution": _number(RESOLUTION_K),
-    }
+def _loop(source: Source, name: str, loop: Loop) -> PanelLoop:
+    setpoint, limit_c = loop.setpoint, loop.protection.maximum_c
+    return PanelLoop(
+        name=loop_names(source.controller)[name],
+        title=_text(name),
+        where=Source(source.spec, ("loops", name)).where,
+        current=current_sensor(source.controller, loop) is not None,
+        cooler=loop.cooler is not None,
+        lights=[light for light in LIGHTS if light.pin != "cool" or loop.cooler],
+        least=_number(min(setpoint.minimum_c, 0.0)),
+        initial=_number(setpoint.initial_c),
+        minimum=_number(setpoint.minimum_c),
+        maximum=_number(setpoint.maximum_c),
+        limit=_number(limit_c),
+        end=_number(limit_c + 0.1 * (limit_c - setpoint.minimum_c)),
+        resolution=_number(RESOLUTION_K),
+    )
 
 
 def _number(value: float) -> str:

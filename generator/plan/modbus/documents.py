@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from keyword import iskeyword
-from typing import Any
 
 from heatwright.generator.plan.parts import File
 from heatwright.generator.plan.registers import (
@@ -39,102 +39,166 @@ SUFFIXES = {"°C": "_c", "%": "_percent", "A": "_a", "s": "_s", "K": "_k"}
 PARITIES = {"even": "E", "odd": "O", "none": "N"}
 
 
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of a table for people, and of the CSV."""
+
+    address: int
+    addresses: str
+    words: int
+    name: str
+    kind: Kind
+    scale: str
+    step: str
+    unit: str
+    minimum: str
+    maximum: str
+    range: str
+    access: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class DocumentTable:
+    """A table of the map: its name, its heading, and the functions that read and write it."""
+
+    name: str
+    title: str
+    functions: str
+    rows: list[Row]
+
+
+@dataclass(frozen=True, slots=True)
+class MapDocument:
+    """What all documents of the map say."""
+
+    title: str
+    name: str
+    address: int
+    form: str
+    baud: int
+    parity: str
+    stop_bits: int
+    version: int
+    digest: str
+    tables: list[DocumentTable]
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A register as a member of a class of the client."""
+
+    attribute: str
+    address: int
+    function: str
+    kind: Kind
+    form: str
+    per_unit: int
+    type: str
+    access: str
+    order: bool
+    doc: str
+
+
+@dataclass(frozen=True, slots=True)
+class ClientPart:
+    """A class of the client: a loop, or the machine."""
+
+    attribute: str
+    """Of the machine, where it is a loop's."""
+    title: str
+    doc: str
+    machine: bool
+    registers: list[Member]
+
+
+@dataclass(frozen=True, slots=True)
+class Client:
+    """What the client is told besides."""
+
+    machine: str
+    no_temperature: int
+    loops: list[ClientPart]
+    parts: list[ClientPart]
+
+
 def documents(source: Source, interface: ModbusRtu) -> Iterable[File]:
     """Plan registers.md, registers.csv and the client."""
     registers = register_map(source.spec)
     identity = source.controller.identity
-    context = {
-        "title": markdown(identity.title or identity.name),
-        "name": identity.name,
-        "address": interface.address,
-        "form": f"{interface.baud} baud, 8{PARITIES[interface.parity]}{interface.stop_bits}",
-        "baud": interface.baud,
-        "parity": PARITIES[interface.parity],
-        "stop_bits": interface.stop_bits,
-        "version": VERSION,
-        "digest": registers.digest,
-        "tables": [_table(registers, *each) for each in TABLES],
-    }
-    yield File("registers.md", "interfaces/modbus_rtu/registers.md.j2", context)
-    yield File("registers.csv", "interfaces/modbus_rtu/registers.csv.j2", context)
+    document = MapDocument(
+        title=markdown(identity.title or identity.name),
+        name=identity.name,
+        address=interface.address,
+        form=f"{interface.baud} baud, 8{PARITIES[interface.parity]}{interface.stop_bits}",
+        baud=interface.baud,
+        parity=PARITIES[interface.parity],
+        stop_bits=interface.stop_bits,
+        version=VERSION,
+        digest=registers.digest,
+        tables=[
+            DocumentTable(name, title, functions, [_row(each) for each in registers.table(table)])
+            for table, name, title, functions in TABLES
+        ],
+    )
+    yield File("registers.md", "interfaces/modbus_rtu/registers.md.j2", document)
+    yield File("registers.csv", "interfaces/modbus_rtu/registers.csv.j2", document)
     yield File(
         f"client/{identity.name}_client.py",
         "interfaces/modbus_rtu/client.py.j2",
-        context | _client(source, registers),
+        (document, _client(source, registers)),
     )
 
 
-def _table(
-    registers: RegisterMap, table: Table, name: str, title: str, functions: str
-) -> dict[str, Any]:
-    return {
-        "name": name,
-        "title": title,
-        "functions": functions,
-        "rows": [_row(each) for each in registers.table(table)],
-    }
-
-
-def _row(register: Register) -> dict[str, Any]:
+def _row(register: Register) -> Row:
     last = register.address + register.words - 1
     ends = [_end(register.minimum), _end(register.maximum)]
     unit = f" {register.unit}" if register.unit else ""
-    return {
-        "address": register.address,
-        "addresses": f"{register.address}, {last}" if register.words > 1 else register.address,
-        "words": register.words,
-        "name": register.name,
-        "kind": register.kind,
-        "scale": f"{register.scale:g}",
-        "step": "" if register.kind == "bit" else f"{register.scale:g}{unit}",
-        "unit": register.unit,
-        "minimum": ends[0],
-        "maximum": ends[1],
-        "range": f"{ends[0]} .. {ends[1]}{unit}" if ends[0] else "",
-        "access": register.access,
-        "meaning": register.meaning,
-    }
+    return Row(
+        address=register.address,
+        addresses=f"{register.address}, {last}" if register.words > 1 else f"{register.address}",
+        words=register.words,
+        name=register.name,
+        kind=register.kind,
+        scale=f"{register.scale:g}",
+        step="" if register.kind == "bit" else f"{register.scale:g}{unit}",
+        unit=register.unit,
+        minimum=ends[0],
+        maximum=ends[1],
+        range=f"{ends[0]} .. {ends[1]}{unit}" if ends[0] else "",
+        access=register.access,
+        meaning=register.meaning,
+    )
 
 
 def _end(value: float | None) -> str:
     return "" if value is None else number(value)
 
 
-def _client(source: Source, registers: RegisterMap) -> dict[str, Any]:
+def _client(source: Source, registers: RegisterMap) -> Client:
     own = [each for each in registers.registers if "." not in each.name]
     taken = {"check", *(_attribute(each) for each in own)}
-    loops: list[dict[str, Any]] = []
+    loops: list[ClientPart] = []
     for name in source.controller.loops:
         attribute = name
         while attribute in taken or iskeyword(attribute):
             attribute += "_loop"
         taken.add(attribute)
+        members = [
+            _member(each) for each in registers.registers if each.name.startswith(f"{name}.")
+        ]
+        title = f"{_title(attribute)}Loop"
         loops.append(
-            {
-                "attribute": attribute,
-                "title": f"{_title(attribute)}Loop",
-                "doc": f"Loop `{name}`.",
-                "machine": False,
-                "registers": [
-                    _member(each)
-                    for each in registers.registers
-                    if each.name.startswith(f"{name}.")
-                ],
-            }
+            ClientPart(attribute, title, f"Loop `{name}`.", machine=False, registers=members)
         )
-    name = source.controller.identity.name
-    machine = {
-        "title": f"{_title(name)}Client",
-        "doc": "The controller, with its loops.",
-        "machine": True,
-        "registers": [_member(each) for each in own],
-    }
-    return {
-        "machine": machine["title"],
-        "no_temperature": NO_TEMPERATURE,
-        "loops": loops,
-        "parts": [*loops, machine],
-    }
+    machine = ClientPart(
+        attribute="",
+        title=f"{_title(source.controller.identity.name)}Client",
+        doc="The controller, with its loops.",
+        machine=True,
+        registers=[_member(each) for each in own],
+    )
+    return Client(machine.title, NO_TEMPERATURE, loops, [*loops, machine])
 
 
 def _title(name: str) -> str:
@@ -146,7 +210,7 @@ def _attribute(register: Register) -> str:
     return register.name.rpartition(".")[2] + SUFFIXES.get(register.unit, "")
 
 
-def _member(register: Register) -> dict[str, Any]:
+def _member(register: Register) -> Member:
     unit = f" {register.unit}" if register.unit else ""
     within = (
         f" {number(register.minimum)} to {number(register.maximum)}{unit}."
@@ -155,18 +219,18 @@ def _member(register: Register) -> dict[str, Any]:
         if unit
         else ""
     )
-    return {
-        "attribute": _attribute(register),
-        "address": register.address,
-        "function": READ_FUNCTIONS[register.table],
-        "kind": register.kind,
-        "form": FORMS[register.kind],
-        "per_unit": round(1 / register.scale),
-        "type": _type(register),
-        "access": register.access,
-        "order": register.table == "coils" and "." not in register.name,
-        "doc": register.meaning + within,
-    }
+    return Member(
+        attribute=_attribute(register),
+        address=register.address,
+        function=READ_FUNCTIONS[register.table],
+        kind=register.kind,
+        form=FORMS[register.kind],
+        per_unit=round(1 / register.scale),
+        type=_type(register),
+        access=register.access,
+        order=register.table == "coils" and "." not in register.name,
+        doc=register.meaning + within,
+    )
 
 
 def _type(register: Register) -> str:

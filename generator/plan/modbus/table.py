@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.parts import Header
 from heatwright.generator.plan.registers import (
     BLOCK,
     STATE_FAULT,
@@ -14,54 +15,97 @@ from heatwright.generator.plan.registers import (
     Table,
     register_map,
 )
-from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec.facts import facts_of
 
 TABLES: tuple[Table, ...] = ("coils", "discretes", "holdings", "inputs")
 
 
-def map_context(source: Source) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of the C table: a word of the map."""
+
+    address: int
+    how: str
+    of: str
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class MapTable:
+    """A table of the map."""
+
+    name: Table
+    rows: list[Row]
+
+
+@dataclass(frozen=True, slots=True)
+class MapLoop:
+    """A loop as the map has it."""
+
+    name: str
+    prefix: str
+    block: int
+    """Where its registers begin."""
+    tunable: bool
+    cycles: int | None
+    """How many a tuning takes if nobody says it; None without one."""
+    cycles_where: str
+
+
+@dataclass(frozen=True, slots=True)
+class MapNames:
     """All that the templates of the map need to know."""
-    registers = register_map(source.spec)
+
+    where: str
+    lockout: str
+    block: int
+    tables: list[MapTable]
+    sizes: dict[Table, int]
+    loops: list[MapLoop]
+    monitors: list[str]
+    gains: bool
+    state_fault: int
+    state_valid: int
+    headers: list[Header]
+
+
+def map_names(source: Source) -> MapNames:
+    """Find what the templates of the map need to know."""
+    registers, controller = register_map(source.spec), source.controller
     tables = [
-        {"name": name, "rows": [row for each in registers.table(name) for row in _rows(each)]}
+        MapTable(name, [row for each in registers.table(name) for row in _rows(each)])
         for name in TABLES
     ]
-    loops = _loops(source)
-    return {
-        "where": source.where,
-        "lockout": lockout_ends(source.controller),
-        "block": BLOCK,
-        "tables": tables,
-        "sizes": {str(table["name"]): len(table["rows"]) for table in tables},
-        "loops": loops,
-        "monitors": list(source.controller.monitors),
-        "gains": any(loop["tunable"] for loop in loops),
-        "state_fault": STATE_FAULT,
-        "state_valid": STATE_VALID,
-        "headers": list(_headers(source)),
-    }
+    loops = [_loop(source, *each) for each in enumerate(controller.loops, start=1)]
+    return MapNames(
+        where=source.where,
+        lockout=lockout_ends(controller),
+        block=BLOCK,
+        tables=tables,
+        sizes={table.name: len(table.rows) for table in tables},
+        loops=loops,
+        monitors=list(controller.monitors),
+        gains=any(loop.tunable for loop in loops),
+        state_fault=STATE_FAULT,
+        state_valid=STATE_VALID,
+        headers=list(_headers(source)),
+    )
 
 
-def _loops(source: Source) -> list[dict[str, Any]]:
-    controller = source.controller
-    return [
-        {
-            "name": name,
-            "prefix": prefix_of(name),
-            "block": BLOCK * number,
-            "tunable": facts_of(controller, name).tunable,
-            "cycles": loop.autotune.cycles
-            if facts_of(controller, name).tunable and loop.autotune is not None
-            else None,
-            "cycles_where": Source(source.spec, ("loops", name, "autotune", "cycles")).where,
-        }
-        for number, (name, loop) in enumerate(controller.loops.items(), start=1)
-    ]
+def _loop(source: Source, number: int, name: str) -> MapLoop:
+    facts, experiment = facts_of(source.controller, name), source.controller.loops[name].autotune
+    return MapLoop(
+        name=name,
+        prefix=prefix_of(name),
+        block=BLOCK * number,
+        tunable=facts.tunable,
+        cycles=experiment.cycles if facts.autotune and experiment else None,
+        cycles_where=Source(source.spec, ("loops", name, "autotune", "cycles")).where,
+    )
 
 
-def _rows(register: Register) -> list[dict[str, Any]]:
+def _rows(register: Register) -> list[Row]:
     """One row of the C table for each word."""
     how, place = register.stored.how, register.stored.place
     field = "number" if how == "MAP_NUMBER" else "place"
@@ -77,27 +121,22 @@ def _rows(register: Register) -> list[dict[str, Any]]:
     ]
 
 
-def _row(register: Register, offset: int, of: str, half: str) -> dict[str, Any]:
-    return {
-        "address": register.address + offset,
-        "how": register.stored.how,
-        "of": of,
-        "what": f"{register.name}{half}",
-    }
+def _row(register: Register, offset: int, of: str, half: str) -> Row:
+    return Row(register.address + offset, register.stored.how, of, f"{register.name}{half}")
 
 
-def _headers(source: Source) -> list[dict[str, str]]:
+def _headers(source: Source) -> list[Header]:
     """The headers of what is in the map, each with a name that it is for."""
     controller = source.controller
     headers = {"fault.h": "fault", "settings.h": "settings"}
     for name, loop in controller.loops.items():
         headers[f"loop_{name}.h"] = f"loop_{name}"
-        if current_sensor(controller, loop) is not None:
+        if facts_of(controller, name).current is not None:
             headers[f"current_{loop.heater}.h"] = f"current_{loop.heater}"
-        if facts_of(controller, name).tunable and loop.autotune is not None:
+        if facts_of(controller, name).autotune:
             headers[f"autotune_{name}.h"] = f"autotune_{name}"
         if loop.response is not None:
             headers[f"response_{name}.h"] = f"response_{name}"
     for name in controller.monitors:
         headers[f"monitor_{name}.h"] = f"monitor_{name}"
-    return [{"name": name, "symbols": symbol} for name, symbol in sorted(headers.items())]
+    return [Header(name, symbol) for name, symbol in sorted(headers.items())]

@@ -21,6 +21,33 @@ class What:
     number: str
 
 
+@dataclass(frozen=True, slots=True)
+class Shows:
+    """A component that shows something: its name without its row, its row, and what it shows."""
+
+    stem: str
+    row: int
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """The same as C has it: its name by number."""
+
+    stem: int
+    row: int
+    shows: str
+
+
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """Where the components of a page begin."""
+
+    name: str
+    first: int
+    size: int
+
+
 ENERGY = "steps((float)program.energy, NEXTION_HUNDREDTHS_OF_KWH)"
 _FAULT_PAGE = re.compile(r"fault\d\d")
 _NUMBERED = re.compile(r"(\D+)(\d+)")
@@ -81,22 +108,20 @@ _SHOWN = {
 def whats(source: Source, interface: Nextion) -> list[What]:
     """List what can be shown on the pages of this controller, each once."""
     known = _known(source, interface)
-    used = {each["shows"] for _, rows in _by_page(source, known) for each in rows}
+    used = {each.what for _, rows in _by_page(source, known) for each in rows}
     return [what for what in known if what.macro in used]
 
 
-def components(
-    source: Source, shown: list[What]
-) -> tuple[list[str], list[dict[str, object]], list[dict[str, object]]]:
+def components(source: Source, shown: list[What]) -> tuple[list[str], list[Placed], list[Begin]]:
     """List the components' names without their rows, the components, and where pages begin."""
     stems: dict[str, int] = {}
-    found: list[dict[str, object]] = []
-    begins: list[dict[str, object]] = []
+    found: list[Placed] = []
+    begins: list[Begin] = []
     for name, rows in _by_page(source, shown):
-        begins.append({"name": name, "first": len(found), "size": len(rows)})
+        begins.append(Begin(name, len(found), len(rows)))
         for row in rows:
-            stem = stems.setdefault(str(row["stem"]), len(stems) + 1)
-            found.append({"stem": stem, "row": row["row"], "shows": row["shows"]})
+            stem = stems.setdefault(row.stem, len(stems) + 1)
+            found.append(Placed(stem, row.row, row.what))
     return list(stems), found, begins
 
 
@@ -111,7 +136,7 @@ def _known(source: Source, interface: Nextion) -> list[What]:
     return known
 
 
-def _by_page(source: Source, known: list[What]) -> Iterable[tuple[str, list[dict[str, object]]]]:
+def _by_page(source: Source, known: list[What]) -> Iterable[tuple[str, list[Shows]]]:
     """Each page with its components that show something; the faults' pages are all alike."""
     macros = {what.macro for what in known}
     faults_are_done = False
@@ -120,11 +145,11 @@ def _by_page(source: Source, known: list[What]) -> Iterable[tuple[str, list[dict
         if of_fault and faults_are_done:
             continue
         faults_are_done |= of_fault
-        rows = [row for row in _of_page(page, of_fault=of_fault) if row["shows"] in macros]
+        rows = [row for row in _of_page(page, of_fault=of_fault) if row.what in macros]
         yield ("every fault" if of_fault else page.name), rows
 
 
-def _of_page(page: Page, *, of_fault: bool) -> Iterable[dict[str, object]]:
+def _of_page(page: Page, *, of_fault: bool) -> Iterable[Shows]:
     shown = _SHOWN.get("fault" if of_fault else page.name, {})
     for component in page.components:
         stem, row = component.name, 0
@@ -133,7 +158,7 @@ def _of_page(page: Page, *, of_fault: bool) -> Iterable[dict[str, object]]:
             stem, row = numbered[1], int(numbered[2])
         if stem in shown and (row or component.name == stem):
             prefix = "" if of_fault else f"{page.name}."
-            yield {"stem": f"{prefix}{stem}", "row": row, "shows": f"SHOWS_{shown[stem]}"}
+            yield Shows(f"{prefix}{stem}", row, f"SHOWS_{shown[stem]}")
 
 
 def _control(source: Source, interface: Nextion) -> list[What]:
