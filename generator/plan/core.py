@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.loop_names import LoopSummary
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
@@ -206,7 +208,17 @@ def lockout_ends(controller: Controller) -> str:
     return f"take all power away, the USB's too, for a minute, and wait {waits}"
 
 
-def _lockout(root: Source) -> tuple[dict[str, object] | None, tuple[Constant, ...]]:
+@dataclass(frozen=True, slots=True)
+class LockoutNames:
+    """What the templates of the fault are told of repeated trips."""
+
+    where: str
+    by_keys: bool
+    apart: list[str]
+    """Codes of the rules that do not count."""
+
+
+def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     """What repeated trips lead to, and its numbers."""
     spec, at = lockout_of(root.controller), root.at("safety", "lockout")
     if spec is None:
@@ -228,8 +240,5 @@ def _lockout(root: Source) -> tuple[dict[str, object] | None, tuple[Constant, ..
         constants.append(
             at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "after a loss of power")
         )
-    return {
-        "where": at.where,
-        "by_keys": keys,
-        "apart": [rule_macro(rule) for rule in rules_of(root.controller) if rule.id in NO_LOCKOUT],
-    }, tuple(constants)
+    apart = [rule_macro(rule) for rule in rules_of(root.controller) if rule.id in NO_LOCKOUT]
+    return LockoutNames(at.where, keys, apart), tuple(constants)

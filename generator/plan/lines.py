@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.uart import form
@@ -14,7 +15,16 @@ FASTEST_RS232 = 120_000
 """Baud; of a MAX232 (data sheet, data rate)."""
 
 
-def lines(controller: Controller) -> list[dict[str, str]]:
+@dataclass(frozen=True, slots=True)
+class LineRow:
+    """A line, what it may lead to, and the converter that this needs."""
+
+    line: str
+    to: str
+    needs: str
+
+
+def lines(controller: Controller) -> list[LineRow]:
     """Say for each line, and each kind of line that it may be, which level converter it needs."""
     modbus, found = modbus_of(controller), []
     for each in controller.interfaces:
@@ -23,7 +33,7 @@ def lines(controller: Controller) -> list[dict[str, str]]:
             continue
         words = f"{line.called}, {line.baud} baud, {form(line.parity, line.stop_bits)}"
         for to, needs in _converters(controller.board, line, bus):
-            found.append({"line": words, "to": to, "needs": needs})
+            found.append(LineRow(words, to, needs))
     return found
 
 

@@ -133,9 +133,7 @@ def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterato
     yield File(f"src/loop_{name}.c", "src/loop.c.j2", (told, step, step.named))
     guard = (told, _guard_names(source, loop, told))
     yield from _pair(f"guard_{name}", "src/guard", guard, "protection")
-    yield from _pair(
-        f"algorithm_{name}", algorithm.template, (told, algorithm.context), "algorithm"
-    )
+    yield from _pair(f"algorithm_{name}", algorithm.template, (told, algorithm.told), "algorithm")
     if told.autotune and loop.algorithm.pid:
         swing, start = autotune.names_in_force(loop.algorithm.pid, told.prefix, f"loop_{name}")
         where, band = source.at("autotune").where, loop.algorithm.pid.band_k is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from heatwright.generator.plan.parts import File, Part
-from heatwright.generator.plan.readme import readme_context, wiring_of
+from heatwright.generator.plan.readme import readme_names, wiring_of
 from heatwright.generator.plan.text import c_comment
 from heatwright.generator.wiring import Wires
 from heatwright.spec import Spec
@@ -29,5 +29,5 @@ def project_files(spec: Spec, parts: Iterable[Part]) -> tuple[File, ...]:
         File("platformio.ini", "project/platformio.ini.j2", ini),
         File(f"{identity.name}.ino", "project/sketch.ino.j2", sketch),
         File("wiring.svg", "project/wiring.svg.j2", {"wires": wires}),
-        File("README.md", "project/README.md.j2", readme_context(spec, parts)),
+        File("README.md", "project/README.md.j2", readme_names(spec, parts)),
     )

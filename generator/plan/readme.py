@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
 
-from heatwright.generator.plan.chips import fuses
-from heatwright.generator.plan.commissioning import commissioning
+from heatwright.generator.plan.chips import Fuses, fuses
+from heatwright.generator.plan.commissioning import Stage, commissioning
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends
-from heatwright.generator.plan.lines import lines
+from heatwright.generator.plan.lines import LineRow, lines
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part, Wiring
 from heatwright.generator.plan.programs.programs import in_words
-from heatwright.generator.plan.protection.hazards import hazards
+from heatwright.generator.plan.protection.hazards import HazardRow, hazards
 from heatwright.generator.plan.protection.limits import limit
 from heatwright.generator.plan.text import markdown
 from heatwright.generator.plan.uart import form
-from heatwright.spec import Controller, SerialPlotter, Spec
+from heatwright.spec import Controller, Nextion, SerialPlotter, Spec
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import (
@@ -27,48 +27,87 @@ from heatwright.spec.commands import (
     nextion_of,
     placed,
 )
-from heatwright.spec.facts import facts_of
+from heatwright.spec.facts import LoopFacts, facts_of
+from heatwright.spec.rules import Rule
 from heatwright.spec.self_checks import proves_watchdog, self_checked
-from heatwright.spec.sensing.budget import budgets
+from heatwright.spec.sensing.budget import Budget, budgets
 
 
-def readme_context(spec: Spec, parts: Iterable[Part]) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class ReadmeNames:
+    """All that the README tells."""
+
+    name: str
+    title: str
+    digest: str
+    board: str
+    clock_mhz: str
+    sealed: bool
+    proves: bool
+    fuses: Fuses | None
+    wiring: list[Wiring]
+    commissioning: list[Stage]
+    lines: list[LineRow]
+    loops: list[ReadmeLoop]
+    cooled_to: str
+    """With a fault latched a cooler runs until there."""
+    budgets: list[tuple[str, Budget]]
+    rules: list[tuple[Rule, str]]
+    """With what each trips at."""
+    hazards: list[HazardRow]
+    relay: str | None
+    cooled: bool
+    countdown: str | None
+    numbers: list[str]
+    keypad: bool
+    menu: bool
+    host: ReadmeHost | None
+    modbus: ReadmeMaster | None
+    programs: dict[str, str] | None
+    touch: Nextion | None
+    plotters: list[int]
+    lockout: ReadmeLockout | None
+    watchdog: str
+
+
+def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
     """Wiring, settings and fault codes."""
     controller = spec.controller
     identity, wiring = controller.identity, wiring_of(parts)
-    return {
-        "name": identity.name,
-        "title": markdown(identity.title or identity.name),
-        "digest": spec.digest,
-        "board": identity.board,
-        "clock_mhz": f"{controller.board.clock_hz / 1e6:g}",
-        "sealed": self_checked(controller),
-        "proves": proves_watchdog(controller),
-        "fuses": fuses(controller.board),
-        "wiring": wiring,
-        "commissioning": commissioning(controller, wiring),
-        "lines": lines(controller),
-        "loops": _loops(spec),
-        "budgets": [{"name": name, "found": found} for name, found in budgets(controller)],
-        "rules": [(rule, limit(spec, rule.id)) for rule in rules_of(controller)],
-        "hazards": hazards(controller),
-        "relay": controller.safety.relay,
-        "cooled": any(loop.cooler for loop in controller.loops.values()),
-        "countdown": _countdown(controller),
-        "numbers": _numbers(controller),
-        "keypad": keypad_of(controller) is not None,
-        "menu": any(
+    return ReadmeNames(
+        name=identity.name,
+        title=markdown(identity.title or identity.name),
+        digest=spec.digest,
+        board=identity.board,
+        clock_mhz=f"{controller.board.clock_hz / 1e6:g}",
+        sealed=self_checked(controller),
+        proves=proves_watchdog(controller),
+        fuses=fuses(controller.board),
+        wiring=wiring,
+        commissioning=commissioning(controller, wiring),
+        lines=lines(controller),
+        loops=_loops(spec),
+        cooled_to=f"{FAULT_COOLING_ABOVE_C:g} °C",
+        budgets=list(budgets(controller)),
+        rules=[(rule, limit(spec, rule.id)) for rule in rules_of(controller)],
+        hazards=hazards(controller),
+        relay=controller.safety.relay,
+        cooled=any(loop.cooler for loop in controller.loops.values()),
+        countdown=_countdown(controller),
+        numbers=_numbers(controller),
+        keypad=keypad_of(controller) is not None,
+        menu=any(
             facts_of(controller, name).keyed and facts_of(controller, name).programmed
             for name in controller.loops
         ),
-        "host": _host(spec),
-        "modbus": _modbus(spec),
-        "programs": in_words(controller),
-        "touch": nextion_of(controller),
-        "plotters": [each.baud for each in placed(controller, SerialPlotter).values()],
-        "lockout": _lockout(controller),
-        "watchdog": quantity(controller.safety.watchdog_s, "s"),
-    }
+        host=_host(spec),
+        modbus=_modbus(spec),
+        programs=in_words(controller),
+        touch=nextion_of(controller),
+        plotters=[each.baud for each in placed(controller, SerialPlotter).values()],
+        lockout=_lockout(controller),
+        watchdog=quantity(controller.safety.watchdog_s, "s"),
+    )
 
 
 def wiring_of(parts: Iterable[Part]) -> list[Wiring]:
@@ -76,33 +115,53 @@ def wiring_of(parts: Iterable[Part]) -> list[Wiring]:
     return list(dict.fromkeys(row for part in parts for row in part.wiring))
 
 
-def _lockout(controller: Controller) -> dict[str, object] | None:
+@dataclass(frozen=True, slots=True)
+class ReadmeLockout:
     """What repeated trips lead to."""
+
+    trips: int
+    within: str
+    ends: str
+
+
+def _lockout(controller: Controller) -> ReadmeLockout | None:
     lockout = lockout_of(controller)
     if lockout is None:
         return None
-    return {
-        "trips": lockout.trips,
-        "within": quantity(lockout.within_s, "s"),
-        "ends": lockout_ends(controller),
-    }
+    within = quantity(lockout.within_s, "s")
+    return ReadmeLockout(lockout.trips, within, lockout_ends(controller))
 
 
-def _host(spec: Spec) -> dict[str, Any] | None:
-    """What the host has to know; None if there is none."""
+@dataclass(frozen=True, slots=True)
+class Addressed:
+    """What the host calls by an address."""
+
+    address: str
+    what: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReadmeHost:
+    """What the host has to know."""
+
+    baud: int
+    names: list[Addressed]
+
+
+def _host(spec: Spec) -> ReadmeHost | None:
     gcode = gcode_of(spec.controller)
     if gcode is None:
         return None
-    return {
-        "baud": gcode.baud,
-        "names": [
-            {"address": address, "what": what, "name": name}
-            for what, names in (
-                ("loop", gcode.loops), ("fan", gcode.fans), ("stepper", gcode.steppers)
-            )
+    served = {"loop": gcode.loops, "fan": gcode.fans, "stepper": gcode.steppers}
+    return ReadmeHost(
+        gcode.baud,
+        [
+            Addressed(address, what, name)
+            for what, names in served.items()
             for address, name in names.items()
         ],
-    }  # fmt: skip
+    )
 
 
 def _numbers(controller: Controller) -> list[str]:
@@ -124,34 +183,44 @@ def _countdown(controller: Controller) -> str | None:
     return "from the moment on in which the setpoint is reached"
 
 
-def _modbus(spec: Spec) -> dict[str, Any] | None:
-    """What the master has to know; None if there is none."""
+@dataclass(frozen=True, slots=True)
+class ReadmeMaster:
+    """What the master has to know."""
+
+    address: int
+    form: str
+    linuxcnc: bool
+
+
+def _modbus(spec: Spec) -> ReadmeMaster | None:
     modbus = modbus_of(spec.controller)
     if modbus is None:
         return None
-    return {
-        "address": modbus.address,
-        "form": f"{modbus.baud} baud, {form(modbus.parity, modbus.stop_bits)}",
-        "linuxcnc": modbus.linuxcnc,
-    }
+    line = f"{modbus.baud} baud, {form(modbus.parity, modbus.stop_bits)}"
+    return ReadmeMaster(modbus.address, line, modbus.linuxcnc)
 
 
-def _loops(spec: Spec) -> list[dict[str, Any]]:
+@dataclass(frozen=True, slots=True)
+class ReadmeLoop:
+    """A loop, as people read of it."""
+
+    facts: LoopFacts
+    algorithm: str
+    period: str
+    initial: str
+    minimum: str
+    maximum: str
+
+
+def _loops(spec: Spec) -> list[ReadmeLoop]:
     return [
-        {
-            "name": name,
-            "sensor": loop.sensor,
-            "heater": loop.heater,
-            "fan": loop.fan,
-            "cooler": loop.cooler,
-            "cooled_to": f"{FAULT_COOLING_ABOVE_C:g} °C",
-            "disabled": not facts_of(spec.controller, name).starts_enabled,
-            "algorithm": loop.algorithm.kind,
-            "period": quantity(loop.period_s, "s"),
-            "initial": f"{loop.setpoint.initial_c:g} °C",
-            "minimum": f"{loop.setpoint.minimum_c:g} °C",
-            "maximum": f"{loop.setpoint.maximum_c:g} °C",
-            "stored": loop.setpoint.stored,
-        }
+        ReadmeLoop(
+            facts=facts_of(spec.controller, name),
+            algorithm=loop.algorithm.kind,
+            period=quantity(loop.period_s, "s"),
+            initial=f"{loop.setpoint.initial_c:g} °C",
+            minimum=f"{loop.setpoint.minimum_c:g} °C",
+            maximum=f"{loop.setpoint.maximum_c:g} °C",
+        )
         for name, loop in spec.controller.loops.items()
     ]

@@ -23,7 +23,7 @@ TEXTS = {name: changed(name) for name in NAMES} | {
 @pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS)
 def test_each_rule_is_told_for_some_hazard_and_with_what_trips_it(text: str) -> None:
     spec = spec_of(text)
-    told = " ".join(row["seen"] for row in hazards(spec.controller))
+    told = " ".join(row.seen for row in hazards(spec.controller))
     rules = rules_of(spec.controller)
     codes = {f"E{rule.code:02d}" for rule in rules}
     assert {word for word in told.split() if word.startswith("E")} == codes
@@ -56,9 +56,9 @@ def test_the_times_are_those_that_verify_holds(name: str) -> None:
 
 def test_what_no_rule_sees_is_told() -> None:
     """The chamber has a fan without a proof, and no safety relay."""
-    rows = {row["cause"]: row for row in hazards(example("chamber").controller)}
-    assert rows["A fan that a heater needs stands still"]["seen"] == "nothing"
-    assert "only the thermal fuse" in rows["A heater's switch conducts for ever"]["remains"]
+    rows = {row.cause: row for row in hazards(example("chamber").controller)}
+    assert rows["A fan that a heater needs stands still"].seen == "nothing"
+    assert "only the thermal fuse" in rows["A heater's switch conducts for ever"].remains
 
 
 def test_a_current_beside_a_ds18b20_brings_no_rule_of_what_a_thermometer_on_the_adc_reads() -> None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
 
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
@@ -20,7 +19,8 @@ class AlgorithmPlan:
     """Templates, their names, and constants of one algorithm in one loop."""
 
     template: str
-    context: Mapping[str, Any]
+    told: object
+    """See `parts.names`."""
     constants: tuple[Constant, ...]
     full_duty: Constant
     """The duty that counts as full heat for the rule heating_failed, %."""

@@ -32,7 +32,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     constants += lead_constants(source, algorithm, prefix, loop.period_s, keyed)
     return AlgorithmPlan(
         template="algorithms/on_off",
-        context={
+        told={
             "where": source.where,
             "lead": lead_words(algorithm, keyed),
             "hysteresis": has_width,

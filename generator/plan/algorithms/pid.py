@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from heatwright.generator.plan.algorithms.common import (
     AlgorithmPlan,
@@ -24,27 +24,25 @@ from heatwright.spec.facts import facts_of
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`."""
     assert isinstance(loop.algorithm, Pid)  # noqa: S101 - found by its kind
-    moved = facts_of(source.controller, name).programmed and loop.algorithm.feed_forward > 0
+    facts = facts_of(source.controller, name)
     terms = _Terms(
         source,
         loop.algorithm,
         prefix,
         loop.period_s,
-        facts_of(source.controller, name).tunable or sets_gains(source.controller, name),
-        moved,
+        variable=facts.tunable or sets_gains(source.controller, name),
+        moved=facts.programmed and loop.algorithm.feed_forward > 0,
     )
+    gain = {
+        each: f"settings.{name}_{each}"
+        if facts.tunable or each in by_keys(source, name)
+        else f"{prefix}_{each.upper()}"
+        for each in GAINS
+    }
     maximum = loop.algorithm.output.maximum_percent
     return AlgorithmPlan(
         template="algorithms/pid",
-        context={
-            **terms.context(f"algorithm_{name}"),
-            "gain": {
-                gain: f"settings.{name}_{gain}"
-                if facts_of(source.controller, name).tunable or gain in by_keys(source, name)
-                else f"{prefix}_{gain.upper()}"
-                for gain in GAINS
-            },
-        },
+        told=terms.names(f"algorithm_{name}", gain),
         constants=tuple(terms.constants()),
         full_duty=source.at("output", "maximum").number(
             f"{prefix}_FULL_DUTY_PERCENT", maximum, quantity(maximum, "%")
@@ -69,6 +67,32 @@ def in_force(pid: Pid, prefix: str, state: str) -> LimitsInForce:
 
 
 @dataclass(frozen=True, slots=True)
+class PidNames:
+    """What the templates are told of the terms and their numbers in C."""
+
+    where: str
+    integral_minimum: str
+    integral_maximum: str
+    output_maximum: str
+    gain: dict[str, str]
+    where_of: dict[str, str]
+    variable: bool
+    integral: bool
+    hold: bool
+    derivative: bool
+    moved: bool
+    of_error: bool
+    band: bool
+    late: bool
+    newest: str
+    dead_band: bool
+    keeps: bool
+    kp: str
+    kd: str
+    ki_per_step: str
+
+
+@dataclass(frozen=True, slots=True)
 class _Terms:
     source: Source
     pid: Pid
@@ -87,34 +111,37 @@ class _Terms:
     def derivative(self) -> bool:
         return self.variable or self.pid.kd > 0
 
-    def context(self, state: str) -> dict[str, Any]:
-        """What the template asks; gains that may change are members of `state`."""
+    def names(self, state: str, gain: dict[str, str]) -> PidNames:
+        """Say what the template asks; gains that may change are members of `state`."""
         limits = in_force(self.pid, self.prefix, f"loop_{state.removeprefix('algorithm_')}")
         keys = (
             "kd", "feed_forward", "integral", "band", "dead_band", "dead_band_keeps",
             "derivative_step",
         )  # fmt: skip
-        return {
-            "where": self.source.where,
-            **limits._asdict(),
-            "where_of": {key: self.source.at(key).where for key in keys},
-            "variable": self.variable,
-            "integral": self.integral,
-            "hold": self.pid.integral.while_limited == "hold",
-            "derivative": self.derivative,
-            "moved": self.moved,
-            "of_error": self.pid.derivative_of == "error",
-            "band": self.pid.band_k is not None,
-            "late": self.pid.derivative_step == "previous",
-            "newest": "slope" if self.pid.derivative_step == "previous" else "derivative",
-            "dead_band": self.pid.dead_band_k > 0,
-            "keeps": self.pid.keeps_output,
-            "kp": f"{state}.kp" if self.variable else f"{self.prefix}_KP",
-            "kd": f"{state}.kd" if self.variable else f"{self.prefix}_KD",
-            "ki_per_step": f"{state}.ki * {self.prefix}_PERIOD_S"
+        return PidNames(
+            where=self.source.where,
+            integral_minimum=limits.integral_minimum,
+            integral_maximum=limits.integral_maximum,
+            output_maximum=limits.output_maximum,
+            gain=gain,
+            where_of={key: self.source.at(key).where for key in keys},
+            variable=self.variable,
+            integral=self.integral,
+            hold=self.pid.integral.while_limited == "hold",
+            derivative=self.derivative,
+            moved=self.moved,
+            of_error=self.pid.derivative_of == "error",
+            band=self.pid.band_k is not None,
+            late=self.pid.derivative_step == "previous",
+            newest="slope" if self.pid.derivative_step == "previous" else "derivative",
+            dead_band=self.pid.dead_band_k > 0,
+            keeps=self.pid.keeps_output,
+            kp=f"{state}.kp" if self.variable else f"{self.prefix}_KP",
+            kd=f"{state}.kd" if self.variable else f"{self.prefix}_KD",
+            ki_per_step=f"{state}.ki * {self.prefix}_PERIOD_S"
             if self.variable
             else f"{self.prefix}_KI_PER_STEP",
-        }
+        )
 
     def constants(self) -> list[Constant]:
         """In the order in which the terms are added up."""

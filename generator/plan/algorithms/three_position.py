@@ -23,7 +23,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     assert isinstance(algorithm, ThreePosition)  # noqa: S101 - found by its kind
     return AlgorithmPlan(
         template="algorithms/three_position",
-        context={
+        told={
             "where": source.where,
             "lead": lead_words(algorithm, keyed),
             "hysteresis": _inwards(algorithm, keyed),

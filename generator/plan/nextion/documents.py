@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan.nextion.copies import Making, Step, makings, values
 from heatwright.generator.plan.parts import File
@@ -66,61 +66,93 @@ def _all(page: Page) -> int:
     )
 
 
-def _page(making: Making) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class Code:
+    """Lines to be typed at an event of a component, or of a page."""
+
+    of: str
+    event: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A component: how it is made, and what is set in it."""
+
+    id: int
+    name: str
+    made: str
+    set: str
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A table of components, and the code that is put in behind it."""
+
+    steps: list[Made]
+    codes: list[Code]
+
+
+@dataclass(frozen=True, slots=True)
+class PageDocument:
+    """A page, as people build it."""
+
+    number: int
+    name: str
+    meaning: str
+    bco: int
+    of: str
+    blocks: list[Block]
+    codes: list[Code]
+
+
+def _page(making: Making) -> PageDocument:
     page = making.page
     own = {"preinitialize": page.preinitialize, "postinitialize": page.postinitialize}
-    return {
-        "number": page.id,
-        "name": page.name,
-        "meaning": page.meaning,
-        "bco": page.bco,
-        "of": making.of.name if making.of else "",
-        "blocks": _blocks(making),
-        "codes": [
-            _told(f"page {page.name}", event, lines) for event, lines in own.items() if lines
+    return PageDocument(
+        number=page.id,
+        name=page.name,
+        meaning=page.meaning,
+        bco=page.bco,
+        of=making.of.name if making.of else "",
+        blocks=_blocks(making),
+        codes=[
+            Code(f"page {page.name}", EVENTS[event], lines) for event, lines in own.items() if lines
         ],
-    }
+    )
 
 
-def _blocks(making: Making) -> list[dict[str, Any]]:
+def _blocks(making: Making) -> list[Block]:
     """Have a table end where code is to be put in: what is copied later has it, too."""
-    blocks: list[dict[str, Any]] = []
+    blocks: list[Block] = []
     for step in making.steps:
-        if not blocks or blocks[-1]["codes"]:
-            blocks.append({"steps": [], "codes": []})
-        blocks[-1]["steps"].append(_step(step, making.page))
-        blocks[-1]["codes"] += [
-            _told(step.component.name, event, lines) for event, lines in step.code.items()
-        ]
+        if not blocks or blocks[-1].codes:
+            blocks.append(Block([], []))
+        blocks[-1].steps.append(_step(step, making.page))
+        blocks[-1].codes.extend(
+            Code(step.component.name, EVENTS[event], lines) for event, lines in step.code.items()
+        )
     return blocks
 
 
-def _told(of: str, event: str, lines: tuple[str, ...]) -> dict[str, Any]:
-    return {"of": of, "event": EVENTS[event], "lines": lines}
-
-
-def _step(step: Step, page: Page) -> dict[str, Any]:
+def _step(step: Step, page: Page) -> Made:
     made = f"new {KINDS[step.component.kind]}"
     if step.of:
         other, old = step.of
         made = f"copy `{old.name}`" if other is page else f"copy `{other.name}.{old.name}`"
-    return {
-        "id": step.component.id,
-        "name": step.component.name,
-        "made": made,
-        "set": "; ".join(
-            f"{name} {markdown(json.dumps(value, ensure_ascii=False))}"
-            for name, value in step.set.items()
-            if name != "objname"
-        ),
-    }
+    values_set = "; ".join(
+        f"{name} {markdown(json.dumps(value, ensure_ascii=False))}"
+        for name, value in step.set.items()
+        if name != "objname"
+    )
+    return Made(step.component.id, step.component.name, made, values_set)
 
 
 def _events(component: Component) -> dict[str, tuple[str, ...]]:
     return {"press": component.press, "release": component.release, "timer": component.timer}
 
 
-def _data(page: Page) -> dict[str, Any]:
+def _data(page: Page) -> dict[str, object]:
     return {
         "id": page.id,
         "name": page.name,

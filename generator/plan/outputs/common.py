@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import (
@@ -65,23 +65,39 @@ def watched(controller: Controller, name: str) -> bool:
     )
 
 
-def output_context(source: Source, name: str) -> dict[str, Any]:
-    """Names that every output's template uses."""
-    return {
-        "name": name,
-        "NAME": name.upper(),
-        "prefix": f"OUTPUT_{name.upper()}",
-        "where": source.where,
-    }
+@dataclass(frozen=True, slots=True)
+class OutputNames:
+    """What every output's template is told."""
+
+    name: str
+    NAME: str
+    prefix: str
+    where: str
+    heats: bool
+    gated: bool
+    commanded: bool
+    watched: bool
 
 
-def output_files(
-    name: str, template: str, context: dict[str, Any], header: str = ""
-) -> tuple[File, ...]:
+def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
+    """Say what every output's template is told."""
+    return OutputNames(
+        name=name,
+        NAME=name.upper(),
+        prefix=f"OUTPUT_{name.upper()}",
+        where=source.where,
+        heats=use.heats,
+        gated=use.gated,
+        commanded=use.commanded,
+        watched=use.watched,
+    )
+
+
+def output_files(name: str, template: str, told: object, header: str = "") -> tuple[File, ...]:
     """Header and source of an output."""
     return (
-        File(f"src/output_{name}.h", f"{header or template}.h.j2", context),
-        File(f"src/output_{name}.c", f"{template}.c.j2", context),
+        File(f"src/output_{name}.h", f"{header or template}.h.j2", told),
+        File(f"src/output_{name}.c", f"{template}.c.j2", told),
     )
 
 
@@ -94,7 +110,7 @@ def output_part(  # noqa: PLR0913 - one part, said once
     *,
     header: str = "",
     constants: tuple[Constant, ...] = (),
-    context: dict[str, Any] | None = None,
+    told: object = (),
     start_calls: tuple[Call, ...] = (),
     tick_calls: tuple[Call, ...] = (),
     wired: str = "",
@@ -102,22 +118,16 @@ def output_part(  # noqa: PLR0913 - one part, said once
 ) -> Part:
     """Plan an output of one pin.
 
+    told -- what the templates are told besides.
     header -- the header's template, if it is not the source's.
     wired -- what else the README says of it.
     connected -- statements that take the pin from whatever else might drive it: a program started
     again without a reset finds its timers as it left them.
     """
-    uses = {
-        "heats": use.heats,
-        "gated": use.gated,
-        "commanded": use.commanded,
-        "watched": use.watched,
-    }
-    merged = output_context(source, name) | uses | (context or {})
     pin = source.controller.board.pins[output.pin]
     stem = f"pin_output_{name}"
     return Part(
-        files=output_files(name, template, merged, header),
+        files=output_files(name, template, (output_names(source, name, use), told), header),
         groups=(Group(f"Output {name}", constants),) if constants else (),
         pins=(
             switched(

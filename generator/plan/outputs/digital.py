@@ -20,7 +20,7 @@ def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> 
         output,
         use,
         "outputs/digital",
-        context={"runs_where": source.at("runs").where},
+        told={"runs_where": source.at("runs").where},
         start_calls=() if use.gated else (start,),
     )
 
@@ -41,7 +41,7 @@ def _held(
             _least(source.at(key), f"OUTPUT_{name}_{key}_TICKS".upper(), duration_s)
             for key, duration_s in least.items()
         ),
-        context={"stops": use.heats and output.stays_on_s > 0},
+        told={"stops": use.heats and output.stays_on_s > 0},
         start_calls=start,
         tick_calls=() if use.gated else (tick,),
         wired="".join(

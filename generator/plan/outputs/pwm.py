@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
@@ -16,6 +16,39 @@ from heatwright.spec.board.pwm import LATEST_INTERRUPT_S, keeps_frequency, pwm_s
 from heatwright.spec.board.pwm_timers import PwmChannel
 
 
+@dataclass(frozen=True, slots=True)
+class PwmNames:
+    """What the templates are told of any PWM."""
+
+    timer: int
+    channel: str
+    made_by: str
+    compare: str
+
+
+@dataclass(frozen=True, slots=True)
+class ByTimer:
+    """What makes it by a timer, in C."""
+
+    setup: list[str]
+    disconnect: str
+    connect: str
+    compare_type: str
+
+
+@dataclass(frozen=True, slots=True)
+class ByInterrupts:
+    """What makes it by interrupts, in C, and why it is made so."""
+
+    setup: list[str]
+    reason: str
+    counter: str
+    vector: str
+    interrupt_on: str
+    interrupt_off: str
+    interrupt_is_on: str
+
+
 def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part:
     """Plan a heater, or a fan that the host commands."""
     channel = use.channel
@@ -23,8 +56,10 @@ def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part
     board = source.controller.board
     prefix = f"OUTPUT_{name.upper()}"
     constants = _constants(source, output, channel, prefix)
+    compare = registers(board, channel.timer).compare(channel.channel)
+    made: ByTimer | ByInterrupts
     if channel.by_interrupts:
-        template, context = "outputs/pwm_by_interrupts", _by_interrupts(board, output, channel)
+        template, made = "outputs/pwm_by_interrupts", _by_interrupts(board, output, channel)
         least = math.ceil(board.clock_hz / channel.prescaler * LATEST_INTERRUPT_S)
         constants.append(
             Constant(
@@ -33,10 +68,10 @@ def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part
                 f"{LATEST_INTERRUPT_S * 1e6:g} us: an interrupt may come so late",
             )
         )
-        made = f"by interrupts of timer {channel.timer}"
+        by = f"by interrupts of timer {channel.timer}"
     else:
-        template, context = "outputs/pwm", _by_timer(source.controller, output, channel, prefix)
-        made = f"by timer {channel.timer}"
+        template, made = "outputs/pwm", _by_timer(source.controller, output, channel, prefix)
+        by = f"by timer {channel.timer}"
     return output_part(
         source,
         name,
@@ -45,12 +80,10 @@ def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part
         template,
         header="outputs/pwm",
         constants=tuple(constants),
-        context=context
-        | {"timer": channel.timer, "channel": channel.channel, "made_by": made}
-        | {"compare": registers(board, channel.timer).compare(channel.channel)},
+        told=(PwmNames(channel.timer, channel.channel, by, compare), made),
         start_calls=(Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();"),),
-        wired=f", {quantity(channel.frequency_hz, 'Hz')} {made}",
-        connected=() if channel.by_interrupts else (context["disconnect"],),
+        wired=f", {quantity(channel.frequency_hz, 'Hz')} {by}",
+        connected=(made.disconnect,) if isinstance(made, ByTimer) else (),
     )
 
 
@@ -93,35 +126,35 @@ def _connections(controller: Controller, number: int) -> str:
 
 def _by_timer(
     controller: Controller, output: PwmOutput, channel: PwmChannel, prefix: str
-) -> dict[str, Any]:
+) -> ByTimer:
     names = registers(controller.board, channel.timer)
     number, letter = channel.timer, channel.channel
     both = f"(1u << COM{number}{letter}1) | (1u << COM{number}{letter}0)"
     bits = _connection(output, number, letter)
-    return {
-        "setup": fast_pwm(
+    return ByTimer(
+        setup=fast_pwm(
             names,
             channel.prescaler,
             f"{prefix}_PERIOD_COUNTS - 1u",
             _connections(controller, number),
         ),
-        "disconnect": f"{names.control_a} &= (uint8_t)~({both});",
-        "connect": f"{names.control_a} |= {bits};",
-        "compare_type": "uint16_t" if names.timer.bits == 16 else "uint8_t",
-    }
+        disconnect=f"{names.control_a} &= (uint8_t)~({both});",
+        connect=f"{names.control_a} |= {bits};",
+        compare_type="uint16_t" if names.timer.bits == 16 else "uint8_t",
+    )
 
 
-def _by_interrupts(board: Board, output: PwmOutput, channel: PwmChannel) -> dict[str, Any]:
+def _by_interrupts(board: Board, output: PwmOutput, channel: PwmChannel) -> ByInterrupts:
     names, letter = registers(board, channel.timer), channel.channel
-    return {
-        "setup": free_running(names, channel.prescaler),
-        "reason": _reason(board, output),
-        "counter": names.counter,
-        "vector": names.vector(letter),
-        "interrupt_on": names.interrupt_on(letter),
-        "interrupt_off": names.interrupt_off(letter),
-        "interrupt_is_on": names.interrupt_is_on(letter),
-    }
+    return ByInterrupts(
+        setup=free_running(names, channel.prescaler),
+        reason=_reason(board, output),
+        counter=names.counter,
+        vector=names.vector(letter),
+        interrupt_on=names.interrupt_on(letter),
+        interrupt_off=names.interrupt_off(letter),
+        interrupt_is_on=names.interrupt_is_on(letter),
+    )
 
 
 def _reason(board: Board, output: PwmOutput) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
-from heatwright.generator.plan.outputs.common import UseOfOutput, output_context, output_files
+from heatwright.generator.plan.outputs.common import UseOfOutput, output_files, output_names
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -32,6 +33,23 @@ FINEST_COUNTS_PER_S = 2_500_000
 TICK_S = TICK_MS / 1000
 
 
+@dataclass(frozen=True, slots=True)
+class StepperNames:
+    """What the templates are told besides."""
+
+    timer: int
+    vector: str
+    counter: str
+    compare: str
+    compare_type: str
+    start: list[str]
+    stop: list[str]
+    interrupt_is_on: str
+    pulse_us: int
+    ready_loops: list[str]
+    ready_where: str
+
+
 def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
     """Plan a stepper that the host feeds with."""
     assert use.timer is not None  # noqa: S101 - the allocation gave every stepper one
@@ -42,22 +60,22 @@ def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
     prescaler = _prescaler(board, number, fastest)
     ready = [each for each, loop in controller.loops.items() if loop.ready_within_k is not None]
     loops = Source(source.spec, ("loops",))
-    context = output_context(source, name) | {
-        "timer": number,
-        "vector": names.vector(),
-        "counter": names.counter,
-        "compare": names.compare(),
-        "compare_type": "uint16_t" if board.timers[number].bits == 16 else "uint8_t",
-        "start": counting_to_compare(names, prescaler, "set_compare();"),
-        "stop": halted(names),
-        "interrupt_is_on": names.interrupt_is_on(),
-        "pulse_us": PULSE_US,
-        "ready_loops": ready,
-        "ready_where": ", ".join(loops.at(each, "ready_within").where for each in ready),
-    }
+    stepper = StepperNames(
+        timer=number,
+        vector=names.vector(),
+        counter=names.counter,
+        compare=names.compare(),
+        compare_type="uint16_t" if board.timers[number].bits == 16 else "uint8_t",
+        start=counting_to_compare(names, prescaler, "set_compare();"),
+        stop=halted(names),
+        interrupt_is_on=names.interrupt_is_on(),
+        pulse_us=PULSE_US,
+        ready_loops=ready,
+        ready_where=", ".join(loops.at(each, "ready_within").where for each in ready),
+    )
     file = f"output_{name}.h"
     return Part(
-        files=output_files(name, "outputs/stepper", context),
+        files=output_files(name, "outputs/stepper", (output_names(source, name, use), stepper)),
         groups=(Group(f"Output {name}", _constants(source, output, board, number, prescaler)),),
         pins=_pins(source, name, output, board),
         start_calls=(Call(Stage.SENSE, file, f"output_{name}_start();"),),

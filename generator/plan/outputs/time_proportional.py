@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
 from heatwright.generator.plan.parts import Part
@@ -9,6 +11,18 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import TimeProportionalOutput
 
 UINT8_MAX = 0xFF
+
+
+@dataclass(frozen=True, slots=True)
+class WindowNames:
+    """What the templates are told besides."""
+
+    minimum_on: bool
+    minimum_off: bool
+    spread: bool
+    step_type: str
+    tick_type: str
+    distribution_where: str
 
 
 def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOutput) -> Part:
@@ -62,14 +76,14 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         use,
         "outputs/time_proportional",
         constants=tuple(constants),
-        context={
-            "minimum_on": output.minimum_on_s > 0,
-            "minimum_off": output.minimum_off_s > 0,
-            "spread": spread,
-            "step_type": _smallest(window),
-            "tick_type": _smallest(ticks(output.resolution_s)),
-            "distribution_where": source.at("distribution").where,
-        },
+        told=WindowNames(
+            minimum_on=output.minimum_on_s > 0,
+            minimum_off=output.minimum_off_s > 0,
+            spread=spread,
+            step_type=_smallest(window),
+            tick_type=_smallest(ticks(output.resolution_s)),
+            distribution_where=source.at("distribution").where,
+        ),
     )
 
 

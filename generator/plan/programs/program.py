@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 from heatwright.generator.plan.loop_names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, steps
@@ -25,34 +25,49 @@ def plan(root: Source, loop: LoopSummary) -> Part:
     return Part(
         files=(
             File("src/program.h", "src/program.h"),
-            File("src/program.c", "src/program.c.j2", _context(source, programs, loop)),
+            File("src/program.c", "src/program.c.j2", (loop, _names(source, programs, loop))),
         ),
         groups=(Group("Program", tuple(_constants(root, source, programs))),),
         start_calls=(Call(Stage.SENSE, "program.h", "program_start_up();"),),
     )
 
 
-def _context(source: Source, programs: Programs, loop: LoopSummary) -> dict[str, Any]:
-    power, controller = source.at("after_power_loss"), source.controller
-    moved = controller.loops[programs.loop]
-    return {
-        "name": loop.name,
-        "prefix": loop.prefix,
-        "averaged": controller.thermometers[moved.sensor].moving_average > 1,
-        "types": loop.types,
-        "where": source.where,
-        "holds_at_end": programs.at_end == "hold",
-        "at_end_where": source.at("at_end").where,
-        "reached_where": source.at("reached_within").where,
-        "hold_back": programs.hold_back is not None,
-        "hold_back_where": source.at("hold_back").where,
-        "limit_where": source.at("hold_back", "limit").where,
-        "power_where": power.where,
-        "keeps": programs.on_fault == "pause",
-        "fault_where": source.at("on_fault").where,
-        "resumes": programs.after_power_loss.resume_within_k > 0,
-        "pauses": programs.after_power_loss.otherwise == "pause",
-    }
+@dataclass(frozen=True, slots=True)
+class ProgramNames:
+    """What the template of the program is told besides what it is told of the loop."""
+
+    where: str
+    averaged: bool
+    holds_at_end: bool
+    at_end_where: str
+    reached_where: str
+    hold_back: bool
+    hold_back_where: str
+    limit_where: str
+    power_where: str
+    keeps: bool
+    fault_where: str
+    resumes: bool
+    pauses: bool
+
+
+def _names(source: Source, programs: Programs, loop: LoopSummary) -> ProgramNames:
+    power = programs.after_power_loss
+    return ProgramNames(
+        where=source.where,
+        averaged=loop.readings > 1,
+        holds_at_end=programs.at_end == "hold",
+        at_end_where=source.at("at_end").where,
+        reached_where=source.at("reached_within").where,
+        hold_back=programs.hold_back is not None,
+        hold_back_where=source.at("hold_back").where,
+        limit_where=source.at("hold_back", "limit").where,
+        power_where=source.at("after_power_loss").where,
+        keeps=programs.on_fault == "pause",
+        fault_where=source.at("on_fault").where,
+        resumes=power.resume_within_k > 0,
+        pauses=power.otherwise == "pause",
+    )
 
 
 def _constants(root: Source, source: Source, programs: Programs) -> list[Constant]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
@@ -14,6 +15,7 @@ from heatwright.spec.programs import (
     FASTEST_K_PER_H,
     LONGEST_SEGMENT_S,
     AfterPowerLoss,
+    Program,
     Programs,
     Segment,
 )
@@ -25,6 +27,25 @@ PER_KELVIN = 10
 """Temperatures of a program are whole tenths, and so are its rates."""
 FLOAT_ERROR = 1e-6
 """Far below a tenth of a tenth, far above what single decimals lose in binary."""
+
+
+@dataclass(frozen=True, slots=True)
+class CodedSegment:
+    """A segment as C has it."""
+
+    kind: str
+    to_dc: int
+    amount: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class StoredProgram:
+    """A program that the firmware comes with."""
+
+    where: str
+    name: str
+    segments: list[CodedSegment]
 
 
 def programs(root: Source) -> Part:
@@ -40,7 +61,7 @@ def programs(root: Source) -> Part:
         "points": given.points,
         "points_where": source.at("points").where,
         "stored": [
-            _program(source.at("stored", index), given, index) for index in range(len(given.stored))
+            _program(source.at("stored", index), each) for index, each in enumerate(given.stored)
         ],
     }
     return Part(
@@ -102,25 +123,21 @@ def _after_power_loss(power: AfterPowerLoss) -> str:
     )
 
 
-def _program(source: Source, programs: Programs, index: int) -> dict[str, object]:
-    program = programs.stored[index]
-    return {
-        "where": source.where,
-        "name": c_string(program.name),
-        "segments": [_segment(segment) for segment in program.segments],
-    }
+def _program(source: Source, program: Program) -> StoredProgram:
+    segments = [_segment(segment) for segment in program.segments]
+    return StoredProgram(source.where, c_string(program.name), segments)
 
 
-def _segment(segment: Segment) -> dict[str, str]:
+def _segment(segment: Segment) -> CodedSegment:
     """A segment as C, and in the words of the spec."""
     amount, how = _amount(segment)
     what = "hold" if segment.to_c is None else f"to {quantity(segment.to_c, 'degC')}"
-    return {
-        "kind": KINDS[segment.kind],
-        "to_dc": str(round((segment.to_c or 0.0) * PER_KELVIN)),
-        "amount": f"{amount}u" if amount <= UINT16_MAX else f"{amount}ul",
-        "meaning": f"{what} {how}",
-    }
+    return CodedSegment(
+        kind=KINDS[segment.kind],
+        to_dc=round((segment.to_c or 0.0) * PER_KELVIN),
+        amount=f"{amount}u" if amount <= UINT16_MAX else f"{amount}ul",
+        meaning=f"{what} {how}",
+    )
 
 
 def _amount(segment: Segment) -> tuple[int, str]:

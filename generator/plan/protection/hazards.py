@@ -215,8 +215,17 @@ HAZARDS = (
 )
 
 
-def hazards(controller: Controller) -> list[dict[str, str]]:
-    """List the hazards that this controller has a rule for, as rows of cause, seen by and so on.
+@dataclass(frozen=True, slots=True)
+class HazardRow:
+    """A hazard of a controller: what sees it, and when; what remains."""
+
+    cause: str
+    seen: str
+    remains: str
+
+
+def hazards(controller: Controller) -> list[HazardRow]:
+    """List the hazards that this controller has a rule for.
 
     A hazard without a rule is listed, too, where the controller has what it concerns.
     """
@@ -228,12 +237,12 @@ def hazards(controller: Controller) -> list[dict[str, str]]:
             continue
         remains = hazard.remains
         rows.append(
-            {
-                "cause": hazard.cause,
-                "seen": "; ".join(f"E{each.code:02d} {within(controller, each)}" for each in seen)
+            HazardRow(
+                cause=hazard.cause,
+                seen="; ".join(f"E{each.code:02d} {within(controller, each)}" for each in seen)
                 or "nothing",
-                "remains": remains if isinstance(remains, str) else remains(controller),
-            }
+                remains=remains if isinstance(remains, str) else remains(controller),
+            )
         )
     return rows
 
