@@ -25,7 +25,7 @@ SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|out
 """The files whose functions decide about heat."""
 MISSED, CHANCE = 1 / 1000, 1 / 100
 SHOWS = 5000
-"""So many flips are counted as they are: where 0.3 of 1000 are missed, 6 of 5000 are once in 225."""
+"""So many are counted as they are: where 0.3 of 1000 are missed, 6 of these are once in 225."""
 CODES = {rule.id: code for code, rule in RULES.items()}
 BOOT_BYTES = 512
 FLAGS = 32
@@ -101,6 +101,50 @@ def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
         ):
             missed.append((state, hex(place), bit))
     assert len(missed) <= most_missed(tried), missed
+
+
+@pytest.mark.parametrize(
+    ("silenced", "by"),
+    [
+        ("flash_address left = ticks_left;", "flash_address left = 9;"),  # the count of the ticks
+        ("return residue == 0;", "return true;"),  # what the round has left
+        ("ticks_left = left - 1u;", ""),  # the ticks do not run out
+    ],
+)
+def test_a_damaged_program_is_told_though_one_of_two_ways_is_damaged(
+    silenced: str, by: str
+) -> None:
+    source = sources_of(CHAMBER)["flash.c"]
+    assert source.count(silenced) == 1
+    program = whole(CHAMBER, changed={"flash.c": source.replace(silenced, by)})
+    world = starts.heating(Site(controller_of(CHAMBER), "air", program))
+    memory.flip_flash(world)
+    world.run(flash_s(program) + 1.0)
+    assert world.fault == CODES["flash_damaged"]
+
+
+def test_a_check_that_takes_no_byte_is_told() -> None:
+    """From 0 it would end with 0, too."""
+    source = sources_of(CHAMBER)["flash.c"]
+    blind = source.replace("_crc16_update(sum, READ_BYTE(at))", "_crc16_update(sum, 0)")
+    assert blind != source
+    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER, changed={"flash.c": blind}))
+    device.advance(1.0)
+    assert device.read("fault.code") == CODES["flash_damaged"]
+
+
+def test_a_main_loop_without_its_checks_is_ended_by_the_watchdog() -> None:
+    """It runs, gives no permit, and would stand so for ever without a word."""
+    main = sources_of(CHAMBER)["main.c"]
+    assert main.count("    checks_tick();\n") == 1
+    changed = {"main.c": main.replace("    checks_tick();\n", "")}
+    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER, changed=changed))
+    device.sense("air", 19.0)
+    device.advance(1.0)
+    device.avr.take_resets()
+    device.advance(4.0)
+    assert len(device.avr.take_resets()) > 0
+    assert device.read("fault.code") == CODES["watchdog_reset"]
 
 
 def test_a_damaged_program_heats_no_more_whoever_acknowledges() -> None:
