@@ -63,8 +63,8 @@ def symbol(elf: bytes, name: bytes) -> int:
 
 
 def crc16(data: bytearray) -> int:
-    """Compute the CRC of Modbus, from 0, as avr-libc's `_crc16_update` does."""
-    crc = 0
+    """Compute the CRC of Modbus, as avr-libc's `_crc16_update` does."""
+    crc = 0xFFFF
     for byte in data:
         crc ^= byte
         for _ in range(8):

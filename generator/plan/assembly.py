@@ -28,6 +28,7 @@ from heatwright.spec.board.timers import TimerUse, allocate
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.problems import Path
 from heatwright.spec.registry import module_of
+from heatwright.spec.self_checks import self_checked
 
 
 def plan_firmware(spec: Spec) -> Plan:
@@ -119,6 +120,7 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
         "main_includes": _includes([*start, *tick]),
         "start_calls": start,
         "tick_calls": tick,
+        "checked": self_checked(spec.controller),
         "watchdog": f"WDTO_{core.WATCHDOG_NAMES[spec.controller.safety.watchdog_s]}",
     }
     return (

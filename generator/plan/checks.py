@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from heatwright.generator.plan.adc import known_limits
+from heatwright.generator.plan.core import WATCHDOG_NAMES
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
@@ -36,6 +37,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         "far": controller.board.flash_bytes > NEAR_BYTES,
         "loops": list(controller.loops),
         "read_back": read_back(controller),
+        "watchdog": f"WDTO_{WATCHDOG_NAMES[controller.safety.watchdog_s]}",
         "released": [name for name in controller.outputs if name in lets_go],
     }
     watchdog = (

@@ -67,6 +67,11 @@ uint8_t flash_tick(void)
 
     return found > FAULT_LAST ? FAULT_NONE : found;
 }
+
+bool flash_is_sound(void)
+{
+    return unknown_byte != 0;
+}
 """
 """In the place of what reads the whole flash: whatever that may find, at any time."""
 

@@ -3,12 +3,16 @@
 #ifndef FLASH_H
 #define FLASH_H
 
-#include <stdint.h> /* uint8_t */
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t */
 
 /* All of it, before anything relies on it. */
 void flash_start(void);
 
 /* A few bytes more. Returns the rule that the last round has found broken, or FAULT_NONE. */
 uint8_t flash_tick(void);
+
+/* Whether the last round has ended well; told by another way than that of flash_tick. */
+bool flash_is_sound(void);
 
 #endif

@@ -50,7 +50,6 @@ int main(void)
     start();
     for (;;) {
         clock_wait();
-        wdt_enable(WDTO_1S); /* resets it, and writes its setting anew */
         run_tick();
     }
 }

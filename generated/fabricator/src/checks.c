@@ -9,13 +9,14 @@
 
 #include <avr/eeprom.h> /* eeprom_is_ready */
 #include <avr/io.h>     /* EECR, EEDR */
+#include <avr/wdt.h>    /* wdt_enable, wdt_reset */
 #include <stdbool.h>    /* bool */
 #include <stdint.h>     /* uint8_t, uint16_t */
 
 #include "adc.h"   /* adc_is_right */
 #include "config.h" /* CHECKS_MOST_TICKS */
 #include "fault.h" /* fault, fault_trip */
-#include "flash.h" /* flash_tick */
+#include "flash.h" /* flash_is_sound, flash_start, flash_tick */
 #include "gate.h"  /* gate_has_run, gate_renew_main */
 #include "loop_nozzle.h" /* loop_nozzle_is_in_order */
 #include "pins.h"  /* pin_output_*_release, pin_output_*_obeys */
@@ -97,10 +98,17 @@ void checks_start(void)
 
 void checks_tick(void)
 {
-    const uint8_t code = judge();
+    uint8_t code = judge();
 
+    /* Asked once more: what is damaged may be what has just judged it. */
+    if (code == FAULT_NONE && !flash_is_sound()) {
+        code = FAULT_FLASH_DAMAGED;
+    }
+    /* Only here is the watchdog kept from its reset: a main loop that leaves the checks out, though
+     * it runs, is ended, too. */
     if (code == FAULT_NONE) {
         gate_renew_main();
+        wdt_enable(WDTO_1S); /* resets it, and writes its setting anew */
         return;
     }
     pin_output_heater_release();
@@ -109,4 +117,5 @@ void checks_tick(void)
     while (fault.code == FAULT_NONE) {
         /* it cannot even be latched: the watchdog's reset is all that is left */
     }
+    wdt_reset();
 }

@@ -14,6 +14,7 @@
 #include "fault.h"  /* FAULT_* */
 
 #define UNSEALED 0xFFFFu /* as it stands here */
+#define CRC_START 0xFFFFu /* from 0, a loop that took no bytes at all would end with 0 */
 const uint16_t flash_seal PROGMEM = UNSEALED;
 
 extern const uint8_t __data_load_end[]; /* the linker's: where the program ends */
@@ -22,14 +23,19 @@ typedef uint16_t flash_address;
 #define ADDRESS(symbol) ((uint16_t)&(symbol))
 #define READ_BYTE(address) pgm_read_byte(address)
 #define READ_WORD(address) pgm_read_word(address)
+typedef uint8_t page_count;
 #define BEHIND_SEAL (ADDRESS(flash_seal) + sizeof flash_seal)
 #define ROUND_TICKS (ADDRESS(__data_load_end) / FLASH_BYTES_A_TICK + 1u)
 
 static flash_address place; /* the next byte */
 static uint16_t crc;        /* of the round, up to there */
-static flash_address ticks_left; /* in which the round must end; 0 before the first has ended */
-static uint8_t broken = FAULT_FLASH_DAMAGED; /* the rule, as the last round has found it */
+/* One flipped bit cannot keep both from their end: a round that ends badly leaves what is not 0 in
+ * `residue`, and only one that ends well gives new ticks; one that does not end uses them up.
+ * Volatile: each is written only where it says so here. */
+static volatile uint8_t residue = UINT8_MAX;
+static volatile flash_address ticks_left; /* in which the round must end */
 
+/* 0 stands for 256. */
 static void take(uint8_t count)
 {
     flash_address at = place;
@@ -42,9 +48,12 @@ static void take(uint8_t count)
         sum = _crc16_update(sum, READ_BYTE(at));
         at++;
         if (at == BEHIND_SEAL) {
-            broken = sum == 0 ? FAULT_NONE : FAULT_FLASH_DAMAGED;
-            sum = 0;
-            ticks_left = ROUND_TICKS;
+            const uint8_t left = (uint8_t)(sum | sum >> 8);
+            residue = left;
+            if (left == 0) {
+                ticks_left = ROUND_TICKS;
+            }
+            sum = CRC_START;
         }
         count--;
     } while (count != 0);
@@ -54,23 +63,29 @@ static void take(uint8_t count)
 
 void flash_start(void)
 {
+    page_count pages = (page_count)((ADDRESS(__data_load_end) >> 8) + 1u); /* of 256 bytes, 0: 256 */
+
     place = BEHIND_SEAL;
-    while (ticks_left == 0) {
-        take(UINT8_MAX);
+    crc = CRC_START;
+    do {
+        take(0);
         wdt_reset(); /* a large program takes a second of a slow clock */
-    }
-    if (broken != FAULT_NONE && READ_WORD(ADDRESS(flash_seal)) == UNSEALED) {
-        broken = FAULT_FLASH_UNSEALED;
-    }
+        pages--;
+    } while (pages != 0);
 }
 
 uint8_t flash_tick(void)
 {
     take(FLASH_BYTES_A_TICK);
-    if (ticks_left == 0) {
-        broken = FAULT_FLASH_DAMAGED; /* what looks at the flash is */
-    } else {
-        ticks_left--;
+    const flash_address left = ticks_left;
+    if (left == 0) {
+        return READ_WORD(ADDRESS(flash_seal)) == UNSEALED ? FAULT_FLASH_UNSEALED : FAULT_FLASH_DAMAGED;
     }
-    return broken;
+    ticks_left = left - 1u;
+    return FAULT_NONE;
+}
+
+bool flash_is_sound(void)
+{
+    return residue == 0;
 }

@@ -60,7 +60,6 @@ int main(void)
     start();
     for (;;) {
         clock_wait();
-        wdt_enable(WDTO_2S); /* resets it, and writes its setting anew */
         run_tick();
     }
 }
