@@ -19,7 +19,7 @@ _CHARACTER = 0.17
 _SMALL, _NORMAL = 9, 10
 _ROW, _SHUNT, _TO_SHUNT = 0.9, 1.5, 0.6
 _NOTE_CHARACTERS = 40
-_NOTES = (
+NOTES = (
     "A switch's other side goes to the return of its load's supply.",
     "Joined: ground of board, sensors, switches' inputs and lines.",
 )
@@ -48,8 +48,8 @@ class _Placed(NamedTuple):
     """Below the last row of a device."""
 
 
-def drawn(name: str, board: str, rows: Sequence[Wiring]) -> str:
-    """Draw the rows from the top down."""
+def drawn(name: str, board: str, rows: Sequence[Wiring], notes: Sequence[str] = NOTES) -> str:
+    """Draw the rows from the top down, and notes below them."""
     import schemdraw  # noqa: PLC0415 - not everybody who plans a firmware draws it
     from schemdraw import elements  # noqa: PLC0415
 
@@ -70,7 +70,7 @@ def drawn(name: str, board: str, rows: Sequence[Wiring]) -> str:
         if ending:
             pen.device(device, [each for each, _ in ending], edge)
     pen.board((name, board), placed, bottom)
-    for number, line in enumerate(_NOTES):
+    for number, line in enumerate(notes):
         pen.text(line, 0.4, bottom - 0.2 - 0.4 * number, _SMALL)
     text = drawing.get_imagedata("svg").decode("utf-8")
     text = _DECIMALS.sub(lambda found: f"{float(found[0]):.2f}", text)

@@ -158,3 +158,5 @@ class Plan:
     files: tuple[File, ...]
     owners: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
     """The keys of the spec that want a file, by its path; no key where every firmware has it."""
+    wiring: Mapping[Path, tuple[Wiring, ...]] = field(default_factory=dict)
+    """What is at which pin, by the key that wants it."""
