@@ -95,7 +95,7 @@ class Symbol:
 
     way: Literal["up", "down", "along"]
     """To the supply, to ground, or in the wire."""
-    shape: Literal["resistor", "sensor", "contact", "led", "fuse", "box", "rail"]
+    shape: Literal["resistor", "sensor", "contact", "closed", "led", "fuse", "box", "rail"]
     text: str
     rail: str = "5 V"
     """The supply that it leads to."""
