@@ -129,6 +129,22 @@ def test_a_touch_shows_another_page_as_a_picture() -> None:
     assert seat.board.store.drawn == {seat.number("nextion"): 2}  # nothing has changed since
 
 
+def test_a_finger_may_be_anywhere_on_the_touch_display_and_slide() -> None:
+    seat = Seated("kiln")
+    seat.run(2.0)
+    settings = next(each for each in seat.of("nextion")["touchable"] if each["name"] == "bset")
+    seat.at("nextion", x=0, y=0, down=True)
+    seat.at("nextion", down=False)
+    seat.run(1.0)
+    assert seat.of("nextion")["page"] == "main"
+    seat.at("nextion", x=settings["x"] + 1, y=settings["y"] + 1, down=True)
+    seat.at("nextion", down=False)
+    seat.run(1.0)
+    assert seat.of("nextion")["page"] == "settings"
+    beyond = {"do": "at", "interface": seat.number("nextion"), "x": 800, "y": 0, "down": True}
+    assert "x: 800 is not from 0 to 799." in seat.board.do(beyond)
+
+
 def test_the_log_answers() -> None:
     seat = Seated("kiln")
     seat.run(2.0)

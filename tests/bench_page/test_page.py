@@ -146,6 +146,14 @@ def test_a_button_of_the_touch_display_is_touched(opened: Open, kiln: Bench) -> 
     page.get_by_role("button", name="back", exact=True).focus()
     page.keyboard.press("Enter")
     expect(screen).to_have_attribute("alt", re.compile("^Page main: "))
+    button = page.get_by_role("button", name="settings", exact=True).bounding_box()
+    assert button is not None
+    page.mouse.move(button["x"] + 3, button["y"] + 3)  # a finger that slides off
+    page.mouse.down()
+    page.mouse.move(button["x"] + 3, button["y"] - 60, steps=3)
+    page.mouse.up()
+    expect(screen).to_have_attribute("alt", re.compile("^Page settings: "))
+    page.get_by_role("button", name="back", exact=True).click()
 
 
 def test_a_register_is_written(opened: Open) -> None:
