@@ -59,7 +59,7 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
             waiting += port.read(max(1, port.in_waiting))
         except (SerialException, OSError) as error:
             raise Refused(f"{port.name}: the line is gone: {error}") from None
-        now_s = monotonic() - begun_s
+        now_s = round(monotonic() - begun_s, 3)
         *lines, rest = bytes(waiting).split(b"\n")
         waiting = bytearray(rest[-LONGEST_LINE:])
         for line in lines:
