@@ -42,7 +42,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     opens: bool,
     as_json: bool,
 ) -> None:
-    """Show the course of a loop in the browser, from a serial line or a log.
+    """Draw a loop's course, from a serial line or a log.
 
     It listens to what the firmware says by serial_plotter, or asks by G-code (M105) or for the
     entries of a serial_log, at the speed of the spec. The chart is the bench's. What is recorded
