@@ -74,8 +74,8 @@ bench: $(READY) ## how fast it is, in ratios (ARGS=--page: and docs/benchmarks.m
 peers: $(READY) ## what bench compares with: ESPHome and avr8js, in build/judges
 	@PEERS=1 tools/setup.sh
 
-pictures: $(READY) ## the pictures of README and documents, in docs/pictures
-	@PICTURES=1 tools/setup.sh
+pictures: $(TESTS_READY) ## the pictures of README and documents, in docs/pictures
+	@$(BIN)/python tools/architecture.py
 	@$(BIN)/python tools/pictures.py
 
 site: $(TESTS_READY) ## the documents as a site, in build/site

@@ -21,6 +21,7 @@ COMMANDS = (
     "build",
     "upload",
     "monitor",
+    "plot",
     "simulate",
     "bench",
     "verify",

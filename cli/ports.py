@@ -30,6 +30,6 @@ def found(*, waits: bool = False) -> str:
 
 def _plugged() -> list[str]:
     """List the ports of adapters and boards; those built into a computer have no number."""
-    from serial.tools.list_ports import comports  # noqa: PLC0415 - comes with PlatformIO
+    from serial.tools.list_ports import comports  # noqa: PLC0415 - takes a while
 
     return sorted(port.device for port in comports() if port.vid is not None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable, Sequence
+from functools import partial
 from itertools import groupby
 from textwrap import wrap
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ _CHARACTER = 0.17
 _SMALL, _NORMAL = 9, 10
 _ROW, _SHUNT, _TO_SHUNT = 0.9, 1.5, 0.6
 _NOTE_CHARACTERS = 40
-_NOTES = (
+NOTES = (
     "A switch's other side goes to the return of its load's supply.",
     "Joined: ground of board, sensors, switches' inputs and lines.",
 )
@@ -48,8 +49,8 @@ class _Placed(NamedTuple):
     """Below the last row of a device."""
 
 
-def drawn(name: str, board: str, rows: Sequence[Wiring]) -> str:
-    """Draw the rows from the top down."""
+def drawn(name: str, board: str, rows: Sequence[Wiring], notes: Sequence[str] = NOTES) -> str:
+    """Draw the rows from the top down, and notes below them."""
     import schemdraw  # noqa: PLC0415 - not everybody who plans a firmware draws it
     from schemdraw import elements  # noqa: PLC0415
 
@@ -70,8 +71,9 @@ def drawn(name: str, board: str, rows: Sequence[Wiring]) -> str:
         if ending:
             pen.device(device, [each for each, _ in ending], edge)
     pen.board((name, board), placed, bottom)
-    for number, line in enumerate(_NOTES):
+    for number, line in enumerate(notes):
         pen.text(line, 0.4, bottom - 0.2 - 0.4 * number, _SMALL)
+    pen.widen(bottom)
     text = drawing.get_imagedata("svg").decode("utf-8")
     text = _DECIMALS.sub(lambda found: f"{float(found[0]):.2f}", text)
     return text.replace("><", ">\n<") + "\n"  # a change is seen line by line
@@ -112,10 +114,12 @@ class _Pen:
 
     def __init__(self, drawing: Any, elements: Any) -> None:
         self._drawing, self._of = drawing, elements
+        self._right = 0.0
         self._shapes = {
             "resistor": elements.ResistorIEC,
             "sensor": elements.Thermistor,
             "contact": elements.Switch,
+            "closed": partial(elements.Switch, nc=True),
             "led": elements.LED,
             "fuse": elements.FuseIEC,
         }
@@ -144,9 +148,15 @@ class _Pen:
     def text(self, text: str, x: float, y: float, size: int = _NORMAL, align: str = "left") -> None:
         """Write a line, its middle at y."""
         at = (x - 0.1 * (align == "center"), y - 0.1)  # where the library's labels begin
+        if align == "left":
+            self._right = max(self._right, x + len(text) * _CHARACTER * size / _NORMAL)
         self._drawing += (
             self._of.Label().at(at).label(text, fontsize=size, halign=align, valign="center")
         )
+
+    def widen(self, y: float) -> None:
+        """Let the drawing reach to the end of each text, whose width the library does not count."""
+        self._drawing += self._of.Gap().at((self._right, y)).to((self._right + 0.1, y))
 
     def _along(self, symbol: Symbol, x: float, y: float) -> float:
         self.line(x, x + 0.5, y)

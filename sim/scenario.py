@@ -83,8 +83,8 @@ def unasked(
 def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
     """Return all that is done in a scenario, in the order of time.
 
-    Each press is 100 ms down and 100 ms up; an event whose time comes while the one before is
-    still being done waits for its end.
+    Each press is 100 ms down, or as long as it says, and 100 ms up; an event whose time comes while
+    the one before is still being done waits for its end.
     """
     found: list[Action] = []
     free_s = 0.0
@@ -93,7 +93,7 @@ def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
         if event.press is not None:
             start_s = max(start_s, free_s)
             found += _presses(event, start_s)
-            free_s = start_s + event.times * 2 * PRESS_S
+            free_s = found[-1].time_s + PRESS_S
         elif event.write is not None:
             found += [Action(start_s, write=write) for write in event.write]
         else:
@@ -124,9 +124,10 @@ def end_s(scenario: Iterable[Event]) -> float:
 
 def _presses(event: Event, start_s: float) -> list[Action]:
     found: list[Action] = []
+    held_s = event.held_s or PRESS_S
     for number in range(event.times):
-        down_s = start_s + number * 2 * PRESS_S
-        found += [Action(down_s, event.press), Action(down_s + PRESS_S)]
+        down_s = start_s + number * (held_s + PRESS_S)
+        found += [Action(down_s, event.press), Action(down_s + held_s)]
     return found
 
 

@@ -201,6 +201,9 @@ class Event(Model):
     times: Annotated[int, Checked(_times, type="integer", minimum=1, maximum=1000)] = Field(
         1, description="How often the key is pressed."
     )
+    held_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] | None = Field(
+        None, alias="held", description="How long the key is down each time; else 0.1 s."
+    )
     send: _Line | None = Field(None, description="Line that a host or a display sends.")
     extrude_mm_per_s: Annotated[float, Quantity(SPEED, least=0.0)] | None = Field(
         None, alias="extrude", description="Speed at which filament is fed from then on."
@@ -218,7 +221,7 @@ class Event(Model):
     @model_validator(mode="after")
     def _one_thing(self) -> "Event":
         if self.for_s is not None:
-            if self.at_s is not None or self._actions or self.times != 1:
+            if self.at_s is not None or self._actions or self._pressing:
                 raise refuse(
                     "`for` ends the scenario and stands alone", "Give it a line of its own"
                 )
@@ -227,9 +230,18 @@ class Event(Model):
                 "an event needs a time and one action",
                 "Write {at: 10 s, press: up} or {for: 30 min}",
             )
-        elif self.press is None and self.times != 1:
-            raise refuse("only a key can be pressed several times", "Delete times")
+        elif self.press is None and self._pressing:
+            raise refuse(
+                "only a key can be pressed several times, or held", f"Delete {self._pressing}"
+            )
         return self
+
+    @property
+    def _pressing(self) -> str:
+        """Name the key that tells how to press, if one is there."""
+        if self.held_s is not None:
+            return "held"
+        return "times" if self.times != 1 else ""
 
     @property
     def _actions(self) -> int:

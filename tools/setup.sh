@@ -3,7 +3,7 @@
 # Make this checkout ready: Debian's packages where missing, .venv, the simulator's native part.
 # `make demo` runs it when something it reads has changed; with TESTS=1, as `make test` and
 # `make setup` run it, it adds what only the tests need; with PEERS=1, as `make peers` runs it, what
-# only `make bench` compares with; with PICTURES=1, as `make pictures` runs it, a browser.
+# only `make bench` compares with.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -38,10 +38,6 @@ fi
 
 if [ -n "${PEERS:-}" ]; then
     PACKAGES+=(nodejs:node npm:npm)
-fi
-
-if [ -n "${PICTURES:-}" ]; then
-    PACKAGES+=(chromium:chromium)
 fi
 
 say() { printf '%s\n' "$*"; }

@@ -11,7 +11,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from heatwright.spec import load
+from kind_pages import page, uses
+
+from heatwright.cli.contract import UNIONS
+from heatwright.cli.firmware import build_firmware
+from heatwright.cli.talk import talk
+from heatwright.sim.binary.elf import Elf
+from heatwright.spec import kinds, load
+from heatwright.spec.boards import BOARDS
 from heatwright.spec.loading.schema import schema
 
 ROOT = Path(__file__).parents[1]
@@ -35,26 +42,20 @@ def main() -> int:
     for path in PAGES.rglob("*.md"):
         text = path.read_text(encoding="utf-8")
         path.write_text(FOLDERS.sub(r"](\1/README.md)", text), encoding="utf-8")
-    examples = _examples()
+    _examples()
     described = schema()
     (PAGES / SCHEMA).write_text(json.dumps(described, indent=2, ensure_ascii=False), "utf-8")
-    (PAGES / "kinds").mkdir()
-    names = []
-    for kind, definition in sorted(_kinds(described)):
-        (PAGES / "kinds" / f"{kind}.md").write_text(_page(kind, definition, examples), "utf-8")
-        names.append(kind)
-    listed = "\n".join(f"- [{name}]({name}.md)" for name in names)
-    (PAGES / "kinds" / "README.md").write_text(f"# Kinds\n\n{listed}\n", encoding="utf-8")
+    _write_kinds(described)
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--clean"]
     quiet = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     return subprocess.run(command, cwd=ROOT, env=quiet, check=False).returncode  # noqa: S603
 
 
-def _examples() -> dict[str, set[str]]:
-    """Write a page for each example; return the kinds in it."""
+def _examples() -> None:
+    """Write a page for each example."""
     folder = PAGES / "spec" / "examples"
     folder.mkdir(parents=True)
-    found, rows = {}, []
+    rows = []
     for path in sorted(EXAMPLES.glob("*.yaml")):
         controller = load(path).controller
         title = controller.identity.title or controller.identity.name
@@ -62,10 +63,29 @@ def _examples() -> dict[str, set[str]]:
         shutil.copy(path, folder)
         (folder / f"{path.stem}.md").write_text(f"# {title}\n\n```yaml\n{text}```\n", "utf-8")
         rows.append(f"| [{path.stem}]({path.stem}.md) | {title} | {controller.identity.board} |")
-        found[path.stem] = set(re.findall(r"kind: (\w+)", text))
     head = "# Examples\n\n| spec | machine | board |\n|---|---|---|\n"
     (folder / "README.md").write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
-    return found
+
+
+def _write_kinds(described: dict[str, Any]) -> None:
+    """Write a page for each kind, with its drawing."""
+    folder = PAGES / "kinds"
+    folder.mkdir()
+    found, keys = uses(EXAMPLES), dict(_kinds(described))
+    with talk() as shown:
+        built = build_firmware(load(EXAMPLES / "chamber.yaml"), shown.begin("Building chamber"))
+    program = Elf(built.elf)
+    roles = {role: [*kinds(union)] for role, union in UNIONS.items()} | {"board": [*BOARDS]}
+    listed = ["# Kinds"]
+    for role, names in roles.items():
+        listed.append(f"## {role.capitalize()}s")
+        listed.append("\n".join(f"- [{kind}]({kind}.md)" for kind in sorted(names)))
+        for kind in names:
+            text, drawing = page(role, kind, found.get((role, kind)), keys.get(kind), program)
+            (folder / f"{kind}.md").write_text(text, encoding="utf-8")
+            if drawing:
+                (folder / f"{kind}.svg").write_text(drawing, encoding="utf-8")
+    (folder / "README.md").write_text("\n\n".join(listed) + "\n", encoding="utf-8")
 
 
 def _kinds(described: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -74,30 +94,6 @@ def _kinds(described: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
         kind = definition["properties"].get("kind", {}).get("const")
         if kind is not None:
             yield kind, definition
-
-
-def _page(kind: str, definition: dict[str, Any], examples: dict[str, set[str]]) -> str:
-    """Describe a kind by its model: keys, defaults, meanings; and where it is used."""
-    rows = [
-        f"| `{key}` | {_default(key, each, definition)} | {each.get('description', '')} |"
-        for key, each in definition["properties"].items()
-        if key != "kind"
-    ]
-    used = [f"[{name}](../spec/examples/{name}.md)" for name in examples if kind in examples[name]]
-    parts = [
-        f"# {kind}",
-        definition["description"],
-        "| key | default | meaning |\n|---|---|---|\n" + "\n".join(rows),
-        "[The language](../docs/language.md) tells which values a key takes.",
-        f"Used in: {', '.join(used)}." if used else "No example uses it.",
-    ]
-    return "\n\n".join(parts) + "\n"
-
-
-def _default(key: str, described: dict[str, Any], definition: dict[str, Any]) -> str:
-    if key in definition.get("required", ()):
-        return "needed"
-    return f"`{json.dumps(described['default'])}`" if "default" in described else "none"
 
 
 if __name__ == "__main__":

@@ -52,6 +52,8 @@ class Board:
     what has ended the thread, if anything has, when_failed -- called then.
     """
 
+    page = "index.html"
+
     def __init__(
         self, controller: Controller, program: Path | Elf, name: str, *, speed: float = 1.0
     ) -> None:

@@ -74,6 +74,8 @@ def said(event: Event) -> dict[str, Any]:
     found: dict[str, Any] = {}
     if event.press is not None:
         found = {"press": event.press} | ({"times": event.times} if event.times > 1 else {})
+        if event.held_s is not None:
+            found["held"] = f"{event.held_s:g} s"
     if event.send is not None:
         found["send"] = event.send
     if event.extrude_mm_per_s is not None:

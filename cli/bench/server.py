@@ -9,7 +9,7 @@ import socket
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from importlib.resources import files
-from typing import Any
+from typing import Any, Protocol
 
 import uvicorn
 from starlette.applications import Starlette
@@ -20,22 +20,21 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from heatwright.cli.bench.board import Board
 from heatwright.cli.bench.recorded import Unsaid
-from heatwright.cli.bench.store import Told
+from heatwright.cli.bench.store import Store, Told
 
 HOST = "127.0.0.1"
 NAMES = (HOST, "localhost")
 PAGE = {
-    "": ("index.html", "text/html"),
     "bench.css": ("bench.css", "text/css"),
     "bench.js": ("bench.js", "text/javascript"),
     "panels.js": ("panels.js", "text/javascript"),
     "chart.js": ("chart.js", "text/javascript"),
+    "plot.js": ("plot.js", "text/javascript"),
     "uPlot.js": ("uPlot.iife.min.js", "text/javascript"),
     "uPlot.css": ("uPlot.min.css", "text/css"),
 }
-"""By the last part of the address: file and kind."""
+"""By the last part of the address: file and kind; where it is empty, a page."""
 SAFE = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": (
@@ -51,6 +50,24 @@ QUICKLY = 1
 """How a picture is compressed: it goes no further than to this computer's browser."""
 LONGEST_ORDER = 4096
 """Bytes."""
+
+
+class Shown(Protocol):
+    """What is served: a board, or a line that is listened to.
+
+    page -- the file of its page; store -- what the tabs are told; when_failed -- called when there
+    is nothing to show any more.
+    """
+
+    page: str
+    store: Store
+    when_failed: Callable[[], None]
+
+    def order(self, order: Mapping[str, Any], answer: Callable[[str], None]) -> None:
+        """Take an order; answer -- is given what is wrong with it, or ""."""
+
+    def scenario(self) -> str:
+        """Return what was done so far as a scenario's file. Raises Unsaid."""
 
 
 class OwnNames:
@@ -85,7 +102,7 @@ class OwnNames:
 class Pages:
     """What is at the addresses that begin with the token."""
 
-    def __init__(self, board: Board, token: str) -> None:
+    def __init__(self, board: Shown, token: str) -> None:
         self._board, self._token = board, token
         self._files = files("heatwright.cli.bench") / "page"
         self.routes = [
@@ -107,7 +124,8 @@ class Pages:
         return guarded
 
     def _page(self, request: Request) -> Response:
-        found = PAGE.get(request.path_params.get("file", ""))
+        name = request.path_params.get("file", "")
+        found = PAGE.get(name) if name else (self._board.page, "text/html")
         if found is None:
             return _nothing()
         file, kind = found
@@ -142,14 +160,14 @@ def _nothing() -> Response:
     return PlainTextResponse("There is nothing here.\n", 404, SAFE)
 
 
-def app_of(board: Board, token: str, port: int) -> ASGIApp:
+def app_of(board: Shown, token: str, port: int) -> ASGIApp:
     """Return the server's application for a board; token -- the first part of each address."""
     app = Starlette(routes=Pages(board, token).routes)
     app.router.redirect_slashes = False  # nobody is led on who does not know the token
     return OwnNames(app, port)
 
 
-async def _talk(line: WebSocket, board: Board) -> None:
+async def _talk(line: WebSocket, board: Shown) -> None:
     """Tell a tab what is new, and take its orders, until it goes."""
     told, answers = Told(), asyncio.Queue[dict[str, Any]]()
     async with _woken(board) as woken:
@@ -164,7 +182,7 @@ async def _talk(line: WebSocket, board: Board) -> None:
 
 
 @asynccontextmanager
-async def _woken(board: Board) -> AsyncIterator[asyncio.Event]:
+async def _woken(board: Shown) -> AsyncIterator[asyncio.Event]:
     """Give an event that the board's thread sets when there is something new."""
     woken, loop = asyncio.Event(), asyncio.get_running_loop()
 
@@ -180,7 +198,7 @@ async def _woken(board: Board) -> AsyncIterator[asyncio.Event]:
 
 async def _tell(
     line: WebSocket,
-    board: Board,
+    board: Shown,
     told: Told,
     answers: asyncio.Queue[dict[str, Any]],
     woken: asyncio.Event,
@@ -205,7 +223,7 @@ async def _send(line: WebSocket, what: Mapping[str, Any]) -> None:
 
 def _take(
     text: str,
-    board: Board,
+    board: Shown,
     told: Told,
     answers: asyncio.Queue[dict[str, Any]],
     woken: asyncio.Event,
@@ -243,7 +261,7 @@ class Server:
     Raises OSError where the port is taken.
     """
 
-    def __init__(self, board: Board, port: int = 0) -> None:
+    def __init__(self, board: Shown, port: int = 0) -> None:
         """Bind it; port -- 0 for any that is free."""
         self._socket = socket.create_server((HOST, port))
         self.bound_to, port = self._socket.getsockname()

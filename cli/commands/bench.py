@@ -63,7 +63,7 @@ def command(spec: Path, opens: bool, port: int, speed: float, as_json: bool) -> 
         built = build_firmware(loaded, shown.begin("Building the firmware"))
     board = Board(loaded.controller, built.elf, loaded.file_name, speed=speed)
     server = _bound(board, port)
-    _announce(server.address, as_json)
+    announce(server.address, as_json)
     if opens:
         click.launch(server.address)
     board.start()
@@ -85,7 +85,8 @@ def _bound(board: Board, port: int) -> Server:
         ) from None
 
 
-def _announce(address: str, as_json: bool) -> None:
+def announce(address: str, as_json: bool) -> None:
+    """Tell where a page is."""
     if as_json:
         from heatwright.cli.options import print_json  # noqa: PLC0415
 

@@ -24,6 +24,7 @@ PICTURES = (".png", ".svg")
     examples=(
         "heatwright identify oven.csv --power 240W --plot oven.png",
         "heatwright identify plotter.log --spec oven.yaml",
+        "heatwright identify step.csv --spec oven.yaml --port /dev/ttyUSB0 --for 40min",
         "heatwright identify log.txt --columns temperature,-,duty --full 255 --period 1s "
         "--power 40W",
     ),
@@ -54,6 +55,10 @@ PICTURES = (".png", ".svg")
     show_default=True,
     help="One body, or one with a shell around it.",
 )
+@click.option(
+    "--port", metavar="PORT", help="First record LOG from this serial port, as the spec says."
+)
+@click.option("--for", "for_s", type=Amount("DURATION"), help="How long to record.")
 @click.option("-o", "--output", type=File, metavar="OUT", help="Write the YAML to this file.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw record and fit: .png or .svg.")
 @json_option
@@ -68,6 +73,8 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     ambient: float | None,
     cold: bool,
     bodies: int,
+    port: str | None,
+    for_s: float | None,
     output: Path | None,
     plot: Path | None,
     as_json: bool,
@@ -78,12 +85,19 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     readings are passed over. The heater must have been switched in it, best from a temperature at
     rest until it rests again. What is printed is YAML to paste into a spec, with the error of the
     fit, the 95 % interval of each number, and warnings where the record cannot tell one.
+
+    With --port the step is recorded first: LOG is then the file that is written, as `plot --record`
+    writes it. Ctrl-C ends the recording early.
     """
     if spec is None and loop is not None:
         raise Refused("--loop names a loop of a spec; give that with --spec.")
     _check_scales(power, period)
     check_target(output)
     check_target(plot, PICTURES)
+    if port is not None:
+        _record(log, spec, loop, port, for_s)
+    elif for_s is not None:
+        raise Refused("--for is how long a line is recorded; name its --port.")
     from heatwright.spec.loading.user_file import read_file  # noqa: PLC0415
 
     data = read_file(log)
@@ -109,6 +123,21 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     if not as_json:
         for file in filter(None, (output, plot)):
             click.echo(str(file), err=output is None)
+
+
+def _record(log: Path, spec: Path | None, loop: str | None, port: str, for_s: float | None) -> None:
+    if spec is None or for_s is None:
+        raise Refused("--port: say also which --spec the board has, and --for how long to record.")
+    from heatwright.cli.plot.hearing import hearing_of  # noqa: PLC0415
+    from heatwright.cli.plot.listener import opened, record  # noqa: PLC0415
+    from heatwright.cli.talk import talk  # noqa: PLC0415
+    from heatwright.spec import load  # noqa: PLC0415
+
+    loaded = load(spec)
+    hearing = hearing_of(loaded.file_name, loaded.controller, loop)
+    with opened(port, hearing) as line, talk() as shown:
+        job = shown.begin(f"Recording {hearing.loop} from {port}")
+        job.end(f"{record(line, hearing, log, for_s, job)} readings in {log}")
 
 
 def _check_scales(power_w: float | None, period_s: float | None) -> None:

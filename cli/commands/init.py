@@ -37,8 +37,21 @@ def _completed(_: click.Context, param: click.Parameter, begun: str) -> list[Com
     ]
 
 
+class _Choice(click.Option):
+    """An option whose help names what there is; the names are read only when help is asked for."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Add the names."""
+        from heatwright.cli.starters.composed import choices, names  # noqa: PLC0415
+
+        shown = super().get_help_record(ctx)
+        return shown and (shown[0], f"{shown[1]} {', '.join(names(choices(), str(self.name)))}.")
+
+
 def _choice(kind: str, text: str) -> Callable[[Any], Any]:
-    return click.option(f"--{kind}", metavar="NAME", shell_complete=_completed, help=text)
+    return click.option(
+        f"--{kind}", cls=_Choice, metavar="NAME", shell_complete=_completed, help=text
+    )
 
 
 def _examples(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -54,11 +67,11 @@ def _examples(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
     ),
 )
 @click.argument("file", type=File, default=Path("controller.yaml"))
-@_choice("machine", "What is heated.")
-@_choice("board", "What the firmware is for.")
-@_choice("sensor", "What it measures with.")
-@_choice("output", "What switches the heater.")
-@_choice("interface", "What shows it and commands it.")
+@_choice("machine", "What is heated:")
+@_choice("board", "What the firmware is for:")
+@_choice("sensor", "What it measures with:")
+@_choice("output", "What switches the heater:")
+@_choice("interface", "What shows it and commands it:")
 @click.option(
     "--example", metavar="NAME", shell_complete=_examples, help="A whole example instead."
 )

@@ -34,6 +34,7 @@ MOST_SPREAD_PERCENT = 80.0
         "heatwright tune oven.yaml --method simc --at 60C --plot oven.png",
         "heatwright tune oven.yaml --method lambda --lambda 30s",
         "heatwright tune barrel.yaml --loop die",
+        "heatwright tune oven.yaml --log step.csv",
         "heatwright tune oven.yaml --robust --machines 32 --spread 30%",
     ),
 )
@@ -51,6 +52,9 @@ MOST_SPREAD_PERCENT = 80.0
     metavar="NAME",
     multiple=True,
     help="Only this loop; can be given several times. By default one after the other.",
+)
+@click.option(
+    "--log", type=File, help="Tune for the machine of this recorded step, not for the spec's."
 )
 @click.option("--at", "at_c", type=Amount("TEMPERATURE"), help="Tune at this temperature.")
 @click.option(
@@ -87,6 +91,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     spec: Path,
     asked: tuple[str, ...],
     loops: tuple[str, ...],
+    log: Path | None,
     at_c: float | None,
     lambda_s: float | None,
     tauc_s: float | None,
@@ -105,6 +110,8 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     printed as YAML to paste. The exit status is 1 if it found none. Of several loops one is tuned
     after the other, each while the others are as after the power-up.
 
+    --log takes the machine from a recorded step, as identify finds it: one body.
+
     --robust begins with the best of these, and improves them for machines whose capacities,
     resistances, ambient and supply are not quite the spec's: the worst of them counts. All methods
     are then tried on other machines, drawn in the same way.
@@ -120,6 +127,10 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     from heatwright.spec import load  # noqa: PLC0415
 
     loaded = load(spec)
+    if log is not None:
+        from heatwright.cli.tune.recorded import with_machine_of  # noqa: PLC0415
+
+        loaded = with_machine_of(spec, loaded, log)
     plan = plan_of(
         loaded, loops, asked, METHODS, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s
     )  # fmt: skip

@@ -68,7 +68,9 @@ def command(spec: Path, port: str | None, programmer: str | None, as_json: bool)
             }
         )
     else:
-        click.echo(f"{board.name}: written. Next: heatwright monitor {spec}")
+        speaks = any(each.line is not None for each in loaded.controller.interfaces)
+        following = f"heatwright monitor {spec}" if speaks else "Commissioning, in its README"
+        click.echo(f"{board.name}: written. Next: {following}")
 
 
 def _avrdude() -> str:

@@ -46,10 +46,11 @@ class Asked:
     def record(self, data: bytes) -> Record:
         """Read a log; raises Unusable."""
         log = read_log(data)
-        roles, scales = self._roles(log)
+        roles, scales = self.roles(log)
         return record_of(log, roles, scales)
 
-    def _roles(self, log: Log) -> tuple[Roles, Scales]:
+    def roles(self, log: Log) -> tuple[Roles, Scales]:
+        """Tell which column is what, and what its numbers mean; raises Unusable."""
         width = log.values.shape[1]
         if self.columns is not None:
             chosen = chosen_roles(
@@ -95,7 +96,7 @@ def asked_of(  # noqa: PLR0913 - one for each option
         Scales(power_w, full, period_s or chosen.period_s),
         Structure(bodies, _names(controller, chosen)),
         reading_age_s(controller, chosen.sensor),
-        _plotter(controller, name),
+        plotter_of(controller, name),
         name,
     )
 
@@ -111,7 +112,7 @@ def _names(controller: Controller, loop: Loop) -> Names:
     return Names(body or names.body, shell or names.shell, loop.heater, loop.sensor)
 
 
-def _plotter(controller: Controller, name: str) -> tuple[int, int] | None:
+def plotter_of(controller: Controller, name: str) -> tuple[int, int] | None:
     """Find the duty among the fields of the firmware's plotter line, and count them."""
     from heatwright.generator.plan.interfaces.serial_plotter import fields  # noqa: PLC0415
 

@@ -80,6 +80,7 @@ def plan_firmware(spec: Spec) -> Plan:
         "SPDX-License-Identifier: MIT-0",
         files=_unique(files),
         owners=_owners(owned),
+        wiring={path: part.wiring for path, part in owned if path and part.wiring},
     )
 
 

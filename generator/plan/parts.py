@@ -122,7 +122,7 @@ class Symbol:
 
     way: Literal["up", "down", "along"]
     """To the supply, to ground, or in the wire."""
-    shape: Literal["resistor", "sensor", "contact", "led", "fuse", "box", "rail"]
+    shape: Literal["resistor", "sensor", "contact", "closed", "led", "fuse", "box", "rail"]
     text: str
     rail: str = "5 V"
     """The supply that it leads to."""
@@ -185,3 +185,5 @@ class Plan:
     files: tuple[File, ...]
     owners: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
     """The keys of the spec that want a file, by its path; no key where every firmware has it."""
+    wiring: Mapping[Path, tuple[Wiring, ...]] = field(default_factory=dict)
+    """What is at which pin, by the key that wants it."""

@@ -53,6 +53,12 @@ def _prefix(controller: Controller, loop_name: str) -> str:
     return f"{loop_name}." if len(controller.loops) > 1 else ""
 
 
+def by_part(site: Site) -> dict[str, tuple[Fault, ...]]:
+    """Return the faults of a loop, and those of the whole controller, by the part that fails."""
+    parts = _parts_of_loop(site) | _parts_of_controller(site, site)
+    return {part: tuple(faults) for part, faults in parts.items()}
+
+
 def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fault]]:
     """Yield what a hand can do to a running machine: the part, the loop, and the fault.
 

@@ -7,7 +7,7 @@ them, `fit` the machine of that, with how sure it is.
 from heatwright.sim.identify.columns import ROLES, Roles, chosen_roles, named_roles
 from heatwright.sim.identify.fit import Identified, fit
 from heatwright.sim.identify.log import Log, read_log
-from heatwright.sim.identify.record import Record, Scales, record_of
+from heatwright.sim.identify.record import Record, Scales, record_of, tabled
 from heatwright.sim.identify.structure import Names, Structure
 from heatwright.sim.identify.unusable import Unusable
 from heatwright.sim.identify.verdict import Found
@@ -28,4 +28,5 @@ __all__ = [
     "named_roles",
     "read_log",
     "record_of",
+    "tabled",
 ]

@@ -180,5 +180,8 @@ def _checked(found: dict[str, Column | None], names: Sequence[str]) -> Roles:
     if temperature is None:
         raise Unusable(f"has no column of temperature{shown}; name it: --columns temperature=…")
     if found["duty"] is None and found["power"] is None:
-        raise Unusable(f"has no column of duty or power{shown}; name it: --columns duty=…")
+        raise Unusable(
+            f"has no column of duty or power{shown}; name it: --columns duty=…, or write one: 0 in "
+            "the lines before the heater was on, 100 from there on"
+        )
     return Roles(temperature, found["time"], found["duty"], found["power"])

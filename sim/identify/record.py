@@ -91,10 +91,7 @@ def record_of(log: Log, roles: Roles, scales: Scales) -> Record:
 
     """
     notes: list[str] = []
-    values = log.values
-    readings_c = _celsius(values, roles.temperature)
-    powers_w = _powers(values, roles, scales, notes)
-    times_s = _times(values, roles.time, scales)
+    times_s, readings_c, powers_w = tabled(log, roles, scales, notes)
     good = np.isfinite(readings_c) & np.isfinite(powers_w) & np.isfinite(times_s)
     good &= (readings_c > COLDEST_C) & (readings_c < HOTTEST_C)
     left_out = log.dropped + int((~good).sum())
@@ -104,6 +101,17 @@ def record_of(log: Log, roles: Roles, scales: Scales) -> Record:
     record = Record(*part, notes=tuple(notes))
     _check(record)
     return record
+
+
+def tabled(
+    log: Log, roles: Roles, scales: Scales, notes: list[str]
+) -> tuple[Series, Series, Series]:
+    """Return times, s, readings, °C, and powers, W, of all rows; gaps are NaN. Raises Unusable."""
+    return (
+        _times(log.values, roles.time, scales),
+        _celsius(log.values, roles.temperature),
+        _powers(log.values, roles, scales, notes),
+    )
 
 
 def _celsius(values: Series, column: Column) -> Series:

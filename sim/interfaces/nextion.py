@@ -83,6 +83,11 @@ class Nextion:
         self.display.press(name)
         self._answer()
 
+    def touch(self, x: int, y: int) -> None:
+        """Put a finger on a place of the page, whatever is there."""
+        self.display.touch(x, y)
+        self._answer()
+
     def release(self) -> None:
         """Take the finger off."""
         self.display.release()

@@ -3,19 +3,22 @@
 import gc
 import json
 import tracemalloc
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
-from rig.specs import EXAMPLES, changed
+from rig.specs import EXAMPLES, changed, example
 from seated import Seated
 from suite import amount
 
 from heatwright.cli.bench import parts, store
 from heatwright.cli.bench.recorded import Recorded, Unsaid
 from heatwright.cli.bench.store import Chart, Roll
+from heatwright.cli.scenario import with_scenario
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.scenario import actions
 from heatwright.spec import Interface, kinds
 
 ALL = ("barrel", "chamber", "dryer", "extruder", "fabricator", "feeder", "hotplate", "incubator",
@@ -46,16 +49,26 @@ def test_up_is_seen_on_the_display_and_in_the_course() -> None:
     assert [point[0] for point in seat.points["air"]] == sorted({p[0] for p in seat.points["air"]})
 
 
-def test_a_key_that_is_held_repeats_and_is_no_event_of_a_scenario() -> None:
+def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path) -> None:
     seat = Seated("kiln_uno")
     seat.run(2.0)
     seat.press("left")
     before_c = seat.state["loops"]["chamber"]["setpoint_c"]
     seat.press("up", held_s=3.0)
     seat.run(3.0)
-    assert seat.state["loops"]["chamber"]["setpoint_c"] > before_c + 3
-    assert seat.board.scenario().count("press") == 1
-    assert "up was held for 3.0 s" in seat.board.scenario()
+    set_c = seat.state["loops"]["chamber"]["setpoint_c"]
+    assert set_c > before_c + 3
+    *_, saved, _ = seat.board.scenario().splitlines()
+    assert saved.endswith(' press: "up", held: "3.00 s"}')
+    file = tmp_path / "scenario.yaml"
+    file.write_text(seat.board.scenario(), encoding="utf-8")
+    simulation = with_scenario(example("kiln_uno"), file, None).simulation
+    assert simulation is not None
+    again = Seated("kiln_uno")
+    for action in actions(simulation.scenario):
+        again.board.later(action.time_s, partial(again.world.do, action))
+    again.run(seat.world.now_s)
+    assert again.state["loops"]["chamber"]["setpoint_c"] == set_c
 
 
 def test_m105_is_answered_and_the_hosts_own_questions_are_marked() -> None:
@@ -114,6 +127,22 @@ def test_a_touch_shows_another_page_as_a_picture() -> None:
     assert seat.board.store.pictures[seat.number("nextion")].tobytes() != first
     seat.board.view.draw(seat.board.store)
     assert seat.board.store.drawn == {seat.number("nextion"): 2}  # nothing has changed since
+
+
+def test_a_finger_may_be_anywhere_on_the_touch_display_and_slide() -> None:
+    seat = Seated("kiln")
+    seat.run(2.0)
+    settings = next(each for each in seat.of("nextion")["touchable"] if each["name"] == "bset")
+    seat.at("nextion", x=0, y=0, down=True)
+    seat.at("nextion", down=False)
+    seat.run(1.0)
+    assert seat.of("nextion")["page"] == "main"
+    seat.at("nextion", x=settings["x"] + 1, y=settings["y"] + 1, down=True)
+    seat.at("nextion", down=False)
+    seat.run(1.0)
+    assert seat.of("nextion")["page"] == "settings"
+    beyond = {"do": "at", "interface": seat.number("nextion"), "x": 800, "y": 0, "down": True}
+    assert "x: 800 is not from 0 to 799." in seat.board.do(beyond)
 
 
 def test_the_log_answers() -> None:
@@ -183,8 +212,8 @@ def test_each_fault_can_be_brought_and_mended_while_the_board_runs(example: str)
 
 
 def test_a_heater_that_is_on_misses_nothing_and_one_that_is_off_something() -> None:
-    for example in ("chamber", "printer", "dryer", "kiln"):
-        seat = Seated(example)
+    for name in ("chamber", "printer", "dryer", "kiln"):
+        seat = Seated(name)
         seat.do("play")
         seen = set()
         for _ in range(400):
@@ -193,7 +222,7 @@ def test_a_heater_that_is_on_misses_nothing_and_one_that_is_off_something() -> N
                 on = seat.state["outputs"][seat.board.controller.loops[loop].heater]
                 assert on == state["heater_on"] == (not state["missing"])
                 seen.add(on)
-        assert seen == {True, False}, example
+        assert seen == {True, False}, name
 
 
 def test_each_permit_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

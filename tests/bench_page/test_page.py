@@ -13,6 +13,10 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from serving import Bench, serving
 
+from heatwright.cli.bench.server import Server
+from heatwright.cli.plot.hearing import Reading
+from heatwright.cli.plot.listener import Shown
+
 CHROMIUM = shutil.which("chromium")
 AXE = files("axe_playwright_python") / "axe.min.js"
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is missing: make setup")
@@ -142,6 +146,14 @@ def test_a_button_of_the_touch_display_is_touched(opened: Open, kiln: Bench) -> 
     page.get_by_role("button", name="back", exact=True).focus()
     page.keyboard.press("Enter")
     expect(screen).to_have_attribute("alt", re.compile("^Page main: "))
+    button = page.get_by_role("button", name="settings", exact=True).bounding_box()
+    assert button is not None
+    page.mouse.move(button["x"] + 3, button["y"] + 3)  # a finger that slides off
+    page.mouse.down()
+    page.mouse.move(button["x"] + 3, button["y"] - 60, steps=3)
+    page.mouse.up()
+    expect(screen).to_have_attribute("alt", re.compile("^Page settings: "))
+    page.get_by_role("button", name="back", exact=True).click()
 
 
 def test_a_register_is_written(opened: Open) -> None:
@@ -263,3 +275,23 @@ def test_axe_finds_nothing(opened: Open, spec: str, scheme: str, width: int) -> 
         wrong = [(each["id"], [node["html"] for node in each["nodes"]]) for each in found]
         assert wrong == [], json.dumps(wrong, indent=1)[:3000]
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_a_recorded_course_is_drawn_by_the_same_chart(opened: Open) -> None:
+    about = {"title": "Oven", "loop": "air", "source": "step.csv", "live": False}
+    shown = Shown(about, "air")
+    shown.tell([Reading(float(s), 20 + s / 10, 60.0, 100.0) for s in range(600)])
+    server = Server(shown)
+    thread = Thread(target=server.run)
+    thread.start()
+    try:
+        page = opened(server.address)
+        said = "air: measured 79.9 °C, setpoint 60.0 °C, duty 100.0 %"
+        expect(page.locator(".chart")).to_have_attribute("aria-label", said)
+        expect(page.get_by_role("button", name="all")).to_have_attribute("aria-pressed", "true")
+        page.evaluate(AXE.read_text("utf-8"))
+        assert page.evaluate("axe.run()")["violations"] == []
+        page.close()
+    finally:
+        server.stop()
+        thread.join()

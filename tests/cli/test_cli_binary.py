@@ -82,7 +82,11 @@ class TestVerify:
         assert evidence["digest"] == example("chamber").digest
         assert evidence["replay"]["ticks"] >= 1800
         assert evidence["replay"]["mismatches"] == 0
+        readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+        (told,) = re.findall(r"PASSED: all (\d+) checks hold", readme)
+        drawn = {each["kind"] for each in evidence["upsets"]}  # each of them is a check, too
         page = Path("chamber.html").read_text(encoding="utf-8")
+        assert f"all {int(told) + len(drawn)} checks hold" in page
         assert "Passed: all" in page
         assert "with keys pressed" in page
         assert "upsets: " in page

@@ -66,6 +66,12 @@ def test_what_is_written_is_the_choice_and_its_schema(heatwright: Heatwright) ->
     assert heatwright("init next.yaml --json").json["written"] == ["next.yaml"]
 
 
+def test_its_help_names_what_there_is(heatwright: Heatwright) -> None:
+    told = " ".join(heatwright("init --help").out.split())
+    for kind in Choice._fields:
+        assert f"{', '.join(names(CHOICES, kind))}." in told
+
+
 def test_an_example_is_written_whole(heatwright: Heatwright) -> None:
     heatwright("init mine.yaml --example fabricator")
     heatwright("generate mine.yaml")

@@ -65,6 +65,12 @@ def test_the_binary_that_is_judged_is_written(
     assert f"Next: heatwright monitor {name}" in heatwright(f"upload {name} {options}").out
 
 
+@pytest.mark.usefixtures("plugged", "avrdude")
+def test_a_board_without_a_line_has_no_monitor_to_go_on_to(heatwright: Heatwright) -> None:
+    mute = changed("oven", "  - {kind: serial_plotter, loop: air, baud: 9600, line_end: CR LF}", "")
+    assert "Next: Commissioning, in its README" in heatwright(f"upload {mute}").out
+
+
 def test_a_bare_chip_needs_a_programmer(heatwright: Heatwright, avrdude: Path) -> None:
     told = heatwright(f"upload {changed(*BARE)}", status=2).err
     assert "atmega16 is a bare chip, without a boot loader" in told

@@ -1,6 +1,7 @@
 """Each fault, on the binary; and what the catalogue promises for any controller."""
 
 import random
+from pathlib import Path
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, site_of, tried
@@ -90,6 +91,13 @@ def test_the_catalogue_has_each_once_and_no_other(machine: str) -> None:
     found = catalogue(site_of(machine).controller, site_of(machine).program)
     assert sorted(fault.id for fault in found) == sorted(expected(machine))
     assert {rule for fault in found if fault.trip for rule in fault.trip.rules} <= KNOWN
+
+
+def test_the_readme_counts_the_trials_of_the_chamber() -> None:
+    found = faults_of("chamber").values()
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    assert f"{len(found)} trials for the chamber" in readme
+    assert f"In {sum(fault.calm for fault in found)} of them nothing may trip" in readme
 
 
 def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:

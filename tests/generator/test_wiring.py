@@ -1,5 +1,6 @@
 """The drawing of the wiring: all pins are on it, nothing stands on anything else, bytes repeat."""
 
+from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
@@ -10,6 +11,8 @@ from rig.specs import EXAMPLES, example, files_of
 from suite import amount
 
 from heatwright.generator import plan_firmware
+from heatwright.generator.plan.parts import Symbol
+from heatwright.generator.wiring import drawn as wires
 from heatwright.spec import Spec
 
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
@@ -80,3 +83,19 @@ def test_every_pin_of_drawn_controllers_is_in_the_table() -> None:
 
 def test_the_readme_shows_it() -> None:
     assert "](wiring.svg)" in files_of("kiln")["README.md"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_text_is_cut_off_at_the_edge(name: str) -> None:
+    svg = files_of(name)["wiring.svg"]
+    left, _, width, _ = map(float, ET.fromstring(svg).attrib["viewBox"].split())  # noqa: S314
+    assert max(each.right for each in texts(svg)) <= left + width
+
+
+def test_a_contact_that_is_closed_while_all_is_well_is_drawn_closed() -> None:
+    rows = [row for rows in plan_firmware(example("kiln")).wiring.values() for row in rows]
+    (mirror,) = (row for row in rows if row.how.startswith("its mirror contact"))
+    assert [symbol.shape for symbol in mirror.symbols] == ["closed"]
+    symbol = Symbol("down", "contact", "mirror contact, normally closed")
+    opened = replace(mirror, symbols=(symbol,))
+    assert wires("kiln", "mega2560", [mirror]) != wires("kiln", "mega2560", [opened])

@@ -1,15 +1,21 @@
 """The documents as a site: built without a warning, with a page for each kind and the schema."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
-from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
+import yaml
+
+from heatwright.cli.contract import UNIONS
+from heatwright.spec import kinds
+from heatwright.spec.boards import BOARDS
 from heatwright.spec.loading.schema import schema
 
 ROOT = Path(__file__).parents[2]
 SITE, PAGES = ROOT / "build" / "site", ROOT / "build" / "site-pages"
+WIRED = ("sensor", "output", "interface")
 MKDOCS = [sys.executable, "-m", "mkdocs", "build", "--strict"]
 
 
@@ -19,8 +25,20 @@ def test_it_is_built_strictly() -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert json.loads((SITE / "heatwright.schema.json").read_text("utf-8")) == schema()
-    known = {kind for union in (Sensor, Output, Algorithm, Interface) for kind in kinds(union)}
-    assert known - {path.stem for path in (SITE / "kinds").glob("*.html")} == set()
+    known = {kind for union in UNIONS.values() for kind in kinds(union)}
+    assert known | {*BOARDS} == {path.stem for path in (PAGES / "kinds").glob("*.md")} - {"README"}
+    for kind in known:
+        text = (PAGES / "kinds" / f"{kind}.md").read_text("utf-8")
+        heads = re.findall("^## (.*)", text, re.MULTILINE)
+        assert heads[-3:] == ["Keys", "What fails, and what trips", "Example"], kind
+        (example,) = re.findall("```yaml\n(.*?)```", text, re.DOTALL)
+        assert f"kind: {kind}" in example
+        assert yaml.safe_load(example)
+    wired = {path.stem for path in (PAGES / "kinds").glob("*.svg")}
+    assert wired == {kind for role in WIRED for kind in kinds(UNIONS[role])}
+    sensor = (PAGES / "kinds" / "ds18b20.md").read_text("utf-8")
+    assert "| `never_converts` | E01, E02, " in sensor
+    assert "| `watchdog" not in sensor
     pages = {path.stem for path in (SITE / "docs").glob("*.html")}
     assert pages == {path.stem for path in (ROOT / "docs").glob("*.md")}
     outside = [

@@ -122,8 +122,9 @@ export class Chart {
   }
 
   range() {
-    const end = this.end ?? Math.max(this.now, LEAST_S);
     const first = this.columns[0][0] ?? 0;
+    const least = this.span === Infinity ? LEAST_S : first + this.span; // there is nothing before
+    const end = this.end ?? Math.max(this.now, least);
     return [this.span === Infinity ? first : end - this.span, end];
   }
 

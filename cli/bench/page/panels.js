@@ -12,13 +12,14 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-// Calls down() as a finger, or Enter or Space, goes down on a button, and up(seconds) as it leaves.
+// Calls down(event) as a finger, or down() as Enter or Space, goes down on a button, and up(seconds)
+// as it leaves, wherever that is.
 export function holdable(button, down, up) {
   let since = null;
-  const begin = () => {
+  const begin = (event) => {
     if (since !== null) return;
     since = performance.now();
-    down();
+    down(event);
   };
   const end = () => {
     if (since === null) return;
@@ -27,7 +28,7 @@ export function holdable(button, down, up) {
   };
   button.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
-    begin();
+    begin(event);
     for (const name of ["pointerup", "pointercancel"]) document.addEventListener(name, end, { once: true });
   });
   button.addEventListener("keydown", (event) => {
@@ -105,6 +106,13 @@ function nextion(about, order) {
   let drawn = 0;
   let touchable = "";
   const touch = (more) => order({ do: "at", interface: about.number, ...more });
+  const spot = (event) => {
+    const box = screen.getBoundingClientRect();
+    const share = (at, from, size, pixels) => Math.min(pixels - 1, Math.max(0, Math.floor(((at - from) / size) * pixels)));
+    return { x: share(event.clientX, box.left, box.width, about.width), y: share(event.clientY, box.top, box.height, about.height) };
+  };
+  const lift = () => touch({ down: false });
+  holdable(picture, (event) => event && touch({ ...spot(event), down: true }), lift);
   const place = (part) => {
     const button = element("button", { type: "button", "data-name": part.name }, part.text);
     const share = (value, whole) => `${(100 * value) / whole}%`;
@@ -112,7 +120,7 @@ function nextion(about, order) {
     button.style.top = share(part.y, about.height);
     button.style.width = share(part.w, about.width);
     button.style.height = share(part.h, about.height);
-    holdable(button, () => touch({ name: part.name, down: true }), () => touch({ down: false }));
+    holdable(button, (event) => touch({ ...(event ? spot(event) : { name: part.name }), down: true }), lift);
     return button;
   };
   return {

@@ -56,10 +56,8 @@ class Shield(Seat):
         gone_s = live.world.now_s - since_s
         left_s = max(PRESS_S, held_s if live.is_quick else 0.0) - gone_s
         live.later(max(0.0, left_s), lambda: live.world.device.press(None))
-        if held_s < BRISK_S:
-            live.record({"at_s": since_s, "press": key})
-        else:
-            live.remark(f"{key} was held for {held_s:.1f} s")
+        held = {"held": f"{held_s:.2f} s"} if held_s >= BRISK_S else {}
+        live.record({"at_s": since_s, "press": key, **held})
 
     def _press(self, live: Live, key: str) -> None:
         live.world.device.press(key)

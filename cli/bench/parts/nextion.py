@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from heatwright.cli.bench.parts.seat import BadOrder, Live, Order, Seat, flag_of, text_of
+from heatwright.cli.bench.parts.seat import (
+    BadOrder,
+    Live,
+    Order,
+    Seat,
+    flag_of,
+    number_of,
+    text_of,
+)
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.spec import Controller
@@ -66,10 +74,13 @@ class TouchDisplay(Seat):
         return draw(display.display)
 
     def act(self, live: Live, order: Order) -> None:
-        """Put a finger on a component, or take it off."""
+        """Put a finger on a component or a place, or take it off, wherever it has gone."""
         display = self.part(live.world)
         display.said.clear()
-        if flag_of(order, "down"):
+        if flag_of(order, "down") and "x" in order:
+            x, y = number_of(order, "x", 0, WIDTH - 1), number_of(order, "y", 0, HEIGHT - 1)
+            display.touch(int(x), int(y))
+        elif flag_of(order, "down"):
             try:
                 display.press(text_of(order, "name", 40))
             except LookupError as error:

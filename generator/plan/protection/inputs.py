@@ -47,7 +47,7 @@ def plan_inputs(root: Source) -> list[Part]:
                     label(board.pins[each.pin]),
                     f"input `{name}`",
                     _how(each),
-                    (Symbol("down", "contact", name),),
+                    (Symbol("down", "closed", name),),
                     ends=False,
                 )
                 for name, each in inputs.items()

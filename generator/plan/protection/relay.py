@@ -47,7 +47,7 @@ def plan(root: Source, name: str) -> Part:
         mirror = controller.board.pins[feedback]
         pins.append(lifted(contact, "relay_contact", mirror, "mirror contact of the relay"))
         how = "its mirror contact to ground: closed while the relay is open"
-        closes = Symbol("down", "contact", "mirror contact, normally closed")
+        closes = Symbol("down", "closed", "mirror contact, normally closed")
         wired.append(Wiring(label(mirror), f"output `{name}`", how, (closes,), ends=False))
     return Part(
         files=(

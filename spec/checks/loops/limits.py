@@ -135,6 +135,7 @@ def protections_in_range(controller: Controller) -> Findings:
         path = ("loops", name, "protection")
         with_type = f"with type {kind} " if kind else ""
         or_less = f", or take {kind} out of selectable" if kind else ""
+        or_wider = ", or give it a wider range" if "range_c" in type(sensor).model_fields else ""
         reaches_c = highest_c - sensor.error_k(highest_c)
         if loop.protection.maximum_c > reaches_c and not is_lowered(controller, loop, kind):
             implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
@@ -143,7 +144,7 @@ def protections_in_range(controller: Controller) -> Findings:
                 f"{celsius(loop.protection.maximum_c)}{implied} may never be read: {loop.sensor} "
                 f"{with_type}ends at {celsius(highest_c)} and may be "
                 f"{about(sensor.error_k(highest_c))} K too low there",
-                f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_less}"
+                f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_wider}{or_less}"
                 f"{or_lower(loop, kind)}",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
             )
@@ -155,7 +156,7 @@ def protections_in_range(controller: Controller) -> Findings:
                 f"{with_type}ends at "
                 f"{celsius(lowest_c)} and may be {about(sensor.error_k(lowest_c))} K too high "
                 "there",
-                f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}{or_less}",
+                f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}{or_wider}{or_less}",
                 (("sensors", loop.sensor),),
             )
 

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page of one loop's course, from a serial line or a log.
+
+import { Chart } from "./chart.js";
+import { element, roll } from "./panels.js";
+
+const find = (id) => document.getElementById(id);
+const FIGURES = [["temperature_c", "measured", "--measured", "°C"], ["setpoint_c", "setpoint", "--setpoint", "°C"],
+  ["duty_percent", "duty", "--duty", "%"]];
+
+let chart = null;
+let cells = {};
+
+function build(about) {
+  document.title = `${about.title} – plot`;
+  find("title").textContent = about.title;
+  find("subtitle").textContent = about.source;
+  find("said").hidden = !about.live;
+  find("lines").replaceChildren();
+  const figures = element("dl", { class: "figures" });
+  cells = {};
+  for (const [key, text, color] of FIGURES) {
+    const mark = element("i", { "aria-hidden": "true" });
+    mark.style.borderColor = `var(${color})`;
+    cells[key] = element("dd", {}, "–");
+    figures.append(element("div", {}, element("dt", {}, mark, text), cells[key]));
+  }
+  const place = element("section", { "aria-label": about.loop }, element("h2", {}, about.loop), figures);
+  find("courses").replaceChildren(place);
+  chart = new Chart(place, about.loop);
+  if (!about.live) chart.show(Infinity, null);
+}
+
+function show(state) {
+  for (const [key, , , unit] of FIGURES) {
+    if (state[key] !== undefined) cells[key].textContent = state[key] === null ? "–" : `${state[key].toFixed(1)} ${unit}`;
+  }
+  if (state.time_s !== undefined) chart.at(state.time_s);
+}
+
+function took(what) {
+  if (what.about) build(what.about);
+  if (what.state) show(what.state);
+  if (what.charts) for (const points of Object.values(what.charts)) chart.add(points);
+  for (const lines of Object.values(what.lines ?? {})) roll(find("lines"), lines, (text) => element("li", {}, text));
+}
+
+function connect() {
+  const line = new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
+  line.addEventListener("open", () => { find("lost").hidden = true; });
+  line.addEventListener("message", (event) => took(JSON.parse(event.data)));
+  line.addEventListener("close", () => {
+    find("lost").hidden = false;
+    setTimeout(connect, 1000);
+  });
+}
+
+function draw() {
+  chart?.draw();
+  requestAnimationFrame(draw);
+}
+
+connect();
+draw();

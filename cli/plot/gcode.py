@@ -1,0 +1,39 @@
+"""The course of each loop that a G-code host commands, from the reports it asks for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from heatwright.cli.plot.hearing import Hearing, Read, Reading
+from heatwright.spec import Controller, Gcode
+
+FULL = 127.0
+"""The duty of a report is in 127ths."""
+EVERY_S = 1.0
+
+
+def hearings(controller: Controller, interface: Gcode) -> Iterator[Hearing]:
+    """Yield how to listen to each loop that is served."""
+    del controller
+    for address, loop in interface.loops.items():
+        read = _reported(address, [*interface.loops])
+        yield Hearing(loop, interface.kind, interface.line, read, b"M105\n", EVERY_S)
+
+
+def _reported(address: str, served: list[str]) -> Read:
+    """Read a printer's report: `ok T:201.3 /200.0 B:60.1 /60.0 @:76 B@:31`."""
+    several = sum(each.startswith("T") for each in served) > 1
+    title, duty = address, f"{address}@"
+    if address.startswith("T"):
+        title, duty = (address, f"@{address[1:]}") if several else ("T", "@")
+    found_c = re.compile(rf"(?:^|\s){title}:(-?[\d.]+) ?/(-?[\d.]+)")
+    found_duty = re.compile(rf"(?:^|\s){duty}:(\d+)")
+
+    def read(line: str, time_s: float) -> Iterator[Reading]:
+        temperatures, share = found_c.search(line), found_duty.search(line)
+        if temperatures is not None and share is not None:
+            percent = 100 * int(share[1]) / FULL
+            yield Reading(time_s, float(temperatures[1]), float(temperatures[2]), percent)
+
+    return read

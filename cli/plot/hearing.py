@@ -1,0 +1,72 @@
+"""What the lines of a board tell of a loop, by the interface that sends them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from typing import NamedTuple
+
+from heatwright.cli.ends import Refused
+from heatwright.spec import Controller
+from heatwright.spec.interfaces import Line
+
+
+class Reading(NamedTuple):
+    """A loop at one time; None: not told."""
+
+    time_s: float
+    temperature_c: float | None
+    setpoint_c: float | None
+    duty_percent: float | None
+
+
+Read = Callable[[str, float], Iterator[Reading]]
+"""Reads a line that has come at a time, s since the port was opened."""
+
+
+@dataclass(frozen=True)
+class Hearing:
+    """How to listen to a loop: its line, what is sent and how often, and how answers are read."""
+
+    loop: str
+    kind: str
+    line: Line
+    read: Read
+    asks: bytes = b""
+    """Empty: the board speaks by itself."""
+    every_s: float = 0.0
+
+
+def hearing_of(file_name: str, controller: Controller, loop: str | None) -> Hearing:
+    """Choose the first interface that tells the course of a loop; of any, if none is named.
+
+    Raises Refused where none does.
+    """
+    if loop is not None and loop not in controller.loops:
+        able = ", ".join(controller.loops)
+        raise Refused(f"{file_name}: has no loop {loop}; there are {able}.")
+    found = (each for each in _all(controller) if loop in {None, each.loop})
+    first = next(found, None)
+    if first is None:
+        whose = "" if loop is None else f" of {loop}"
+        raise Refused(
+            f"{file_name}: no line tells the course{whose}; add an interface, such as "
+            "{kind: serial_plotter, loop: NAME, baud: 9600}."
+        )
+    return first
+
+
+def _all(controller: Controller) -> Iterator[Hearing]:
+    """Ask the module of each interface's kind; a kind without one tells no course by itself."""
+    for each in controller.interfaces:
+        name = f"{__package__}.{each.kind}"
+        if find_spec(name) is not None:
+            yield from import_module(name).hearings(controller, each)
+
+
+def known(number: float | None) -> float | None:
+    """Return a number; None for a gap."""
+    return None if number is None or math.isnan(number) else number
