@@ -19,7 +19,8 @@ from heatwright.generator.plan.protection.guard import EffortNames, effort_names
 from heatwright.generator.plan.protection.monitors import plan_monitors
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.steps import put_together
-from heatwright.spec import Loop
+from heatwright.spec import Controller, Loop
+from heatwright.spec.commands import gcode_of, modbus_of, nextion_of
 from heatwright.spec.loops import Response
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensing.max31856 import lowered
@@ -37,12 +38,16 @@ READY_WITHIN_K = 1.0
 
 
 RARE_S = 1.0
-"""A loop's step shows what is latched; with longer steps the display does not wait for it."""
+"""With longer steps the display does not wait for a step to show what is latched."""
 
 
-def steps_are_rare(loop: Loop) -> bool:
-    """Tell whether a fault that another part finds is shown before the loop's next step."""
-    return loop.period_s > RARE_S
+def told_between_steps(controller: Controller, loop: Loop) -> bool:
+    """Tell whether the display shows a fault, or its end, before the loop's next step.
+
+    It has to where others find faults or acknowledge them, and where the steps are rare.
+    """
+    others = gcode_of(controller), modbus_of(controller), nextion_of(controller)
+    return len(controller.loops) > 1 or any(others) or loop.period_s > RARE_S
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.loop_names import prefix_of
-from heatwright.generator.plan.loops import steps_are_rare
+from heatwright.generator.plan.loops import told_between_steps
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
@@ -117,7 +117,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     panel = {
         "where": source.where,
         "loop_name": interface.loop,
-        "steps_are_rare": steps_are_rare(loop),
+        "told_between_steps": told_between_steps(controller, loop),
         "prefix": prefix_of(interface.loop),
         "heater": loop.heater,
         "step": quantity(interface.step_k, "K"),

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.loop_names import prefix_of
-from heatwright.generator.plan.loops import steps_are_rare
+from heatwright.generator.plan.loops import told_between_steps
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log
@@ -46,7 +46,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     context = {
         "where": source.where,
         "loop_name": name,
-        "steps_are_rare": steps_are_rare(loop),
+        "told_between_steps": told_between_steps(controller, loop),
         "prefix": prefix_of(name),
         "sensor": loop.sensor,
         "rules": rules_of(controller),
