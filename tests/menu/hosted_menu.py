@@ -140,7 +140,9 @@ class Walk:
         self.script += placed("level", self._draw.choice(LEVELS[key])) + placed("fresh", fresh)
         self.script += struct.pack("<cH", b"t", ticks)
         for _ in range(ticks):
-            if counts := self._keypad.tick(key, fresh):
+            counts = self._keypad.tick(key, fresh)
+            self._menu.look()
+            if counts:
                 self._menu.press(counts, self._keypad.repeats)
 
     def _look(self, what: str) -> None:

@@ -329,9 +329,16 @@ class Menu:
         self._screens = [kind(machine) for kind in (State, Times, Run, Edit, Values)]
         self._at = 0
         self.shown: Lines = ("", "")
+        self._shown_fault = 0
+
+    def look(self) -> None:
+        """Show at once what has been latched, or has gone: the loop's steps are rare."""
+        if self.m.fault != self._shown_fault:
+            self.refresh()
 
     def refresh(self) -> None:
         """Show things as they are now."""
+        self._shown_fault = self.m.fault
         first, second = self._screens[self._at].lines()
         if self.m.fault:
             second = "E?? NO SUCH CODE"  # damaged memory
