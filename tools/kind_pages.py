@@ -163,14 +163,14 @@ def _failing(role: str, use: Use, program: Elf) -> list[str]:
         parts.append("The catalogue has no fault of it alone.")
     harmful = [
         (
-            each["cause"],
-            each["seen"],
-            each["remains"].replace(
+            each.cause,
+            each.seen,
+            each.remains.replace(
                 "heatwright's `docs/safety.md`", "see [safety](../docs/safety.md)"
             ),
         )
         for each in hazards(controller)
-        if re.search(HAZARDS[role], each["cause"])
+        if re.search(HAZARDS[role], each.cause)
     ]
     if harmful:
         parts += [

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from rig.avr import Board, Program
 from rig.specs import sources_of, spec_of
 
-from heatwright.generator.plan.chips import is_old
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.outputs.switch import Switch
@@ -382,7 +381,7 @@ def _unasked_problem(bench: OutputBoard) -> str:
     for ends_by in ("watchdog", "external"):
         bench.avr.run(0.3)
         bench.avr.take_resets()
-        for register in TIMER_0[is_old(bench.board)]:
+        for register in TIMER_0[bench.board.is_old]:
             bench.avr.flip(register, 0)
         bench.avr.run(0.002)
         if ends_by == "external":

@@ -29,8 +29,8 @@ typedef uint8_t page_count;
 
 static flash_address place; /* the next byte */
 static uint16_t crc;        /* of the round, up to there */
-/* One flipped bit cannot keep both from their end: a round that ends badly leaves what is not 0 in
- * `residue`, and only one that ends well gives new ticks; one that does not end uses them up.
+/* Two independent signs of damage, for one flipped bit cannot hide both: `residue` is 0 only after
+ * a good round; `ticks_left` is refilled only by a good round, and runs out without one.
  * Volatile: each is written only where it says so here. */
 static volatile uint8_t residue = UINT8_MAX;
 static volatile flash_address ticks_left; /* in which the round must end */
@@ -63,7 +63,7 @@ static void take(uint8_t count)
 
 void flash_start(void)
 {
-    page_count pages = (page_count)((ADDRESS(__data_load_end) >> 8) + 1u); /* of 256 bytes, 0: 256 */
+    page_count pages = (page_count)((ADDRESS(__data_load_end) >> 8) + 1u); /* of 256 bytes; 0 stands for 256 pages */
 
     place = BEHIND_SEAL;
     crc = CRC_START;

@@ -9,7 +9,7 @@
 
 #include <avr/eeprom.h> /* eeprom_is_ready */
 #include <avr/io.h>     /* EECR, EEDR */
-#include <avr/wdt.h>    /* wdt_enable, wdt_reset */
+#include <avr/wdt.h>    /* wdt_enable */
 #include <stdbool.h>    /* bool */
 #include <stdint.h>     /* uint8_t, uint16_t */
 
@@ -100,18 +100,17 @@ void checks_tick(void)
     if (code == FAULT_NONE && !flash_is_sound()) {
         code = FAULT_FLASH_DAMAGED;
     }
-    /* Only here is the watchdog kept from its reset: a main loop that leaves the checks out, though
-     * it runs, is ended, too. */
     if (code == FAULT_NONE) {
         gate_renew_main();
-        wdt_enable(WDTO_2S); /* resets it, and writes its setting anew */
-        return;
+    } else {
+        pin_output_element_release();
+        pin_output_safety_relay_release();
+        fault_trip(code, 0.0f);
+        while (fault.code == FAULT_NONE) {
+            /* it cannot even be latched: the watchdog's reset is all that is left */
+        }
     }
-    pin_output_element_release();
-    pin_output_safety_relay_release();
-    fault_trip(code, 0.0f);
-    while (fault.code == FAULT_NONE) {
-        /* it cannot even be latched: the watchdog's reset is all that is left */
-    }
-    wdt_reset();
+    /* Once the main loop runs, only this function resets the watchdog, and writes its setting anew:
+     * a main loop that leaves the checks out ends with a reset. */
+    wdt_enable(WDTO_2S);
 }
