@@ -25,7 +25,7 @@ UNFINISHED = "#error"
 _OF_LOOPS = {"cut", "mend"}
 """How the sensor of a loop is taken away; no loop goes by a current."""
 SHARES = (0.2, 0.5, 0.8)
-"""Of a thermometer's range, at which its reference is asked."""
+"""Where in a thermometer's range its reference model is tried, as shares of the range."""
 
 
 def lacking(role: str, kind: str) -> Iterator[str]:
@@ -73,7 +73,7 @@ def _said_by_all(role: str, model: type[BaseModel]) -> set[str]:
 
 
 def _sort(model: type[BaseModel]) -> tuple[object, ...]:
-    """Of sensors others ask more or less by what these are on and measure."""
+    """Return a model's group: what a sensor must have depends on its input and its quantity."""
     return tuple(getattr(model, name, None) for name in ("on_adc", "measures_current"))
 
 

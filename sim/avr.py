@@ -63,7 +63,7 @@ def instructions_by(core: Core) -> Iterator[None]:
 
 
 class AvrError(RuntimeError):
-    """The program has left its flash or RAM, or uses what is not simulated; says which."""
+    """The program left its flash or RAM, or used a part that is not simulated: see the message."""
 
 
 class Avr:

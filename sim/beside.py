@@ -17,7 +17,7 @@ class RunBeside(Run):
     """One run, in stretches between two actions of the operator."""
 
     def __init__(self, *parts: Any) -> None:
-        """Take the same as any run."""
+        """Take the same arguments as Run."""
         super().__init__(*parts)
         assert isinstance(self._device, AvrDevice)  # noqa: S101 - it is for these
         assert isinstance(self._plant, Plant)  # noqa: S101 - the one kind there is

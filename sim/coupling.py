@@ -7,7 +7,8 @@ from typing import Protocol
 from heatwright.spec import Controller
 
 METERED_PARTS = 10
-"""Of a control period: a limiter goes by the current of the present duty."""
+"""Least time steps in a control period where a current is measured: a limiter must read the
+current of the present duty."""
 
 
 class Driver(Protocol):
@@ -24,7 +25,7 @@ class Driver(Protocol):
 
 
 def sums_noise(controller: Controller, sensor: str) -> bool:
-    """Tell whether an ADC sums up readings of a sensor that the machine makes noisy."""
+    """Return whether an ADC sums up readings of a sensor that the machine makes noisy."""
     if controller.simulation is None or getattr(controller.sensors[sensor], "oversample", 1) == 1:
         return False
     sense = controller.simulation.plant.sense.get(sensor)

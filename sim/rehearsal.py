@@ -32,9 +32,9 @@ FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
 """By which a rule's number is raised, until a machine that is well no longer breaks it."""
 
 MARGIN = 0.1
-"""Of a rule's numbers: a machine that is well keeps so far away. The binary's loops meet one
-another in other phases than the model's, so a machine just inside a limit here may be outside
-there."""
+"""Margin that a healthy machine must keep from a rule's limits, as a share of them. The loops have
+other phases to one another in the binary than in the model, so a machine just inside a limit here
+may be outside it there."""
 NO_MARGIN = "on_too_long"
 """How long a loop may be on depends on no phases."""
 
@@ -45,7 +45,7 @@ how far two readings can be apart."""
 AFTER_S = 1e-6
 """Added to the time at which something is due, so that it is done."""
 TOLD = ("time_s", "temperature_c", "setpoint_c")
-"""Of the step in which a rule trips."""
+"""The values of the step in which a rule trips that are reported."""
 
 
 FAN_SHARES = 20
@@ -253,7 +253,7 @@ def stricter(controller: Controller) -> Controller:
 
 
 def _less(value: float, number: Number, period_s: float) -> float:
-    """Take MARGIN off; off a time that a rule counts in periods at least one, if there are more."""
+    """Reduce a limit by MARGIN; one that a rule counts in periods by at least one, if it can be."""
     periods = max(1, round(1000 * value) // round(1000 * period_s))
     if number.unit != "s" or periods == 1:
         return (1 - MARGIN) * value

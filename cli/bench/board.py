@@ -112,18 +112,18 @@ class Board:
         return self.speed > 1 or self.speed == 0
 
     def later(self, in_s: float, act: Callable[[], None]) -> None:
-        """Do something in so long, s of the board."""
+        """Schedule an action after so many seconds of the board's time."""
         heapq.heappush(self._due, (self.world.now_s + in_s, next(self._numbers), act))
 
     def record(self, event: Mapping[str, Any]) -> None:
-        """Note an event of a scenario; at_s -- when it was, if that is not now."""
+        """Record an event for a scenario; at_s -- its time, if that is not now."""
         what = dict(event)
         at_s = what.pop("at_s", self.world.now_s)
         self.recorded.event(at_s, what)
         self.view.journal(at_s, in_words(what))
 
     def remark(self, text: str) -> None:
-        """Note what no scenario can say."""
+        """Record as a comment what a scenario cannot express."""
         self.recorded.remark(self.world.now_s, text)
         self.view.journal(self.world.now_s, text)
 

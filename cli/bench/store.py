@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MOST_POINTS = 20_000
-"""Of a chart: when there are more, every other one of the older half goes."""
+"""Most points of a chart: beyond this, every second point of the older half is removed."""
 MOST_LINES = 1_000
-"""Of a console."""
+"""Most lines of a console."""
 
 Point = tuple[float | None, ...]
 

@@ -17,7 +17,7 @@ from heatwright.sim.plants.thermal_network import Plant
 from heatwright.spec import Controller
 
 LEAST_SUPPLY, MOST_SUPPLY = 0.0, 1.3
-"""Of the heaters' voltage."""
+"""Range of the heaters' supply voltage, as a factor of the nominal one."""
 
 
 class Course(NamedTuple):

@@ -42,7 +42,7 @@ RARE_S = 1.0
 
 
 def told_between_steps(controller: Controller, loop: Loop) -> bool:
-    """Tell whether the display shows a fault, or its end, before the loop's next step.
+    """Return whether the display shows a fault, or its end, before the loop's next step.
 
     It has to where others find faults or acknowledge them, and where the steps are rare.
     """

@@ -122,7 +122,7 @@ class Feelers:
     """The tips of one sensor in all lanes."""
 
     def __init__(self, feelers: Sequence[Feeler]) -> None:
-        """Take them as they are."""
+        """Copy the present state of one tip for each lane."""
         self._state = feelers[0].state
         pasts = [each.past_c for each in feelers]
         longest = max(map(len, pasts))
@@ -160,7 +160,7 @@ class Ammeters:
     """One sensor of a current in all lanes."""
 
     def __init__(self, meters: Sequence[Ammeter]) -> None:
-        """Take them as they are."""
+        """Copy the present state of one current sensor for each lane."""
         self.output = meters[0].output
         self._share = np.array([each.share for each in meters])
         self._full_a = np.array([each.full_a for each in meters])

@@ -156,7 +156,7 @@ class _Trial:
             self._goes(latched)
 
     def _goes(self, latched: Change) -> None:
-        """Take the cause away: the fault stays until it is acknowledged."""
+        """Remove the cause, and check that the fault stays latched until it is acknowledged."""
         self.fault.cure(self.world)
         self._cools_down()
         self._holds(latched, "when its cause has gone")
@@ -219,7 +219,7 @@ class _Trial:
         was met counts. A trip that comes sooner counts from the step of time before it.
         """
         world = self.world
-        if trip.due is at_once:  # which may last for days, where stale_after does
+        if trip.due is at_once:  # in one run: with a long stale_after it may last for days
             from_s = max(began_s, world.now_s - world.step_s)
             world.until(_is_latched, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
             return from_s

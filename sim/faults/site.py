@@ -111,7 +111,7 @@ class OfState:
     met: Callable[[State], bool]
 
     def __call__(self, state: State) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return self.met(state)
 
 

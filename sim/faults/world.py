@@ -69,7 +69,7 @@ class Below:
     limit_c: float
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return world.sensed_c < self.limit_c
 
     def stop(self, world: World) -> Stop:
@@ -82,7 +82,7 @@ class Spread:
     """The condition that no node becomes hotter without heat."""
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return not world.peaks.spreads
 
     def stop(self, world: World) -> Stop:
@@ -96,10 +96,10 @@ class Given:
     """The condition that the loop's heater is given some time."""
 
     variable: str
-    """Of the program: how much it is."""
+    """The program's variable that holds this time."""
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return bool(world.device.read(self.variable) > 0)
 
     def stop(self, world: World) -> Stop:
@@ -126,7 +126,7 @@ class Switched:
     on: bool
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return world.device.outputs[world.site.loop.heater].on == self.on
 
     def stop(self, world: World) -> Stop:

@@ -14,7 +14,7 @@ from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
 
 HOST_SHORTED = 2
-"""Of world.h: a line that is held at ground."""
+"""As in world.h: a line that is shorted to ground."""
 
 PORTS = "ABCDEFGHJKL"
 """In the order of include/avr/io.h."""

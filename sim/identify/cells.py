@@ -55,9 +55,9 @@ def fields(line: str, dialect: Dialect) -> list[str]:
 
 
 def labelled(line: str) -> dict[str, float]:
-    """Return the numbers of a line of labels, as the plotter of the Arduino IDE takes it.
+    """Return the numbers of a line with labels, in the format of the Arduino IDE's plotter.
 
-    `temperature:20.5,duty:100`; also `T:201.3 /200.0 @:127` of a printer.
+    For example `temperature:20.5,duty:100`, or `T:201.3 /200.0 @:127` from a 3D printer.
     """
     return {name: float(text) for name, text in _LABELLED.findall(line)}
 

@@ -37,7 +37,7 @@ class Log:
     """A table of numbers; gaps are NaN."""
 
     names: tuple[str, ...]
-    """Of the columns; empty if the log does not say."""
+    """Names of the columns; empty if the log has none."""
     values: NDArray[np.float64]
     """One row for each line of numbers."""
     dropped: int

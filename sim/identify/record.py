@@ -30,7 +30,7 @@ class Scales:
     """What a log does not say itself."""
 
     power_w: float | None = None
-    """Of the heater at full duty, W."""
+    """Power of the heater at full duty, W."""
     full: float | None = None
     """Number in the duty's column that means full power."""
     period_s: float | None = None

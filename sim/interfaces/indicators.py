@@ -35,7 +35,7 @@ class Led:
         self.pin = pin
         self._high = active == "high"
         self._clock_hz = avr.clock_hz
-        # An LED and its resistor pull a floating pin to where no current flows.
+        # An LED and its resistor pull a floating pin to the level at which no current flows.
         avr.pins.pull(pin, "low" if self._high else "high")
         self._number = avr.pins.watch(pin)
 

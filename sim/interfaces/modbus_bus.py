@@ -166,7 +166,7 @@ class Bus:
             self._driven.append((time_s, high))
 
     def _is_driven(self, start_s: float, end_s: float) -> bool:
-        """Tell whether the driver was on for all of a byte."""
+        """Return whether the driver was on for all of a byte."""
         while len(self._driven) > 1 and self._driven[1][0] <= start_s:
             self._driven.popleft()
         if len(self._driven) == 1:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from heatwright.spec.nextion import Page
 
 BUFFER_BYTES = 1024
-"""Of the serial line; what does not fit is an error, and gone."""
+"""Receive buffer of the serial line; bytes that do not fit are lost, and reported as an error."""
 DEEPEST = 10
 """Events that one touch sets off, one inside the other: pages that show each other end nowhere."""
 TOUCHED = ("button", "dual_state")

@@ -78,7 +78,7 @@ class Line:
         return self._avr.clock_hz / self.baud
 
     def _in_step(self, mine: NDArray[Any]) -> bool:
-        """Tell whether every bit is sampled where it belongs."""
+        """Return whether every bit is sampled where it belongs."""
         if not len(mine):
             return True
         late = (

@@ -18,7 +18,7 @@ from heatwright.sim.trace import Series, StepLog
 from heatwright.spec import Loop
 
 FIRST_S = 60.0
-"""Of a ramp: it is not judged."""
+"""The first part of a ramp; it is not judged."""
 STEADY_SHARE = 1 / 3
 """The steady part of a hold is its last third."""
 

@@ -107,7 +107,7 @@ class ReferenceDevice:
         return None if self._keypad is None else self._loops[self._keypad.loop].countdown
 
     def is_off(self, loop: str) -> bool:
-        """Tell whether a loop will be off in its next step.
+        """Return whether a loop will be off in its next step.
 
         Raises:
             KeyError: there is no such loop.

@@ -29,7 +29,7 @@ SOUND = 2.0
 """Largest Ms that gains may have on a machine (Åström & Hägglund, Advanced PID Control, 2006,
 section 4.6)."""
 BETTER = 0.999
-"""Of a cost: more is not worth a move."""
+"""A new cost must be below this share of the old one; otherwise the search does not move."""
 GENERATIONS = 12
 FIRST, LAST = 1.0, 1 / 8
 """Steps of the search, in powers of two."""
@@ -40,10 +40,10 @@ class Spread(NamedTuple):
     """How far machines are from the specification's, each quantity evenly within."""
 
     share: float = 0.2
-    """Of capacities and resistances."""
+    """Spread of capacities and resistances, as a share."""
     ambient_k: float = 5.0
     supply: float = 0.05
-    """Of the voltage; heat goes by its square."""
+    """Spread of the supply voltage, as a share; the power is proportional to its square."""
 
 
 class Machine(NamedTuple):
@@ -172,7 +172,7 @@ def worst_cost(outcomes: Iterable[Outcome]) -> float:
 
 
 def is_sound(gains: Gains, machines: Iterable[Machine], period_s: float) -> bool:
-    """Tell whether gains keep away from instability on each of the machines."""
+    """Return whether gains keep away from instability on each of the machines."""
     return all(
         np.abs(1 + open_loop(each.process, gains, period_s).response).min() >= 1 / SOUND
         for each in machines

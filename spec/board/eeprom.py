@@ -21,7 +21,7 @@ LEAST_YEARS = 10.0
 """That a log, and the progress of a program that runs day and night, must last."""
 
 SETTINGS_SLOT_BYTES = 64
-"""Of a slot, or a multiple: whatever a firmware stores, the next one finds where it begins."""
+"""A slot's size is this or a multiple of it: so the next firmware finds where each slot begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
 MOST_RECORD_BYTES = 255

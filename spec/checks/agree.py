@@ -38,7 +38,7 @@ class _Advice(NamedTuple):
         return self.low if math.isfinite(self.low) else self.high
 
     def bears(self, other: _Advice) -> bool:
-        """Tell whether who follows the other one does what this one asks for.
+        """Return whether who follows the other one does what this one asks for.
 
         One value stands for the nearest in steps: others will be as good.
         """

@@ -28,45 +28,43 @@ SUPPLY = (0.85, 1.1)
 """A mains may be 15 % low and 10 % high (EN 50160); the power goes with the square."""
 
 SPARE = 0.05
-"""Of a limit: the machine at the corner of its tolerances swings about it."""
+"""Margin of a limit, as a share: a machine at the corner of its tolerances swings about it."""
 
 SUN_K = 5.0
 """So much warmer than a summer's room a machine may be by itself: the sun, a sensor's error."""
 
 LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
-"""A reading that moves by less stands: so much are steps and noise of its sensor."""
+"""A reading that moves by less counts as steady: the steps and noise of its sensor are as large."""
 
 TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
-"""Of the longest healthy course, which is regulated as well as can be; of the filter's time, for
-those that are not."""
+"""Factors of the rule's time: of the longest healthy course, which assumes the best control; and of
+the filter's time, for worse control."""
 
 SWINGS = 1.5
-"""Of a switch's hysteresis: the heat comes late, and goes late."""
+"""Swing of the temperature, as a multiple of a switch's hysteresis: heat arrives and ends late."""
 
 STANDS = 0.99
-"""Of the way by which a reading has to move."""
+"""Share of the required move after which a reading counts as having moved."""
 
 LEAST_SHARE = 4e-6
-"""Of a filter in single precision: less of a duty is lost in its last digit."""
+"""Smallest coefficient of a filter in single precision: a smaller one is lost in rounding."""
 
 BEND_PERCENT = 1.0
 MOST_LINES = 8
 """A curve of radiation is taken for straight lines, so exact or so many."""
 
 POINTS, SLOW_TIMES = 120, 8.0
-"""Of a course, in this many times of the slowest part of the machine."""
+"""Points of a simulated course, and its length in time constants of the slowest part."""
 
-USABLE = 0.95
-"""Of what full power makes: nearer to it a machine is not asked for more."""
 
 TURNS = 12
-"""Of the search for that part."""
+"""Iterations of the search for the slowest part, and of the other searches here."""
 
 
 def effort_of(
     controller: Controller, name: str, simulation: Simulation, heated: HeatedLoop, given: Effort
 ) -> Effort | None:
-    """Put the numbers in that a spec leaves open; None if no time would do in health."""
+    """Derive the numbers that a spec leaves open; None if no time suits a healthy machine."""
     return _Search(controller, name, simulation, heated, given).found()
 
 
@@ -233,7 +231,7 @@ class _Search:
         return longest_s
 
     def _beyond_s(self, corner: _Corner, band: EffortBand) -> float:
-        """Take one machine up from cold, again from the middle of that, down, and off."""
+        """Simulate one machine: up from cold, up from the middle of that, down, and off."""
         weak = corner.power < 1
         network = _scaled(self._fed if weak else self._plant, corner.capacity, corner.resistance)
         running = sorted(self._windy if weak else self._calm)

@@ -48,7 +48,7 @@ class HeatFlows:
         return conductances, constants
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Tell whether a state is so far from another that the tangents there no longer hold."""
+        """Return whether a state is so far from another that the tangents there no longer hold."""
         return any(
             abs(state[i] - about[i]) > BEND * self._kelvin(about[i])
             for surface in self._radiation

@@ -27,7 +27,7 @@ WINTER_C, SUMMER_C = 5.0, 35.0
 """A workshop in winter and in summer."""
 
 SPARE = 0.1
-"""Of the rise above the surroundings, which a node bears beyond what its protection lets happen."""
+"""What a node can bear beyond what its protection allows, as a share of the rise above ambient."""
 
 TIMES = 3.0
 """A machine may be so many times slower than its plant: capacities and resistances 30 % larger,
@@ -37,13 +37,13 @@ LEAST_TIMES = 2.0
 """The same where nodes do not bear more: 30 % larger at a supply that is 10 % low, or nearly so."""
 
 SHORTEST_STEPS = 10
-"""Of a time that is derived: some readings that are lost must not decide."""
+"""Shortest derived time, in control steps: some lost readings must not cause a trip."""
 
 OWN = 0.1
-"""Of the range of setpoints: farther on a start goes the way of those that began there."""
+"""Share of the range of setpoints: after such a rise a course no longer depends on its start."""
 
 HALVINGS = 10
-"""Of a time that all nodes bear: a thousandth."""
+"""Bisections in the search for a time that all nodes bear: exact to a thousandth."""
 
 BORNE_HALVINGS = 40
 MOST_POINTS = 400
@@ -410,7 +410,7 @@ def _full_w(loop: Loop, heater: Switch) -> float:
 
 
 def _some(found: list[Vector]) -> list[Vector]:
-    """Take a few, evenly."""
+    """Select a few, evenly spaced."""
     return found[:: max(1, len(found) // PLACES)]
 
 

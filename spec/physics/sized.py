@@ -17,7 +17,7 @@ from heatwright.spec.physics.heat_flows import STEFAN_BOLTZMANN
 from heatwright.spec.physics.sizing import Wall, Wire
 
 FILM_W_PER_M2K = 8.7
-"""Of a wall in a room without a wind."""
+"""Heat transfer coefficient of a wall's surface in still air."""
 
 FOOT_M = 0.3048
 BTU_W_PER_M2K = 5.678263
@@ -42,7 +42,7 @@ class SizedWall(NamedTuple):
     """Film and radiation."""
     loss_w: float
     surface_c: float
-    """Of its outside."""
+    """Temperature of the outer surface, °C."""
 
 
 class SizedWire(NamedTuple):

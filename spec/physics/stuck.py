@@ -21,7 +21,7 @@ BELOW_K = 5.0
 grows more slowly, and is the longer above what holding needs."""
 
 PIECES = 48
-"""Of the time until a rule trips; of the integral's rise."""
+"""Number of pieces into which the time until a rule trips, or the integral's rise, is divided."""
 
 LEAST_PERCENT = 0.01
 """A duty is above `holding` from so much on."""

@@ -13,7 +13,7 @@ from heatwright.spec.sensing.circuits import Circuit
 from heatwright.spec.sensing.conversion import CODES, limits
 
 COARSEST_MCU = "atmega2560"
-"""Of the chips' internal references the highest, 2.56 V: without a board, steps are this wide."""
+"""The chip with the highest internal reference, 2.56 V: its steps are used if no board is given."""
 
 SLOPE_OVER_K = 0.01
 """Difference of temperatures over which a curve is taken for straight."""

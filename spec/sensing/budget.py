@@ -23,7 +23,7 @@ from heatwright.spec.sensing.tolerances import (
 )
 
 INTERNAL_TOLERANCE_V = {1.1: 0.1, 2.56: 0.26}
-"""Of the chips' internal reference, V: 1.0 .. 1.2, and 2.3 .. 2.8 (data sheets)."""
+"""± of the chips' internal references, V: 1.0 .. 1.2, and 2.3 .. 2.8 (data sheets)."""
 
 CLASSES = {"AA": (0.1, 0.0017), "A": (0.15, 0.002), "B": (0.3, 0.005), "C": (0.6, 0.01)}
 """Platinum elements, ±(a + b·|t|) K (IEC 60751:2008, 5.1.1)."""

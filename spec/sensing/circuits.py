@@ -20,7 +20,7 @@ from heatwright.spec.sensing.curves import (
 )
 
 SUPPLY_V = 5.0
-"""Of the boards, and of the ADC when the reference is the supply."""
+"""Supply of the boards, and reference of the ADC where the supply is its reference."""
 
 INTERNAL_V = {"atmega328p": 1.1}
 """The chips' internal reference, where it is not 2.56 V (data sheets, ADMUX: REFS)."""

@@ -23,7 +23,7 @@ TOLD_S = 10.0
 """Within this long, and some control steps, everybody has been told: a small display by turns."""
 TOLD_STEPS = 4
 COLUMNS = 7
-"""Of a monitor's name on a display of 16 columns."""
+"""Columns for a monitor's name on a display of 16 columns."""
 
 
 class Watched(NamedTuple):

@@ -21,7 +21,7 @@ FLOODED_S = 0.5
 """Longer than it takes to fill whatever the firmware keeps for later."""
 BEYOND_K = 1.0
 GARBLED_SHARE = 0.02
-"""Of the bytes: about every fourth line."""
+"""Share of the bytes that are damaged: this hits about every fourth line."""
 LINES = 100
 SEED = 3
 

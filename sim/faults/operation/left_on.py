@@ -13,7 +13,8 @@ from heatwright.spec import Controller
 
 TOO_LONG = "on_too_long"
 SHARE = 0.6
-"""Of the time, before it is switched off, and after that: twice this is too long."""
+"""Share of the longest time on, before the loop is switched off, and again after that: the two
+together are more than the longest time."""
 
 
 def faults(site: Site) -> Iterator[Fault]:

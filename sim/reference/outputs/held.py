@@ -75,7 +75,7 @@ class HeldCourse:
 
 
 def has_minimum(output: DigitalOutput) -> bool:
-    """Tell whether an output has minimum times."""
+    """Return whether an output has minimum times."""
     return output.minimum_on_s > 0 or output.minimum_off_s > 0
 
 

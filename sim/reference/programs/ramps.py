@@ -62,7 +62,7 @@ class Way:
         return 0
 
     def is_near(self, temperature_c: Single, setpoint_c: Single) -> bool:
-        """Tell whether a temperature counts as reached."""
+        """Return whether a temperature counts as reached."""
         return bool(abs(temperature_c - setpoint_c) <= self._reached_k)
 
     def go(self, now: ProgramState, temperature_c: Single) -> bool:
@@ -80,7 +80,7 @@ class Way:
         return False
 
     def lags(self, now: ProgramState, temperature_c: Single) -> bool:
-        """Tell whether the segment has waited too long for a machine that is too cold."""
+        """Return whether the segment has waited too long for a machine that is too cold."""
         waits = now.kind in (OVER, RATE, HOLD) and now.waiting in (HELD_BACK, FOR_TARGET)
         below = waits and now.setpoint_c - temperature_c > ZERO
         if below:

@@ -34,7 +34,7 @@ class Lockout:
         return self._spec is not None and self.trips == self._spec.trips
 
     def counts(self, code: int) -> bool:
-        """Tell whether a trip of a rule counts; 0 is none."""
+        """Return whether a trip of a rule counts; 0 is none."""
         counts = self._spec is not None and code > 0
         for other in UNCOUNTED:
             counts = counts and code != other

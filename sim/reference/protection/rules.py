@@ -25,7 +25,7 @@ EFFORT_LOW = 34
 NOWHERE_C = Single(-1000)
 """From where every reading has moved."""
 FLOOR = Single(1e-12)
-"""Of a power, %: it never fades to where avr-libc's products are no longer IEEE 754's."""
+"""Added to a filtered power, %: it stays so large that avr-libc's products agree with IEEE 754."""
 
 ABOVE_ARMED = 1
 BELOW_ARMED = 2

@@ -9,7 +9,7 @@ from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
 
 RAW_WIDTH = "i2"
-"""Of the sensor's own number, unless its kind says another."""
+"""Type of the sensor's raw number, unless its kind has another."""
 MOST_MISSING = 255
 """The count of missing readings stays here: `stale_after` cannot be longer."""
 

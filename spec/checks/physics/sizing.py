@@ -42,8 +42,8 @@ def sizings_fit(controller: Controller) -> Findings:
         if wire_voltage_v(sizing.wire, heater) is None:
             yield Finding(
                 (*path, "wire"),
-                "a wire is computed from power and voltage, and neither this nor the heater "
-                f"{loop.heater} says at which voltage it has its power",
+                "a wire is computed from its power and voltage, and neither the wire nor the "
+                f"heater {loop.heater} has a voltage",
                 "Add voltage:, as in voltage: 24 V",
                 (("outputs", loop.heater),),
             )

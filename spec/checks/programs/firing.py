@@ -15,13 +15,13 @@ from heatwright.spec.quantity import about, celsius, duration, number
 from heatwright.spec.units import PROGRAM_RATE
 
 STEPS_AHEAD = 16
-"""Of a ramp that is followed: so many in the time in which the sensor answers the heater."""
+"""Simulated steps of a ramp during the time that the sensor needs to respond to the heater."""
 
 MOST_STEPS = 20_000
-"""Of a ramp that is followed; only absurd ones have more."""
+"""Most simulated steps of one ramp; only absurd ramps would need more."""
 
 HALVINGS = 40
-"""Of an interval, until nobody can tell its ends apart."""
+"""Number of bisections, after which the ends of the interval are practically equal."""
 
 HOUR_S = 3600.0
 

@@ -40,7 +40,7 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
             yield Finding(
                 _HOLD_BACK,
                 "with a clock that never waits, a slow cooling leaves the setpoint behind, and "
-                "the rule runaway takes that for a fault",
+                "the rule runaway would trip",
                 "Write hold_back: 10 K, or runaway: off in protection",
                 (path,),
             )
@@ -58,7 +58,7 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
 
 
 def targets_can_be_reached(controller: Controller) -> Findings:
-    """Hold `reached_within` above where the loop may rest, and below where the clock waits."""
+    """Check that `reached_within` is above the loop's resting error and below the hold-back."""
     names = {name for name, _, _ in _programmed_loop(controller)}
     for name, loop, sensor in loop_sensors(controller):
         programs = controller.programs
@@ -93,7 +93,7 @@ def targets_can_be_reached(controller: Controller) -> Findings:
 
 
 def program_times_fit(controller: Controller) -> Findings:
-    """Hold a program's times to a period, and to what its counters hold."""
+    """Check that a program's times are at least a period, and fit its counters."""
     for name, loop, programs in _programmed_loop(controller):
         because_of: tuple[Path, ...] = (("loops", name, "period"),)
         for path, seconds, most in _times(programs):

@@ -76,7 +76,7 @@ def codes_are_of_the_circuit(controller: Controller) -> Findings:
 
 
 def _above_supply(sensor: AdcThermometer, mcu: str) -> bool:
-    """Tell whether a table has a code that its divider's supply does not reach."""
+    """Return whether a table has a code that its divider's supply does not reach."""
     if not isinstance(sensor.curve, CodesCurve):
         return False
     highest = max(code for code, _ in sensor.curve.codes)
@@ -123,7 +123,7 @@ def ranges_can_be_shown(controller: Controller) -> Findings:
 
 
 def _already_wrong(sensor: AdcThermometer, mcu: str) -> bool:
-    """Tell whether another check of this file has spoken."""
+    """Return whether another check of this file has spoken."""
     if _above_supply(sensor, mcu):
         return True
     return (sensor.gives_voltage and sensor.scale_v_per_k == 0) or _beyond(sensor)
