@@ -23,13 +23,13 @@ EXAMPLE = "example.yaml"
 UNFINISHED = "#error"
 """In a template: it is still to be written."""
 _OF_LOOPS = {"cut", "mend"}
-"""How the sensor of a loop is taken away; no loop goes by a current."""
+"""How the sensor of a loop is disconnected; no loop is controlled by a current."""
 SHARES = (0.2, 0.5, 0.8)
 """Where in a thermometer's range its reference model is tried, as shares of the range."""
 
 
 def lacking(role: str, kind: str) -> Iterator[str]:
-    """Tell what a kind lacks, one line for each piece.
+    """List what a kind lacks, one line for each piece.
 
     Args:
         role: sensor, output, algorithm, interface, plant.

@@ -49,7 +49,7 @@ class Coupling:
     """Reads a device's outputs once in each time step of the machine."""
 
     def __init__(self, controller: Controller, device: Driver, step_s: float) -> None:
-        """Tell motors from loads."""
+        """Separate motors from loads."""
         self._steppers = tuple(controller.steppers)
         self.loads = tuple(controller.switches)
         heaters = {loop.heater for loop in controller.loops.values()}

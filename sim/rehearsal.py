@@ -1,4 +1,4 @@
-"""A machine that is well, run by the reference model before there is a binary: no rule may trip."""
+"""A healthy machine, run by the reference model before there is a binary: no rule may trip."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from heatwright.spec.rules import RULES
 Progress = Callable[[float, float], None]
 
 FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
-"""By which a rule's number is raised, until a machine that is well no longer breaks it."""
+"""By which a rule's number is raised, until a healthy machine no longer breaks it."""
 
 MARGIN = 0.1
 """Margin that a healthy machine must keep from a rule's limits, as a share of them. The loops have
@@ -49,7 +49,7 @@ TOLD = ("time_s", "temperature_c", "setpoint_c")
 
 
 FAN_SHARES = 20
-"""So finely a fan's share of a step is told."""
+"""Resolution of a fan's share of a step."""
 
 
 class Number(NamedTuple):
@@ -142,7 +142,7 @@ def parts(controller: Controller) -> tuple[Part, ...]:
 def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tripped, ...]:
     """Rehearse one part, and return what trips; a loop is taken through its setpoints.
 
-    Each machine that is well is tried, as `verify` tries it, with rules stricter by MARGIN.
+    Each healthy machine is tried, as `verify` tries it, with rules stricter by MARGIN.
     """
     if part.loop is None:
         found = _of_scenario(stricter(controller), progress)
@@ -393,7 +393,7 @@ class _World:
         return self._device.last(self.site.loop_name, member)
 
     def tripped(self) -> Tripped:
-        """Tell what tripped."""
+        """Describe what tripped."""
         device = self._device
         told = (device.last(device.fault_loop, name) for name in TOLD)
         rule = RULES[device.fault].id

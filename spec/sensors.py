@@ -190,7 +190,7 @@ class Analog(AnalogSensor):
 
 
 Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor
-"""What a loop can go by."""
+"""Sensors that a loop can be controlled by."""
 
 AdcThermometer = Analog | Rtd | Thermistor
 AdcSensor = AdcThermometer | CurrentSensor

@@ -28,7 +28,7 @@ SLICE_S = 0.02
 """How often orders are looked at, s on the wall: a key that is pressed waits no longer."""
 TELL_S = 0.02
 TELL_QUICK_S = 0.1
-"""How often at most the tabs are told what is new: at a pace, and as fast as it goes."""
+"""Shortest time between two updates of the tabs: at a given speed, and at full speed."""
 PICTURE_S, PICTURE_QUICK_S = 0.2, 1.0
 VARIABLES_S = 0.5
 """How often at most a touch display is drawn (at most real time, and above), and all variables are
@@ -244,7 +244,7 @@ class Board:
     # -- what is told --------------------------------------------------------------------------
 
     def tell(self, *, force: bool = False) -> None:
-        """Tell the tabs what is new, if it is time."""
+        """Send the news to the tabs, if it is time."""
         now_s = monotonic()
         if now_s - self._told_s < (TELL_QUICK_S if self.speed > 1 else TELL_S) and not force:
             return

@@ -168,7 +168,7 @@ def app_of(board: Shown, token: str, port: int) -> ASGIApp:
 
 
 async def _talk(line: WebSocket, board: Shown) -> None:
-    """Tell a tab what is new, and take its orders, until it goes."""
+    """Send the news to a tab, and receive its commands, until it closes."""
     told, answers = Told(), asyncio.Queue[dict[str, Any]]()
     async with _woken(board) as woken:
         teller = asyncio.create_task(_tell(line, board, told, answers, woken))

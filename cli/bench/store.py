@@ -1,4 +1,4 @@
-"""What every tab is told: written by the board's thread, read by the server's."""
+"""What every tab gets: written by the board's thread, read by the server's."""
 
 from __future__ import annotations
 

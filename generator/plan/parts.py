@@ -52,7 +52,7 @@ class PinPlan:
 
 
 def names(told: object) -> dict[str, Any]:
-    """Name what a template is told: the fields of a dataclass, or of several; the last one counts.
+    """Return a template's variables: the fields of a dataclass, or of several; the last counts.
 
     The values are as they stand there: dataclasses within are not taken apart.
     """

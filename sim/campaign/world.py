@@ -24,7 +24,7 @@ from heatwright.spec.quantity import celsius, duration
 Progress = Callable[[float, float], None]
 
 PROGRESS_S = 60.0
-"""How often it is told, s of simulated time."""
+"""How often it is reported, s of simulated time."""
 LATCHED = OfState(lambda now: now.fault != 0)
 
 

@@ -42,7 +42,7 @@ def share_for(site: Place, hold_c: float, *, ambient_c: float, cooled: bool = Fa
 def room_k(site: Place) -> float:
     """Return by how much a reading may be wrong for long without breaking a rule of limits, K.
 
-    Half of what is left from where a machine that is well may be to each limit: the control's own
+    Half of what is left from where a healthy machine may be to each limit: the control's own
     swings have the rest.
     """
     protection = site.loop.protection

@@ -1,7 +1,7 @@
 """How every fault is tried: cause, trip, acknowledgement, cure, loss of power, acknowledgement.
 
 The reference model is fed with what the firmware read, and says what has to be latched, and when
-(heatwright.sim.faults.witness). A machine that is well is watched for a while: nothing may trip.
+(heatwright.sim.faults.witness). A healthy machine is watched for a while: nothing may trip.
 Of any other, where a rule trips, its fault has to
 
 1. be latched in the step in which its condition is met, and the heater has to be off;

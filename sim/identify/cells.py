@@ -19,7 +19,7 @@ _MISSING = {"", "nan", "inf", "-inf", "+inf", "-nan", "null", "none", "na", "n/a
 
 
 class Dialect(NamedTuple):
-    """How the fields of a line are told apart, and what marks their decimals."""
+    """The delimiter of the fields of a line, and the decimal mark."""
 
     delimiter: str | None
     """None: blanks."""

@@ -46,7 +46,7 @@ class _Advice(NamedTuple):
 
 
 def agreed(findings: Iterable[Finding]) -> list[Finding]:
-    """Give the findings with advice that satisfies all of the same key, if any can."""
+    """Return the findings with advice that satisfies all of the same key, if any can."""
     found = list(findings)
     advices: dict[Path, list[_Advice]] = defaultdict(list)
     for finding in found:

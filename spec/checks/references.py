@@ -110,7 +110,7 @@ def fans_run(controller: Controller) -> Findings:
 
 
 def proofs_are_of_fans(controller: Controller) -> Findings:
-    """Find proofs that nobody goes by, and that come after the rule for failed heat."""
+    """Find proofs that no loop uses, and proofs that are later than the rule for failed heat."""
     for name, output in controller.outputs.items():
         proof = getattr(output, "proof", None)
         if proof is None:

@@ -42,7 +42,7 @@ class Spec(NamedTuple):
     tree: Tree
 
     def line(self, path: Path) -> int:
-        """Give the line, from 1, of an entry, or of the nearest one above it in the tree."""
+        """Return the line, from 1, of an entry, or of the nearest one above it in the tree."""
         return self.tree.position(path)[0]
 
     @property

@@ -40,7 +40,7 @@ WEAK = 0.81
 """Share of its power that a heater has with the supply 10 % low, which EN 50160 allows."""
 
 BEHIND = 1.5
-"""At full power a heater that is dead is told before a sensor: it is as probable, and `heating`
+"""At full power a dead heater is reported before a frozen sensor: it is as probable, and `heating`
 sees both. So many times its time is enough for the duty to grow to full power."""
 
 SPREAD = 1.3
@@ -173,7 +173,7 @@ class _Rules:
         self._open = {name: _open(getattr(loop.protection, name), name) for name in _OPEN}
 
     def found(self) -> dict[str, Limits]:
-        """Give the rules that have numbers from the plant."""
+        """Return the rules that have numbers from the plant."""
         if "holding_percent" in self._open["frozen"]:
             self._derive_holding()
         if "within_s" in self._open["heating"]:

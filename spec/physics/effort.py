@@ -1,4 +1,4 @@
-"""How much power a healthy machine takes for its reading: what rules 33 and 34 go by.
+"""How much power a healthy machine needs for its reading: the basis of rules 33 and 34.
 
 The plant says what holds a reading. A machine of its kind takes more or less of that: its
 resistances differ by the plant's tolerance, its supply and its room are not those of the plant,
@@ -143,7 +143,7 @@ class _Search:
         self._filter_s = min(max(lag_s, heated.period_s), heated.period_s / LEAST_SHARE)
 
     def found(self) -> Effort | None:
-        """Give the rule with all its numbers."""
+        """Return the rule with all its numbers."""
         given, words = self._given, dict(self._given.derived)
         most, least = band_percent(self._tolerance)
         open_ = {key for field, key in _KEYS.items() if field not in given.model_fields_set}
@@ -189,7 +189,7 @@ class _Search:
         return EffortBand(self._filter_s, self._move_k, tuple(self._lines(rule)))
 
     def _lines(self, rule: Effort) -> Iterator[EffortLine]:
-        """Give the limits as straight lines over the reading, as few as are exact enough."""
+        """Return the limits as straight lines over the reading, as few as are exact enough."""
         winter_c = min(WINTER_C, self._loop.protection.minimum_c)  # no limit is below 0 %
         winter = Heated(self._fed, *self._parts, winter_c, sorted(self._windy))
         summer = Heated(self._plant, *self._parts, SUMMER_C, sorted(self._calm))
@@ -278,7 +278,7 @@ class _Course:
         self._share = 1 - math.exp(-step_s / band.filter_s)
 
     def off(self, rested: Vector, top_c: float) -> Iterator[Vector]:
-        """Give states in which it may be switched off that has rested at a temperature.
+        """Return states in which it may be switched off that has rested at a temperature.
 
         The second is so hot that its reading stands until no power is enough, or as hot as it
         becomes when it is switched.
@@ -342,7 +342,7 @@ _KEYS = {"high_percent": "high", "low_percent": "low", "for_s": "for"}
 def _line(
     limits: Callable[[float], tuple[float, float]], low_c: float, high_c: float
 ) -> EffortLine:
-    """Give the straight line between two temperatures; one without a limit is level."""
+    """Return the straight line between two temperatures; one without a limit is level."""
     numbers = []
     for here, there in zip(limits(low_c), limits(high_c), strict=True):
         per_k = (there - here) / (high_c - low_c) if math.isfinite(here) else 0.0
@@ -358,7 +358,7 @@ def _feed_mm_per_s(controller: Controller, simulation: Simulation) -> float:
 
 
 def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
-    """Give the plant with what the fed material takes as one link more."""
+    """Return the plant with what the fed material takes as one link more."""
     if plant.filament is None or not plant.filament.heat_j_per_k_mm * feed_mm_per_s:
         return plant
     resistance = 1 / (plant.filament.heat_j_per_k_mm * feed_mm_per_s)
@@ -369,7 +369,7 @@ def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
 
 
 def _scaled(plant: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
-    """Give a machine whose capacities and resistances are so many times the plant's."""
+    """Return a machine whose capacities and resistances are so many times the plant's."""
     return plant.model_copy(
         update={
             "nodes": {name: capacity * value for name, value in plant.nodes.items()},

@@ -40,7 +40,7 @@ class HeatFlows:
         self.linear = not network.radiation
 
     def about(self, state: Vector) -> tuple[Matrix, Vector]:
-        """Give conductances G and constants c of the flows G·θ + c about a state, W/K and W."""
+        """Return conductances G and constants c of the flows G·θ + c about a state, W/K and W."""
         conductances = [row[:] for row in self._conduction]
         constants = [0.0] * len(conductances)
         for surface in self._radiation:

@@ -67,7 +67,7 @@ MOST_KNOWN = 16
 
 
 def heated_loop(controller: Controller, name: str, simulation: Simulation) -> HeatedLoop:
-    """Give a loop with its part of a plant; the same one for all that is alike of it.
+    """Return a loop with its part of a plant; the same one for all that is alike of it.
 
     Raises what HeatedLoop raises.
     """
@@ -143,7 +143,7 @@ class HeatedLoop:
             raise ValueError(name)
 
     def at(self, ambient_c: float) -> Heated:
-        """Give the plant in other surroundings."""
+        """Return the plant in other surroundings."""
         return Heated(self._network, *self._parts, ambient_c, self._always)
 
     @property
@@ -173,7 +173,7 @@ class HeatedLoop:
         return self._bears_k(max(SUMMER_C, self.ambient_c))
 
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
-        """Give the plant in some surroundings, and what each of its nodes bears above them.
+        """Return the plant in some surroundings, and what each of its nodes bears above them.
 
         As `bears` says; else what full power makes of it from cold until the sensor reads
         `protection.maximum` and that rule has switched it off, or a long time at that, and a tenth

@@ -241,7 +241,7 @@ def _counted(readings: int) -> str:
 
 
 def _form(value: Any) -> str:
-    """Tell a curve's form by its keys."""
+    """Return a curve's form, as its keys show it."""
     if isinstance(value, Model):
         return type(value).__name__
     keys = set(value) if isinstance(value, dict) else set()

@@ -128,7 +128,7 @@ def float32(value: float) -> float:
 
 
 def _code(ratio: float) -> int:
-    """Give the code of a share of the reference."""
+    """Return the code of a share of the reference."""
     return min(max(math.floor(CODES * ratio), 0), CODES - 1)
 
 

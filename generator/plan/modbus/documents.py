@@ -114,7 +114,7 @@ class ClientPart:
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """What the client is told besides."""
+    """Further values for the client's template."""
 
     machine: str
     no_temperature: int

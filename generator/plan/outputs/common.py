@@ -67,7 +67,7 @@ def watched(controller: Controller, name: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class OutputNames:
-    """What every output's template is told."""
+    """The values for every output's template."""
 
     name: str
     NAME: str
@@ -80,7 +80,7 @@ class OutputNames:
 
 
 def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
-    """Say what every output's template is told."""
+    """Return the values for every output's template."""
     return OutputNames(
         name=name,
         NAME=name.upper(),

@@ -1,4 +1,4 @@
-"""The reading of a step, and the mean that control goes by (docs/control.md, "Moving average")."""
+"""The reading of a step, and the mean that the control uses (docs/control.md, "Moving average")."""
 
 from importlib import import_module
 from typing import NamedTuple
@@ -73,7 +73,7 @@ class Readings:
         self.single = Seen(ZERO, ZERO)
         """The reading alone: what the protections judge."""
         self.mean = Seen(ZERO, ZERO)
-        """What the control goes by."""
+        """The temperature that the control uses."""
 
     def take(self, status: int, raw: int, *, anew: bool = False) -> None:
         """Take in what the sensor said; `anew`: what it said before counts no more."""

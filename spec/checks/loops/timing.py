@@ -29,7 +29,7 @@ def is_ticks(seconds: float) -> bool:
 
 
 def periods_s(count: int, loop: Loop) -> float:
-    """Give the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
+    """Return the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
     return round(count * loop.period_s, 2)
 
 

@@ -94,7 +94,7 @@ def _beyond(sensor: AdcThermometer) -> bool:
 
 
 def _known(sensor: AdcThermometer) -> tuple[tuple[float, float], str]:
-    """Give the ends of an element's curve, and whose they are."""
+    """Return the ends of an element's curve, and whose they are."""
     if sensor.gives_voltage:
         return (ABSOLUTE_ZERO_C, math.inf), ""
     if sensor.curve is None:
