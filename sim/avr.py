@@ -159,7 +159,7 @@ class Avr:
         return bool(result)
 
     def run_looking(self, look: Look, cycle: int) -> bool:
-        """Run to a cycle, or to a look that finds something; tell whether one has.
+        """Run to a cycle, or to a look that finds something; return whether one has.
 
         Raises what run_to raises.
         """

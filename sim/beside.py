@@ -48,7 +48,7 @@ class RunBeside(Run):
         return math.floor(self._hand[self._done].time_s / self._step_s) - row - 1
 
     def _take(self, machine: Machine) -> None:
-        """Take what the machine has noted: what was felt before each row, the rest behind it."""
+        """Copy the machine's log: sensor inputs are from before a row, the rest from after it."""
         rows = machine.rows
         felt = np.vstack((rows[:, TIPS : TIPS + len(machine.sensors)], machine.felt))
         self._sensed, self._amperes = np.split(felt, [len(self._sensors)], axis=1)

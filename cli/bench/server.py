@@ -64,7 +64,7 @@ class Shown(Protocol):
     when_failed: Callable[[], None]
 
     def order(self, order: Mapping[str, Any], answer: Callable[[str], None]) -> None:
-        """Take an order; answer -- is given what is wrong with it, or ""."""
+        """Execute a command; answer -- is called with what is wrong with it, or ""."""
 
     def scenario(self) -> str:
         """Return what was done so far as a scenario's file. Raises Unsaid."""

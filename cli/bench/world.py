@@ -64,7 +64,7 @@ class LiveWorld(World):
         self.ambient_c = self._machine.plant.vector[-1] = ambient_c
 
     def take_heat(self, output: str, watts: float) -> None:
-        """Take so much heat away at the place of a heater, W, from now on."""
+        """Remove this heat at the place of a heater from now on, W."""
         power_w = dict(self._machine.plant.heaters_w)[output]
         self.wiring.taken[output] = watts / power_w
 

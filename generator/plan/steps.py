@@ -29,7 +29,7 @@ class Feature:
     each: Callable[[LoopNames], Iterable[str]] = lambda _: ("",)
     """It is added once for each of these, as `{each}`."""
     names: Mapping[str, str] = field(default_factory=dict)
-    """Values for templates and statements; they replace earlier features' values of the same name."""
+    """Values for templates and statements; they replace those of the same name set earlier."""
     includes: Mapping[str, str] = field(default_factory=dict)
     """Headers, and the symbols that they are for."""
     helpers: tuple[str, ...] = ()

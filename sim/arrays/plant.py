@@ -24,7 +24,7 @@ class Plants:
     """The machines of all lanes."""
 
     def __init__(self, plants: Sequence[Plant]) -> None:
-        """Take plants that go on in equal steps of time.
+        """Combine plants that advance in equal steps of time.
 
         Raises:
             UnlikeError: their nodes, heaters, fans or sensors are not the same.
@@ -95,7 +95,7 @@ class Plants:
             ].now(self._vectors[lane])
 
     def _renew(self, lanes: NDArray[np.int64], keys: Numbers) -> None:
-        """Take the matrices for what fans, feed and surfaces are now."""
+        """Select the matrices for the present fans, feed and surfaces."""
         fans = slice(1, 1 + len(self._fans))
         for lane in lanes.tolist():
             row, known = keys[lane], self._known[lane]

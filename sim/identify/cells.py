@@ -39,7 +39,7 @@ DIALECTS = (
 
 
 def unstamped(line: str) -> tuple[float | None, str]:
-    """Take off the clock time that a terminal program puts before a line, s."""
+    """Remove the clock time that a terminal program puts before a line, s."""
     found = _STAMPED.match(line)
     if found is None:
         return None, line

@@ -153,7 +153,7 @@ class GcodeHost:
     # -- the line ------------------------------------------------------------------------------
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take what the UARTs have sent (UART_BYTE records)."""
+        """Receive what the UARTs have sent (UART_BYTE records)."""
         del pins
         mine = sent_by(self._number, sent)
         for value, end in zip(mine["value"].tolist(), mine["end"].tolist(), strict=True):

@@ -40,7 +40,7 @@ class Led:
         self._number = avr.pins.watch(pin)
 
     def feed(self, pins: NDArray[Any]) -> None:
-        """Take the processor's pin changes."""
+        """Process the processor's pin changes."""
         mine = pins[pins["pin"] == self._number]
         for cycle, level in zip(mine["cycle"].tolist(), (mine["state"] & 1).tolist(), strict=True):
             bright = bool(level) == self._high
@@ -84,7 +84,7 @@ class Indicators:
         }
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take the processor's pin changes."""
+        """Process the processor's pin changes."""
         del sent
         if not len(pins):
             return

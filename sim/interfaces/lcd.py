@@ -71,7 +71,7 @@ class Lcd:
         return self.chip.text if self.plugged else _BLANK
 
     def unplug(self, time_s: float) -> None:
-        """Take the display off; it goes dark and forgets everything."""
+        """Disconnect the display; it goes dark and forgets everything."""
         self.plugged = False
         self._show(time_s * 1e9)
 
@@ -82,7 +82,7 @@ class Lcd:
         self._show(time_s * 1e9)
 
     def feed(self, events: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT records) in order of time; other pins' are passed over.
+        """Process pin changes (PIN_EVENT records) in order of time; other pins' are passed over.
 
         What changes in the same cycle as E counts as changing after its fall and before its rise:
         too late or too early.

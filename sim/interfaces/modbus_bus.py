@@ -105,7 +105,7 @@ class Bus:
         return bool(self._frame or self._coming)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> list[Frame]:
-        """Take pin changes and bytes of the UARTs; return the frames that have ended."""
+        """Process pin changes and bytes of the UARTs; return the frames that have ended."""
         if len(pins):
             self._follow(pins)
         if len(sent):

@@ -183,7 +183,7 @@ class ModbusMaster:
         return Look(at, every, latest, drifts=True, uart=self.bus.uart, silence=silence)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take what the board has sent, and go on."""
+        """Receive what the board has sent, and go on."""
         for frame in self.bus.feed(pins, sent):
             if self._plugged:
                 self._hear(frame)

@@ -95,7 +95,7 @@ class Display:
     # -- the line ------------------------------------------------------------------------------
 
     def receive(self, data: bytes) -> list[str]:
-        """Take bytes from the line; return the instructions that they ended."""
+        """Receive bytes from the line; return the instructions that they ended."""
         *ended, rest = (self._waiting + data).split(END)
         self._waiting = bytearray(rest)
         if len(rest) > BUFFER_BYTES:
@@ -162,7 +162,7 @@ class Display:
         self._event(part, "press")
 
     def release(self) -> None:
-        """Take the finger off."""
+        """Release the touch."""
         part, self.held = self.held, None
         if part is not None:
             self._event(part, "release")
@@ -198,7 +198,7 @@ class Display:
         self._run(self.page, part.component.name, event)
 
     def _run(self, page: str, owner: str, event: str) -> bool:
-        """Run an event; tell whether the page has gone. Raises PageError for what is wrong."""
+        """Run an event; return whether the page has changed. Raises PageError for errors."""
         code = self._code[page, owner, event]
         if self._depth == DEEPEST:
             raise events.PageError(f"The events of {page} never end.")

@@ -49,7 +49,7 @@ class Instructions:
         }
 
     def do(self, instruction: str) -> bool:
-        """Follow one; tell whether it shows a page. Raises Refused."""
+        """Execute one; return whether it shows a page. Raises Refused."""
         if found := _ASSIGNMENT.fullmatch(instruction):
             self._assign(found[1], found[2], found[3])
             return False

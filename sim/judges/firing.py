@@ -61,7 +61,7 @@ def firing_of(log: StepLog, loop: Loop) -> Firing | None:
 
 
 def _parts(rows: StepLog, pauses: NDArray[np.intp]) -> Iterator[StepLog]:
-    """Take the steps apart where another segment begins, or one begins anew or goes on.
+    """Split the steps where a segment begins, begins again, or resumes.
 
     `pauses` grows, from one of these rows to the next, where the program did not run in between.
     """

@@ -74,7 +74,7 @@ class ModelledLoop:
             self._amperes = felt
 
     def do(self) -> bool:
-        """Do what is due; tell whether it was a step."""
+        """Do what is due; return whether it was a step."""
         due_us = self.due_us
         for sensor, sampler in self._samplers:
             if not sampler.is_done and sampler.due_us(self._step_us) == due_us:

@@ -75,7 +75,7 @@ class SpiChip:
     # -- faults --------------------------------------------------------------------------------
 
     def unplug(self) -> None:
-        """Take the chip off its wires and off its supply."""
+        """Disconnect the chip from its wires and its supply."""
         self.port.connect(False)
 
     def plug(self) -> None:

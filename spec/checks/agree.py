@@ -64,7 +64,7 @@ def _agreed(remedy: str, advices: list[_Advice]) -> str:
 
 
 def _read(remedy: str) -> list[_Advice]:
-    """Take a remedy apart; nothing if it advises no number."""
+    """Parse a remedy; empty if it advises no number."""
     match = _ADVICE.fullmatch(remedy)
     if match is None:
         return []

@@ -193,7 +193,7 @@ class _Rules:
         }
 
     def _put(self, rule: str, field: str, choices: Iterable[tuple[float, str]]) -> float:
-        """Take the greatest number."""
+        """Set a rule's number to the greatest of the choices, and return it."""
         value, self._words[rule][_OPEN[rule][field]] = max(choices)
         self._values[rule][field] = value
         return value
@@ -277,7 +277,7 @@ class _Rules:
     def _put_time(
         self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
     ) -> None:
-        """Take the usual time, or what a healthy machine may need, as far as nodes bear it."""
+        """Set the usual time, or the one a healthy machine may need, as far as nodes bear it."""
         heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
         wished_s, words = max(
             (times.usual_s, "as usual"),

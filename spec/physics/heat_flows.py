@@ -32,7 +32,7 @@ class HeatFlows:
         running: Sequence[str],
         ambient_c: float,
     ) -> None:
-        """Take the links as the running fans make them, and the surfaces that radiate."""
+        """Use the links that result from the running fans, and the radiating surfaces."""
         self._index: Mapping[str, int] = {node: i for i, node in enumerate(nodes)}
         self._conduction = self._laplacian(network, running)
         self._radiation = network.radiation

@@ -45,7 +45,7 @@ class Heated:
         ambient_c: float,
         running: Sequence[str] = (),
     ) -> None:
-        """Take the node of output `heat`, the place of `sensor` and the fans that run."""
+        """Use the node of the output `heat`, the node of `sensor` and the running fans."""
         nodes = list(network.nodes)
         self._capacities = [network.nodes[node] for node in nodes]
         self._flows = HeatFlows(network, nodes, running, ambient_c)
@@ -193,11 +193,11 @@ class Heated:
         return self._flows.bent(about, state)
 
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:
-        """Take a state on by a time at a constant power."""
+        """Advance a state by a time at a constant power."""
         return self._advance(state, power_w, time_s, MOST_HALVINGS)
 
     def _advance(self, state: Vector, power_w: float, time_s: float, halvings: int) -> Vector:
-        """Take a state on in one step, or in two halves where the tangents do not hold so far."""
+        """Advance a state in one step, or in two halves if the linearization does not hold so far."""
         later = apply(self.step(power_w, time_s, state), state)
         if halvings == 0 or not self._flows.bent(state, later):
             return later

@@ -185,7 +185,7 @@ def _resistor(divider: Any) -> tuple[float, bool]:
 
 
 def _platinum(sensor: Any) -> Platinum | LinearPlatinum:
-    """Take the standard's curve, or the line that the sensor's coefficient gives."""
+    """Return the standard's curve, or the straight line of the sensor's coefficient."""
     zero_ohm = ZERO_OHM[sensor.element]
     if sensor.alpha_ppm_per_k is None:
         return Platinum(zero_ohm)

@@ -141,7 +141,7 @@ def _segment(segment: Segment) -> CodedSegment:
 
 
 def _amount(segment: Segment) -> tuple[int, str]:
-    """Return a segment's time in seconds, or its rate in tenths of a kelvin per hour, and its text."""
+    """Return a segment's time, s, or its rate, in tenths of a kelvin per hour, and its text."""
     if segment.over_s is not None:
         return round(segment.over_s), f"over {duration(segment.over_s)}"
     if segment.at_k_per_h is not None:

@@ -161,7 +161,7 @@ def _play(world: World) -> None:
 
 
 def _unplug_and_plug(world: World) -> None:
-    """Take the display off for some seconds."""
+    """Disconnect the display for some seconds."""
     lcd = world.device.shield.lcd
     lcd.unplug(world.now_s)
     world.run(3.0)

@@ -31,7 +31,7 @@ class Way:
         self.copy: Copy = ()
 
     def begin(self, now: ProgramState, number: int) -> bool:
-        """Begin a segment where the setpoint is; tell whether there is one."""
+        """Begin a segment at the present setpoint; return whether there is one."""
         if number > now.segments:
             return False
         part = self.copy[number - 1]
@@ -66,7 +66,7 @@ class Way:
         return bool(abs(temperature_c - setpoint_c) <= self._reached_k)
 
     def go(self, now: ProgramState, temperature_c: Single) -> bool:
-        """Move on by a step; tell whether the segments are at their end."""
+        """Advance by a step; return whether the last segment has ended."""
         if now.kind in (OVER, RATE, HOLD) and now.elapsed < now.length:
             self._move(now, temperature_c)
         if now.elapsed != now.length:

@@ -66,7 +66,7 @@ class GuardRule(Protocol):
         """Clear the counters."""
 
     def start(self, look: Look) -> None:
-        """Take the first reading since the reset as the point to compare with."""
+        """Store the first reading since the reset, to compare with."""
 
     def feel(self, duty_percent: Single) -> None:
         """Take over what the step before asked for, whether there is a reading or not."""
@@ -292,7 +292,7 @@ class RisingRule(_Unfeeling):
         self._steps = 0
 
     def start(self, look: Look) -> None:
-        """Take the present temperature as the lowest."""
+        """Begin with the present temperature as the lowest."""
         self._lowest_c = look.temperature_c
 
     def check(self, look: Look) -> int:
@@ -334,7 +334,7 @@ class EffortRule:
         self.reset()
 
     def reset(self) -> None:
-        """Take the next reading for one that has moved."""
+        """Begin anew: the next reading counts as one that has moved."""
         self._from_c = NOWHERE_C
 
     def start(self, look: Look) -> None:

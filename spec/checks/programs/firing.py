@@ -105,7 +105,7 @@ class _Follower:
         self._ahead, self._ahead_added = self._machine.plant.pushed(self._ahead_s, self._state)
 
     def go_on(self, aim_k: float) -> float:
-        """Take a step with the power that leads to a temperature; return the one there is then."""
+        """Advance by a step with the power that leads to a temperature; return the one reached."""
         plant, full_w = self._machine.plant, self._machine.full_power_w
         if plant.bent(self._about, self._state):
             self._look_around()
