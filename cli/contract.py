@@ -170,7 +170,7 @@ def _used(role: str, spec: Spec) -> list[Any]:
 
 
 def _of_reference(sensor: Any, controller: Controller, package: str) -> Iterator[str]:
-    """See that what an ideal thermometer reads means what it feels, to its error and a step."""
+    """Check that what an ideal thermometer reads means what it feels, to its error and a step."""
     if sensor.measures_current:
         return
     module = import_module(f"{package}.reference")

@@ -26,7 +26,7 @@ class RunBeside(Run):
         )
 
     def go(self, progress: Progress | None) -> None:
-        """Go on to the end."""
+        """Run to the end."""
         report_every = max(1, self._count // PROGRESS_REPORTS)
         self._note(0, self._felt())
         row = 0

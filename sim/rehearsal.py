@@ -333,7 +333,7 @@ class _World:
         self._felt = deque([self._plant.sensed_c() | self._plant.currents_a()], steps + 2)
 
     def step(self) -> None:
-        """Go on by one step of time; raises _TrippedError when a fault is latched.
+        """Advance by one step of time; raises _TrippedError when a fault is latched.
 
         Sensors feel the machine one step late, on a straight line: periods need not be whole steps.
         A chip that converts without being asked has felt it when its last conversion began.
@@ -363,12 +363,12 @@ class _World:
         return before + (place - row) * (after - before)
 
     def run(self, seconds: float) -> None:
-        """Go on for a time, in whole steps."""
+        """Run for a time, in whole steps."""
         for _ in range(round(seconds / self.step_s)):
             self.step()
 
     def until(self, condition: OfState, within_s: float) -> bool:
-        """Go on until something is so; False if it takes longer."""
+        """Run until a condition holds; return False if that takes longer."""
         for _ in range(round(within_s / self.step_s)):
             if condition(self):
                 return True

@@ -111,7 +111,7 @@ def extremes(controller: Controller) -> Iterator[Setting]:
 
 
 def with_setting(controller: Controller, setting: Setting) -> Controller:
-    """Put what keys have set in the place of what the spec says; no key sets it then."""
+    """Replace the spec's numbers by those that keys have set; no key sets them then."""
     keypad = keypad_of(controller)
     if keypad is None or not setting:
         return controller

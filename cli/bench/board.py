@@ -128,7 +128,7 @@ class Board:
         self.view.journal(self.world.now_s, text)
 
     def step(self) -> None:
-        """Go on by one step of the quickest loop, while it stands."""
+        """Advance by one step of the quickest loop, while it stands."""
         period_s = min(loop.period_s for loop in self.controller.loops.values())
         self.go_to(self.world.now_s + period_s)
 
@@ -190,7 +190,7 @@ class Board:
     # -- time ----------------------------------------------------------------------------------
 
     def _go_at_pace(self) -> None:
-        """Go on by what is due in a slice of the wall's time, or by a step of the machine."""
+        """Advance by what is due in a slice of the wall's time, or by a step of the machine."""
         world = self.world
         steps = int(self.speed * SLICE_S / world.step_s)
         if steps > 1:
@@ -209,7 +209,7 @@ class Board:
         self._per_s += 0.5 * (done / took_s - self._per_s)
 
     def go_to(self, time_s: float) -> None:
-        """Go on to a time, in whole steps, through all that is due until then."""
+        """Advance to a time, in whole steps, through all that is due until then."""
         world = self.world
         while (left := round((time_s - world.now_s) / world.step_s)) > 0:
             calm = left

@@ -1,4 +1,4 @@
-"""Puts a spec to start from together: a machine's numbers, a sensor, an output, an interface."""
+"""Composes a spec to start from: a machine's numbers, a sensor, an output, an interface."""
 
 from __future__ import annotations
 

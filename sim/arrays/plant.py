@@ -68,7 +68,7 @@ class Plants:
         return {name: meters.amperes for name, meters in self._ammeters.items()}
 
     def step(self, active: Mapping[str, Any], feed_mm_per_s: Any = 0.0) -> None:
-        """Go on by one step; see `Plant.step`, each number for all lanes or one for each."""
+        """Advance by one step; see `Plant.step`, each number for all lanes or one for each."""
         for meters in self._ammeters.values():
             meters.follow(active[meters.output])
         for place, name in enumerate(self._heaters):
@@ -167,5 +167,5 @@ class Ammeters:
         self.amperes = np.array([each.amperes for each in meters])
 
     def follow(self, active: Any) -> None:
-        """Go on by one step, with the heater's mean active fraction over it, 0..1."""
+        """Advance by one step, with the heater's mean active fraction over it, 0..1."""
         self.amperes = self.amperes + self._share * (active * self._full_a - self.amperes)

@@ -213,7 +213,7 @@ class _Trial:
         return next(iter(self.world.trips.since(began_s)), None)
 
     def _follow(self, trip: Trip, began_s: float) -> float | None:
-        """Go on until a fault is latched, or much too late.
+        """Run until a fault is latched, or until it is much too late.
 
         Return since when the condition had been met without a gap: the step of time in which it
         was met counts. A trip that comes sooner counts from the step of time before it.
@@ -271,7 +271,7 @@ class _Trial:
         self.world.until(Spread(), SPREADING_S)
 
     def _judge_peaks(self) -> None:
-        """See that no node became hotter than it bears; of several, tell the first."""
+        """Check that no node became hotter than it bears; of several, tell the first."""
         self.peak_c = self.world.peak_c
         self.world.peaks.end()
         borne_c = self.world.bears_c
@@ -329,7 +329,7 @@ class _Trial:
         return highest_c(other) >= highest_c(site)
 
     def _holds(self, latched: Change, when: str) -> None:
-        """See that it stays latched and shown, and that no heater has been on since the trip."""
+        """Check that it stays latched and shown, and that no heater has been on since the trip."""
         world = self.world
         world.run(REST_S)
         if world.fault != latched.code:

@@ -122,7 +122,7 @@ class GcodeHost:
         self._next = len(self._history)
 
     def plug(self) -> None:
-        """Put the plug back; it asks again once it has sent a line."""
+        """Reconnect the plug; it asks again once it has sent a line."""
         self._plugged = True
 
     @property

@@ -76,7 +76,7 @@ class Lcd:
         self._show(time_s * 1e9)
 
     def plug(self, time_s: float) -> None:
-        """Put it back: it starts anew and has to be initialised."""
+        """Reconnect it: it starts anew and has to be initialised."""
         self.plugged = True
         self.chip.power_on(round(time_s * 1e9))
         self._show(time_s * 1e9)

@@ -141,7 +141,7 @@ class ModbusMaster:
         self._current = None
 
     def plug(self) -> None:
-        """Put the plug back."""
+        """Reconnect the plug."""
         self._plugged = True
         self._poll_s = self._free_s = self._avr.time_s
 

@@ -79,12 +79,12 @@ class Nextion:
     # -- what somebody does --------------------------------------------------------------------
 
     def press(self, name: str) -> None:
-        """Put a finger on a component of the page that is shown. Raises LookupError."""
+        """Touch a component of the page that is shown. Raises LookupError."""
         self.display.press(name)
         self._answer()
 
     def touch(self, x: int, y: int) -> None:
-        """Put a finger on a place of the page, whatever is there."""
+        """Touch a place of the page, whatever is there."""
         self.display.touch(x, y)
         self._answer()
 
@@ -110,7 +110,7 @@ class Nextion:
         self.line.cut()
 
     def plug(self) -> None:
-        """Put the plug back: it starts anew."""
+        """Reconnect the plug: it starts anew."""
         self._plugged = True
         self._starts_s = self._avr.time_s + START_S
 

@@ -138,7 +138,7 @@ class Display:
                 return
 
     def press(self, name: str) -> None:
-        """Put a finger on a component of the page that is shown, by its name.
+        """Touch a component of the page that is shown, by its name.
 
         Raises LookupError when it is not there, hidden, or takes no touch.
         """
@@ -152,7 +152,7 @@ class Display:
         self.touch(x, y)
 
     def touch(self, x: int, y: int) -> None:
-        """Put a finger on a place."""
+        """Touch a place."""
         part = self.at(x, y)
         if part is None or not part.touchable:
             return

@@ -139,7 +139,7 @@ class Ds18b20:
         self.line.connect(False)
 
     def plug(self) -> None:
-        """Put it back: it starts anew."""
+        """Reconnect it: it starts anew."""
         self.brown_out()
         self.line.connect(True)
 

@@ -79,7 +79,7 @@ class SpiChip:
         self.port.connect(False)
 
     def plug(self) -> None:
-        """Put it back: it starts anew."""
+        """Reconnect it: it starts anew."""
         self.brown_out()
         self.port.connect(True)
 

@@ -97,7 +97,7 @@ def _about(random: np.random.Generator, share: float) -> float:
 
 
 def _supplied(controller: Controller, supply: float) -> Controller:
-    """Put all loads on a voltage that is so many times its own."""
+    """Multiply the supply voltage of all loads by a factor."""
     outputs = dict(controller.outputs)
     for name, output in controller.outputs.items():
         volts, watts = getattr(output, "supply_v", None), getattr(output, "power_w", None)

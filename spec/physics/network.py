@@ -197,7 +197,7 @@ class Heated:
         return self._advance(state, power_w, time_s, MOST_HALVINGS)
 
     def _advance(self, state: Vector, power_w: float, time_s: float, halvings: int) -> Vector:
-        """Advance a state in one step, or in two halves if the linearization does not hold so far."""
+        """Advance a state in one step, or in two halves where the linearization is too inexact."""
         later = apply(self.step(power_w, time_s, state), state)
         if halvings == 0 or not self._flows.bent(state, later):
             return later

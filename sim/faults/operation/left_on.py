@@ -52,7 +52,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
-    """Let the time of a loop be over while a healthy machine is watched for longer."""
+    """Allow `on_too_long` where a healthy machine is watched for longer than a loop may be on."""
     if not any(each.protection.on_for_at_most_s for each in controller.loops.values()):
         return found
     return [

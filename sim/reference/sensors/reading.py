@@ -48,7 +48,7 @@ class Readings:
     """What is known of a sensor's temperature."""
 
     def __init__(self, controller: Controller, name: str) -> None:
-        """Start without a reading; name -- of the sensor."""
+        """Start without a reading; name -- the sensor's name."""
         sensor = controller.thermometers[name]
         kind = import_module(module_of("sensor", "reference", sensor.kind))
         self._convert = kind.converter(sensor, controller.board)

@@ -1,4 +1,4 @@
-"""The heater's power against the machine's losses: enough of it, and not too much of it always."""
+"""The heater's power against the machine's losses: enough at most, not too much at least."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Progra
 
 
 def hold_back_before_runaway(controller: Controller) -> Findings:
-    """Let the clock wait before a rule takes the deviation for a runaway.
+    """Check that the clock waits before the deviation trips a runaway rule.
 
     A kiln that cools slower than its program stays above the setpoint, one that is weak below it.
     """
