@@ -59,7 +59,7 @@ class Bars:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Take the bars away."""
+        """Remove the bars from the screen."""
         self._pause()
         self._shows = False
 

@@ -23,13 +23,13 @@ EXAMPLE = "example.yaml"
 UNFINISHED = "#error"
 """In a template: it is still to be written."""
 _OF_LOOPS = {"cut", "mend"}
-"""How the sensor of a loop is taken away; no loop goes by a current."""
+"""How the sensor of a loop is disconnected; no loop is controlled by a current."""
 SHARES = (0.2, 0.5, 0.8)
-"""Of a thermometer's range, at which its reference is asked."""
+"""Where in a thermometer's range its reference model is tried, as shares of the range."""
 
 
 def lacking(role: str, kind: str) -> Iterator[str]:
-    """Tell what a kind lacks, one line for each piece.
+    """List what a kind lacks, one line for each piece.
 
     Args:
         role: sensor, output, algorithm, interface, plant.
@@ -73,7 +73,7 @@ def _said_by_all(role: str, model: type[BaseModel]) -> set[str]:
 
 
 def _sort(model: type[BaseModel]) -> tuple[object, ...]:
-    """Of sensors others ask more or less by what these are on and measure."""
+    """Return a model's group: what a sensor must have depends on its input and its quantity."""
     return tuple(getattr(model, name, None) for name in ("on_adc", "measures_current"))
 
 
@@ -170,7 +170,7 @@ def _used(role: str, spec: Spec) -> list[Any]:
 
 
 def _of_reference(sensor: Any, controller: Controller, package: str) -> Iterator[str]:
-    """See that what an ideal thermometer reads means what it feels, to its error and a step."""
+    """Check that what an ideal thermometer reads means what it feels, to its error and a step."""
     if sensor.measures_current:
         return
     module = import_module(f"{package}.reference")

@@ -46,7 +46,7 @@ class Run:
     complaints: tuple[str, ...] = ()
     """What the chips at the binary's pins, and the processor, had to object to."""
     limit: Limit | None = None
-    """Of the speed, by the processor alone; None without a binary."""
+    """Highest possible speed, set by the processor alone; None without a binary."""
 
     @property
     def speed(self) -> float:

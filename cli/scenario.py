@@ -80,7 +80,7 @@ def _read(tree: Tree) -> tuple[tuple[Event, ...] | None, list[Problem]]:
 
 
 def _checked(controller: Controller, tree: Tree) -> list[Problem]:
-    """Hold the scenario to the rules of a spec's own; `simulation` is not in this file."""
+    """Check the scenario by the rules for a spec's own; `simulation` is not in this file."""
     return [
         tree.problem(finding.path[1:], finding.reason, finding.remedy)
         for finding in check(controller)

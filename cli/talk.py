@@ -17,13 +17,13 @@ class Job(Protocol):
     """One line of the progress."""
 
     def __call__(self, done: float, total: float) -> None:
-        """Tell how far it is."""
+        """Show the progress."""
 
     def note(self, text: str) -> None:
-        """Tell what it is doing right now."""
+        """Show what it is doing now."""
 
     def end(self, text: str = "") -> None:
-        """Tell that it is done, and with what result."""
+        """Show that it is done, and the result."""
 
 
 class Talk(Protocol):
@@ -84,7 +84,7 @@ class _PlainJob:
 
 
 class Counter:
-    """Tells one job how many pieces of work are done."""
+    """Shows as one job how many pieces of work are done."""
 
     def __init__(self, job: Job, total: int) -> None:
         self._job = job
@@ -98,7 +98,7 @@ class Counter:
         """Tell nothing of the single piece."""
 
     def end(self, text: str = "") -> None:
-        """Tell that one more is done."""
+        """Show that one more is done."""
         del text
         self._done += 1
         self._job(self._done, self._total)

@@ -33,7 +33,7 @@ class CompiledTemplates(BytecodeCache):
         self._changed = False
 
     def get_source_checksum(self, source: str) -> str:
-        """Tell what a compiled template was made from: its text, and how it is to be read."""
+        """Return what a compiled template was made from: its text, and its syntax options."""
         return hashlib.sha256(f"{self._options}\n{source}".encode()).hexdigest()
 
     def load_bytecode(self, bucket: Bucket) -> None:

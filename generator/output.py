@@ -28,10 +28,10 @@ class Difference:
 
 
 def write(files: Mapping[str, str], folder: Path) -> tuple[Path, ...]:
-    """Write the files that differ; returns their paths.
+    """Write the files that differ, and return their paths.
 
-    Files of the user's are never replaced: a file at one of our paths that does not carry our
-    mark refuses the whole, before anything is written. Raises OutputRefused, OSError.
+    The user's own files are never replaced: if a file at one of the paths does not have our mark,
+    nothing is written. Raises OutputRefused, OSError.
     """
     targets = {folder / _inside(path): text for path, text in files.items()}
     for target in targets:

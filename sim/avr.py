@@ -63,7 +63,7 @@ def instructions_by(core: Core) -> Iterator[None]:
 
 
 class AvrError(RuntimeError):
-    """The program has left its flash or RAM, or uses what is not simulated; says which."""
+    """The program left its flash or RAM, or used a part that is not simulated: see the message."""
 
 
 class Avr:
@@ -159,7 +159,7 @@ class Avr:
         return bool(result)
 
     def run_looking(self, look: Look, cycle: int) -> bool:
-        """Run to a cycle, or to a look that finds something; tell whether one has.
+        """Run to a cycle, or to a look that finds something; return whether one has.
 
         Raises what run_to raises.
         """

@@ -20,7 +20,7 @@ STEP_S = 0.2
 """Usual time step: a fifth of the usual control period. The plants integrate exactly within it;
 it only bounds how finely the heater's power and the sensor's temperature are told apart."""
 STEPS_PER_PERIOD = 2
-"""Of a loop that is so quick that there would be fewer."""
+"""Least time steps per control period: a quick loop makes the time step shorter."""
 
 PROGRESS_REPORTS = 200
 

@@ -17,7 +17,7 @@ class RunBeside(Run):
     """One run, in stretches between two actions of the operator."""
 
     def __init__(self, *parts: Any) -> None:
-        """Take the same as any run."""
+        """Take the same arguments as Run."""
         super().__init__(*parts)
         assert isinstance(self._device, AvrDevice)  # noqa: S101 - it is for these
         assert isinstance(self._plant, Plant)  # noqa: S101 - the one kind there is
@@ -26,7 +26,7 @@ class RunBeside(Run):
         )
 
     def go(self, progress: Progress | None) -> None:
-        """Go on to the end."""
+        """Run to the end."""
         report_every = max(1, self._count // PROGRESS_REPORTS)
         self._note(0, self._felt())
         row = 0
@@ -48,7 +48,7 @@ class RunBeside(Run):
         return math.floor(self._hand[self._done].time_s / self._step_s) - row - 1
 
     def _take(self, machine: Machine) -> None:
-        """Take what the machine has noted: what was felt before each row, the rest behind it."""
+        """Copy the machine's log: sensor inputs are from before a row, the rest from after it."""
         rows = machine.rows
         felt = np.vstack((rows[:, TIPS : TIPS + len(machine.sensors)], machine.felt))
         self._sensed, self._amperes = np.split(felt, [len(self._sensors)], axis=1)

@@ -7,7 +7,8 @@ from typing import Protocol
 from heatwright.spec import Controller
 
 METERED_PARTS = 10
-"""Of a control period: a limiter goes by the current of the present duty."""
+"""Least time steps in a control period where a current is measured: a limiter must read the
+current of the present duty."""
 
 
 class Driver(Protocol):
@@ -24,7 +25,7 @@ class Driver(Protocol):
 
 
 def sums_noise(controller: Controller, sensor: str) -> bool:
-    """Tell whether an ADC sums up readings of a sensor that the machine makes noisy."""
+    """Return whether an ADC sums up readings of a sensor that the machine makes noisy."""
     if controller.simulation is None or getattr(controller.sensors[sensor], "oversample", 1) == 1:
         return False
     sense = controller.simulation.plant.sense.get(sensor)
@@ -48,7 +49,7 @@ class Coupling:
     """Reads a device's outputs once in each time step of the machine."""
 
     def __init__(self, controller: Controller, device: Driver, step_s: float) -> None:
-        """Tell motors from loads."""
+        """Separate motors from loads."""
         self._steppers = tuple(controller.steppers)
         self.loads = tuple(controller.switches)
         heaters = {loop.heater for loop in controller.loops.values()}

@@ -70,7 +70,7 @@ class Listener(Protocol):
     """Who is given what has happened at the pins and on the lines."""
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT) and what the UARTs have sent (UART_BYTE)."""
+        """Process pin changes (PIN_EVENT) and what the UARTs have sent (UART_BYTE)."""
 
 
 class Interface(Listener, Protocol):
@@ -205,7 +205,7 @@ class AvrDevice:
         self.master.write(name, value)
 
     def unplug(self) -> None:
-        """Take the simulated master or display from the line, to give it to another."""
+        """Disconnect the simulated master or display, so that the line is free for another."""
         for part in self._pluggable:
             part.unplug()
 

@@ -210,7 +210,7 @@ class Machine:
     # -- time ----------------------------------------------------------------------------------
 
     def go(self, steps: int, stop: Stop = NO_STOP) -> int:
-        """Go on by some steps of time, but not beyond the one that stops it.
+        """Advance by some steps of time, but not beyond the one that stops it.
 
         Return how many are left.
         """
@@ -269,7 +269,7 @@ class Machine:
             device.avr.came_back(ended)
 
     def by_hand(self, run: Callable[[float], None]) -> None:
-        """Go on by one step in which somebody acts; run -- runs the device to a time, s."""
+        """Advance by one step in which somebody acts; run -- runs the device to a time, s."""
         m = self._m
         self._make_room()
         self._tips[:] = self.felt
@@ -281,7 +281,7 @@ class Machine:
         self._heat()
 
     def without_power(self) -> None:
-        """Go on by one step of the plant alone, whose controller has no power."""
+        """Advance by one step of the plant alone, whose controller has no power."""
         m = self._m
         self._make_room()
         self._tips[:], self._active[:] = self.felt, 0.0

@@ -99,7 +99,7 @@ class FanTachometer:
 
 
 def proofs_of(controller: Controller) -> dict[str, AirflowSwitch | FanTachometer]:
-    """Make what proves that the fans turn, by the fan; not yet wired."""
+    """Make the airflow switches and tachometers, by fan; they are not yet wired."""
     return {
         fan: FanTachometer(fan) if proof.tachometer else AirflowSwitch(fan)
         for fan, proof in proofs(controller).items()

@@ -1,4 +1,4 @@
-"""A machine that is well, run by the reference model before there is a binary: no rule may trip."""
+"""A healthy machine, run by the reference model before there is a binary: no rule may trip."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from heatwright.spec.rules import RULES
 Progress = Callable[[float, float], None]
 
 FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
-"""By which a rule's number is raised, until a machine that is well no longer breaks it."""
+"""By which a rule's number is raised, until a healthy machine no longer breaks it."""
 
 MARGIN = 0.1
-"""Of a rule's numbers: a machine that is well keeps so far away. The binary's loops meet one
-another in other phases than the model's, so a machine just inside a limit here may be outside
-there."""
+"""Margin that a healthy machine must keep from a rule's limits, as a share of them. The loops have
+other phases to one another in the binary than in the model, so a machine just inside a limit here
+may be outside it there."""
 NO_MARGIN = "on_too_long"
 """How long a loop may be on depends on no phases."""
 
@@ -45,11 +45,11 @@ how far two readings can be apart."""
 AFTER_S = 1e-6
 """Added to the time at which something is due, so that it is done."""
 TOLD = ("time_s", "temperature_c", "setpoint_c")
-"""Of the step in which a rule trips."""
+"""The values of the step in which a rule trips that are reported."""
 
 
 FAN_SHARES = 20
-"""So finely a fan's share of a step is told."""
+"""Resolution of a fan's share of a step."""
 
 
 class Number(NamedTuple):
@@ -142,7 +142,7 @@ def parts(controller: Controller) -> tuple[Part, ...]:
 def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tripped, ...]:
     """Rehearse one part, and return what trips; a loop is taken through its setpoints.
 
-    Each machine that is well is tried, as `verify` tries it, with rules stricter by MARGIN.
+    Each healthy machine is tried, as `verify` tries it, with rules stricter by MARGIN.
     """
     if part.loop is None:
         found = _of_scenario(stricter(controller), progress)
@@ -253,7 +253,7 @@ def stricter(controller: Controller) -> Controller:
 
 
 def _less(value: float, number: Number, period_s: float) -> float:
-    """Take MARGIN off; off a time that a rule counts in periods at least one, if there are more."""
+    """Reduce a limit by MARGIN; one that a rule counts in periods by at least one, if it can be."""
     periods = max(1, round(1000 * value) // round(1000 * period_s))
     if number.unit != "s" or periods == 1:
         return (1 - MARGIN) * value
@@ -333,7 +333,7 @@ class _World:
         self._felt = deque([self._plant.sensed_c() | self._plant.currents_a()], steps + 2)
 
     def step(self) -> None:
-        """Go on by one step of time; raises _TrippedError when a fault is latched.
+        """Advance by one step of time; raises _TrippedError when a fault is latched.
 
         Sensors feel the machine one step late, on a straight line: periods need not be whole steps.
         A chip that converts without being asked has felt it when its last conversion began.
@@ -363,12 +363,12 @@ class _World:
         return before + (place - row) * (after - before)
 
     def run(self, seconds: float) -> None:
-        """Go on for a time, in whole steps."""
+        """Run for a time, in whole steps."""
         for _ in range(round(seconds / self.step_s)):
             self.step()
 
     def until(self, condition: OfState, within_s: float) -> bool:
-        """Go on until something is so; False if it takes longer."""
+        """Run until a condition holds; return False if that takes longer."""
         for _ in range(round(within_s / self.step_s)):
             if condition(self):
                 return True
@@ -393,7 +393,7 @@ class _World:
         return self._device.last(self.site.loop_name, member)
 
     def tripped(self) -> Tripped:
-        """Tell what tripped."""
+        """Describe what tripped."""
         device = self._device
         told = (device.last(device.fault_loop, name) for name in TOLD)
         rule = RULES[device.fault].id

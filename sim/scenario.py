@@ -35,7 +35,7 @@ class Action(NamedTuple):
 
     @property
     def disturbs(self) -> bool:
-        """Tell whether it happens to the machine: a feed, a fan."""
+        """Return whether it happens to the machine: a feed, a fan."""
         command = (self.line or "").split(" ", maxsplit=1)[0].upper()
         return self.extrude_mm_per_s is not None or command in DISTURBING
 
@@ -68,7 +68,7 @@ def _is_short(event: Event) -> bool:
 
 
 def stops(simulation: Simulation) -> bool:
-    """Tell whether a scenario sends a stop."""
+    """Return whether a scenario sends a stop."""
     return any(STOP.match(event.send) for event in simulation.scenario if event.send is not None)
 
 

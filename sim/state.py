@@ -45,7 +45,7 @@ class StateLog:
         self._snapshots = avr.snapshots(counter, (self._base, self._size))
 
     def collect(self) -> None:
-        """Take what has been recorded so far."""
+        """Fetch what has been recorded so far."""
         if self._snapshots is not None:
             cycles, images = self._snapshots.take()
             self._times.append(self._start_s + cycles / self._clock_hz)

@@ -12,7 +12,7 @@ from heatwright.spec.interfaces import Interface
 from heatwright.spec.quantity import number
 
 COLUMNS = 16
-"""Of the display, in one line of which a number is shown with its name and unit."""
+"""Columns of the display: one line shows a number with its name and unit."""
 MOST_DECIMALS = 4
 
 
@@ -21,11 +21,11 @@ class Kind(NamedTuple):
 
     key: str
     field: str
-    """Of the algorithm, of its state and of the settings."""
+    """The name of its field: in the algorithm, in its state and in the settings."""
     title: str
     """On the display, before the number."""
     shown_unit: str
-    """And behind it."""
+    """On the display, after the number."""
     unit: str
 
 
@@ -87,12 +87,12 @@ def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
 
 
 def sets_gains(controller: Controller, loop_name: str) -> bool:
-    """Tell whether keys set a gain of a loop."""
+    """Return whether keys set a gain of a loop."""
     return any(each.kind.key in GAINS for each in numbers_of(controller, loop_name))
 
 
 def fixed(controller: Controller) -> tuple[Interface, ...]:
-    """Take the keys' numbers away: all are as the algorithm says."""
+    """Return the interfaces without the keys' numbers: each number is as the algorithm says."""
     keypad = keypad_of(controller)
     return tuple(
         each.model_copy(update={"adjust": None}) if each is keypad else each
@@ -111,7 +111,7 @@ def extremes(controller: Controller) -> Iterator[Setting]:
 
 
 def with_setting(controller: Controller, setting: Setting) -> Controller:
-    """Put what keys have set in the place of what the spec says; no key sets it then."""
+    """Replace the spec's numbers by those that keys have set; no key sets them then."""
     keypad = keypad_of(controller)
     if keypad is None or not setting:
         return controller

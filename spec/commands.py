@@ -44,7 +44,7 @@ def nextion_of(controller: Controller) -> Nextion | None:
 
 
 def for_display(controller: Controller, line: str) -> bool:
-    """Tell whether a line is sent to the touch display: beside a host, if it begins with #."""
+    """Return whether a line is sent to the touch display: beside a host, if it begins with #."""
     if nextion_of(controller) is None:
         return False
     return gcode_of(controller) is None or line.startswith("#")
@@ -67,24 +67,24 @@ def lockout_of(controller: Controller) -> Lockout | None:
 
 
 def commanded(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a host, a master or a person sets a loop's setpoint, and may switch it off."""
+    """Return whether a host, a master or a person sets a loop's setpoint, and may switch it off."""
     return by_host(controller, loop_name) or switched(controller, loop_name)
 
 
 def by_host(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a host of G-code commands a loop."""
+    """Return whether a host of G-code commands a loop."""
     gcode = gcode_of(controller)
     return gcode is not None and loop_name in gcode.loops.values()
 
 
 def minds_host(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a loop trips when the host that commands it says nothing any more."""
+    """Return whether a loop trips when the host that commands it says nothing any more."""
     protection = controller.loops[loop_name].protection
     return by_host(controller, loop_name) and protection.master_lost_after_s is not None
 
 
 def switched(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a loop is enabled and disabled apart from its setpoint.
+    """Return whether a loop is enabled and disabled apart from its setpoint.
 
     A master serves all loops; keys, a touch display and programs one each.
     """
@@ -94,7 +94,7 @@ def switched(controller: Controller, loop_name: str) -> bool:
 
 
 def by_hand(controller: Controller, loop_name: str) -> bool:
-    """Tell whether people switch a loop: by keys, on a touch display, or by starting its programs.
+    """Return whether people switch a loop: by keys, on a touch display, or by starting programs.
 
     Keys beside a host switch as the host does, by the setpoint.
     """
@@ -104,13 +104,13 @@ def by_hand(controller: Controller, loop_name: str) -> bool:
 
 
 def keyed(controller: Controller, loop_name: str) -> bool:
-    """Tell whether the keys of the display shield serve a loop."""
+    """Return whether the keys of the display shield serve a loop."""
     keypad = keypad_of(controller)
     return keypad is not None and keypad.loop == loop_name
 
 
 def plotted(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a plotter is sent a loop's numbers."""
+    """Return whether a plotter is sent a loop's numbers."""
     return any(each.loop == loop_name for each in placed(controller, SerialPlotter).values())
 
 
@@ -121,18 +121,18 @@ def countdown_of(controller: Controller, loop_name: str) -> Countdown | None:
 
 
 def touched(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a touch display serves a loop."""
+    """Return whether a touch display serves a loop."""
     display = nextion_of(controller)
     return display is not None and display.loop == loop_name
 
 
 def programmed(controller: Controller, loop_name: str) -> bool:
-    """Tell whether programs move a loop's setpoint."""
+    """Return whether programs move a loop's setpoint."""
     return controller.programs is not None and controller.programs.loop == loop_name
 
 
 def must_release(controller: Controller) -> bool:
-    """Tell whether a switched loop must be told "off" before it takes an "on".
+    """Return whether a switched loop must be told "off" before it takes an "on".
 
     A master repeats itself, and what it says all the time must not restart a heater. A person who
     presses a button means it.
@@ -141,7 +141,7 @@ def must_release(controller: Controller) -> bool:
 
 
 def starts_enabled(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a loop is on from the power-up: one that people switch on is not."""
+    """Return whether a loop is on from the power-up: one that people switch on is not."""
     starts = controller.loops[loop_name].starts
     if starts is None:
         return not by_hand(controller, loop_name)
@@ -149,12 +149,12 @@ def starts_enabled(controller: Controller, loop_name: str) -> bool:
 
 
 def zero_is_off(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a setpoint of 0 °C switches a loop off, and is no temperature to hold."""
+    """Return whether a setpoint of 0 °C switches a loop off, and is no temperature to hold."""
     return commanded(controller, loop_name) and not switched(controller, loop_name)
 
 
 def tunable(controller: Controller, loop_name: str) -> bool:
-    """Tell whether its gains are set by command, and its duty by hand: not by mere keys."""
+    """Return whether its gains are set by command, and its duty by hand: not by mere keys."""
     has_commands = (
         modbus_of(controller) is not None
         or by_host(controller, loop_name)
@@ -165,5 +165,5 @@ def tunable(controller: Controller, loop_name: str) -> bool:
 
 
 def limits_adjustable(controller: Controller, loop_name: str) -> bool:
-    """Tell whether a host may narrow the limits of its integral and its output."""
+    """Return whether a host may narrow the limits of its integral and its output."""
     return bool(getattr(controller.loops[loop_name].algorithm, "limits_adjustable", False))

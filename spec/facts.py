@@ -33,7 +33,7 @@ class LoopFacts:
     cooler: str | None
     fan: str | None
     also: str | None
-    """The monitor that the loop goes by, too."""
+    """The second sensor of the loop, a monitor."""
     # Who commands it, and how.
     commanded: bool
     """A host, a master or a person sets the setpoint, and may switch it off."""
@@ -73,7 +73,7 @@ class LoopFacts:
     """What keys set of its algorithm."""
     # What its step does besides.
     readings: int
-    """How many are in the mean that it goes by."""
+    """How many readings are in the mean that the control uses."""
     inputs: bool
     """Inputs of the machine pause it."""
     inputs_judged: bool

@@ -13,7 +13,7 @@ def shown_loop(controller: Controller, indicators: Indicators) -> str:
 
 
 def indicated(controller: Controller, loop_name: str) -> bool:
-    """Tell whether LEDs show a loop."""
+    """Return whether LEDs show a loop."""
     return bool(shown_meanings(controller, loop_name))
 
 

@@ -119,7 +119,7 @@ class Address(Checked):
     """Marks a name by which a host calls a part: a letter and a digit, or a letter."""
 
     def __init__(self, pattern: str, what: str, examples: str) -> None:
-        """Give what is called so, and how, in the words of the messages."""
+        """Return what is called so, and how, in the words of the messages."""
         super().__init__(self.read_address, type="string", pattern=f"^{pattern}$")
         self._pattern, self._what, self._examples = pattern, what, examples
 

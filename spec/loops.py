@@ -51,7 +51,7 @@ class Limits(Model):
         return self._derived
 
     def derived_as(self, words: Mapping[str, str]) -> Self:
-        """Give the same, with the derivations of its numbers."""
+        """Return the same, with the derivations of its numbers."""
         copy = self.model_copy()
         copy._derived = dict(words)
         return copy
@@ -194,7 +194,7 @@ class Effort(Limits):
         return self._band is not None
 
     def with_band(self, band: EffortBand) -> Self:
-        """Give the same, with what the plant makes of it."""
+        """Return the same, with what the plant makes of it."""
         copy = self.model_copy()
         copy._band = band
         return copy

@@ -264,7 +264,7 @@ class TimeProportionalOutput(Model):
 
     @property
     def shortest_pulse_s(self) -> float:
-        """A shorter pulse is left out, s."""
+        """Shortest pulse that is made, s; a shorter one is omitted."""
         return self.minimum_on_s
 
     def pulse_s(self, share: float) -> float:

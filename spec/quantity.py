@@ -120,7 +120,7 @@ def parse(text: object, dimension: Dimension) -> float:
 
 
 def _begins_odd(text: str) -> bool:
-    """Tell whether a text begins with a digit that is none of 0 to 9, such as ³, ½ or １."""
+    """Return whether a text begins with a digit that is none of 0 to 9, such as ³, ½ or １."""
     first = text.strip()[:1]
     return first != "" and not first.isascii() and first.isnumeric()
 

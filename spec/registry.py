@@ -96,7 +96,7 @@ def brought(role: str) -> dict[str, Brought]:
 
 
 def misnamed() -> list[str]:
-    """Tell of entry points whose names begin with no role."""
+    """Report entry points whose names begin with no role."""
     return [
         f'pyproject.toml: "{name}" = "{place}" begins with none of {", ".join(LAYERS)}'
         for name, place in _entry_points()
@@ -123,7 +123,7 @@ def with_brought(role: str, union: Any) -> Any:
 
 
 def problem_of_kind(kind: str) -> str:
-    """Tell why a kind that a package brings cannot be used; nothing if there is no such kind."""
+    """Report why a kind from a package cannot be used; nothing if there is no such kind."""
     found = (brought(role).get(kind) for role in LAYERS)
     return next((each.problem for each in found if each and each.problem), "")
 
@@ -164,7 +164,7 @@ def file_of(module: str) -> str:
 
 
 def owned(module: str, stem: str) -> bool:
-    """Tell whether a module is such a layer of a kind from outside."""
+    """Return whether a module is such a layer of a kind from outside."""
     return module in {f"{package}.{stem}" for package in packages()}
 
 

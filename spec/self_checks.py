@@ -5,7 +5,7 @@ from __future__ import annotations
 from heatwright.spec.controller import Controller
 
 FLASH_BYTES_A_TICK = 2
-"""Of the flash, taken into its CRC in each tick of 10 ms."""
+"""Bytes of the flash that each tick of 10 ms adds to its CRC."""
 
 SELF_CHECK_RULES = (
     "ram_damaged",
@@ -23,17 +23,17 @@ where the watchdog can be let reset, the pins' where one stands still between tw
 
 
 def self_checked(controller: Controller) -> bool:
-    """Tell whether the controller checks itself."""
+    """Return whether the controller checks itself."""
     return controller.safety.self_checks
 
 
 def proves_watchdog(controller: Controller) -> bool:
-    """Tell whether the start has the watchdog reset once, which not every bootloader bears."""
+    """Return whether the start has the watchdog reset once, which not every bootloader bears."""
     return self_checked(controller) and controller.board.bears_watchdog
 
 
 def measures_known_voltage(controller: Controller) -> bool:
-    """Tell whether a voltage that is known is measured beside what is on the ADC."""
+    """Return whether a voltage that is known is measured beside what is on the ADC."""
     return self_checked(controller) and bool(controller.adc_sensors)
 
 

@@ -126,7 +126,7 @@ class Thermistor(AnalogSensor):
     gives_voltage: ClassVar[Literal[False]] = False
 
     def circuit(self, mcu: str) -> Circuit:
-        """Give what stands between its temperature and the ADC of a chip."""
+        """Return the circuit between the sensing element and the ADC of a chip."""
         return of_thermistor(self, mcu)
 
 
@@ -162,7 +162,7 @@ class Rtd(AnalogSensor):
         return self
 
     def circuit(self, mcu: str) -> Circuit:
-        """Give what stands between its temperature and the ADC of a chip."""
+        """Return the circuit between the sensing element and the ADC of a chip."""
         return of_platinum(self, mcu)
 
 
@@ -185,12 +185,12 @@ class Analog(AnalogSensor):
     gives_voltage: ClassVar[Literal[True]] = True
 
     def circuit(self, mcu: str) -> Circuit:
-        """Give what stands between its temperature and the ADC of a chip."""
+        """Return the circuit between the sensing element and the ADC of a chip."""
         return of_voltage(self, self.scale_v_per_k, mcu, open_is_high=self.open_reads == "high")
 
 
 Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor
-"""What a loop can go by."""
+"""Sensors that a loop can be controlled by."""
 
 AdcThermometer = Analog | Rtd | Thermistor
 AdcSensor = AdcThermometer | CurrentSensor

@@ -29,7 +29,7 @@ class Dimension(NamedTuple):
 
 
 def _prefixed(unit: str, prefixes: str = "", *others: str) -> dict[str, Unit]:
-    """Give a unit and its other spellings their prefixes, such as "k m μ"."""
+    """Return a unit and its other spellings their prefixes, such as "k m μ"."""
     return {
         prefix + name: Unit(Decimal(_PREFIXES[prefix]))
         for prefix in ("", *prefixes.split())

@@ -55,7 +55,8 @@ DOUBTFUL = ("proportional", "steady minimum")
 DOUBTS = ("keep", "leave-out", "dip")
 
 HALF_DIGIT_K = 0.05
-"""Of the published figures; so far and half a step of the sensor equal temperatures can appear."""
+"""Half of the last digit of the published figures: equal temperatures may differ by this and half a
+step of the sensor."""
 OURS, SETPOINTS_C, OFF_BY = "heatwright", (50.0, 40.0, 60.0, 70.0), (0.7, 1.0, 1.3)
 """Our rows, and by how much all capacities and all resistances are off. With the least resistances
 the heater holds no more than 66 °C: they are tried at the first setpoint alone."""

@@ -149,7 +149,7 @@ def _board(board: Board) -> str:
 
 
 def _failing(role: str, use: Use, program: Elf) -> list[str]:
-    """Tell the faults that `verify` tries, and the hazards of such a machine."""
+    """Describe the faults that `verify` tries, and the hazards of such a machine."""
     controller = use.spec.controller
     found = _faults(role, use, program)
     rows = [(f"`{fault.id}`", _follows(fault)) for fault in found]

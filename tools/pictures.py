@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 PICTURES = ROOT / "docs" / "pictures"
 Size = tuple[int, int]
 REPORT_SIZE, BENCH_SIZE = (900, 1500), (1280, 1180)
-"""Of the window, in pixels: what a reader sees of a page first."""
+"""Size of the window, in pixels: the part of a page that a reader sees first."""
 FIRED_S, WATCHED_S = 3 * 3600.0, 20.0
 """How long the kiln has fired when its thermocouple chip is unplugged, and how long after that."""
 COMPLETE, LIVE = "h1", "img[src*=display]"

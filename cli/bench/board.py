@@ -28,7 +28,7 @@ SLICE_S = 0.02
 """How often orders are looked at, s on the wall: a key that is pressed waits no longer."""
 TELL_S = 0.02
 TELL_QUICK_S = 0.1
-"""How often at most the tabs are told what is new: at a pace, and as fast as it goes."""
+"""Shortest time between two updates of the tabs: at a given speed, and at full speed."""
 PICTURE_S, PICTURE_QUICK_S = 0.2, 1.0
 VARIABLES_S = 0.5
 """How often at most a touch display is drawn (at most real time, and above), and all variables are
@@ -112,23 +112,23 @@ class Board:
         return self.speed > 1 or self.speed == 0
 
     def later(self, in_s: float, act: Callable[[], None]) -> None:
-        """Do something in so long, s of the board."""
+        """Schedule an action after so many seconds of the board's time."""
         heapq.heappush(self._due, (self.world.now_s + in_s, next(self._numbers), act))
 
     def record(self, event: Mapping[str, Any]) -> None:
-        """Note an event of a scenario; at_s -- when it was, if that is not now."""
+        """Record an event for a scenario; at_s -- its time, if that is not now."""
         what = dict(event)
         at_s = what.pop("at_s", self.world.now_s)
         self.recorded.event(at_s, what)
         self.view.journal(at_s, in_words(what))
 
     def remark(self, text: str) -> None:
-        """Note what no scenario can say."""
+        """Record as a comment what a scenario cannot express."""
         self.recorded.remark(self.world.now_s, text)
         self.view.journal(self.world.now_s, text)
 
     def step(self) -> None:
-        """Go on by one step of the quickest loop, while it stands."""
+        """Advance by one step of the quickest loop, while it stands."""
         period_s = min(loop.period_s for loop in self.controller.loops.values())
         self.go_to(self.world.now_s + period_s)
 
@@ -190,7 +190,7 @@ class Board:
     # -- time ----------------------------------------------------------------------------------
 
     def _go_at_pace(self) -> None:
-        """Go on by what is due in a slice of the wall's time, or by a step of the machine."""
+        """Advance by what is due in a slice of the wall's time, or by a step of the machine."""
         world = self.world
         steps = int(self.speed * SLICE_S / world.step_s)
         if steps > 1:
@@ -209,7 +209,7 @@ class Board:
         self._per_s += 0.5 * (done / took_s - self._per_s)
 
     def go_to(self, time_s: float) -> None:
-        """Go on to a time, in whole steps, through all that is due until then."""
+        """Advance to a time, in whole steps, through all that is due until then."""
         world = self.world
         while (left := round((time_s - world.now_s) / world.step_s)) > 0:
             calm = left
@@ -244,7 +244,7 @@ class Board:
     # -- what is told --------------------------------------------------------------------------
 
     def tell(self, *, force: bool = False) -> None:
-        """Tell the tabs what is new, if it is time."""
+        """Send the news to the tabs, if it is time."""
         now_s = monotonic()
         if now_s - self._told_s < (TELL_QUICK_S if self.speed > 1 else TELL_S) and not force:
             return

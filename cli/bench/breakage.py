@@ -70,7 +70,7 @@ class Breakage:
         self._active[name] = places
 
     def mend(self, name: str) -> None:
-        """Take it away again."""
+        """Remove the cause of a fault again."""
         cause = self._of(name)
         places = self._active.pop(name, None)
         if places is None:
@@ -101,7 +101,7 @@ class Breakage:
 
     @staticmethod
     def _excludes(cause: Cause, other: Cause) -> bool:
-        """Tell whether both are faults of one sensor: a chip has one at a time."""
+        """Return whether both are faults of one sensor: a chip has one at a time."""
         return cause.part == other.part == "sensor" and cause.loop == other.loop
 
     def _of(self, name: str) -> Cause:

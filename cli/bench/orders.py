@@ -19,7 +19,7 @@ Act = Callable[["Board", Order], None]
 SLOWEST, FASTEST = 0.1, 1000.0
 """Seconds of the board to one of ours."""
 COLDEST_C, HOTTEST_C = -40.0, 80.0
-"""Of the surroundings."""
+"""Range of the ambient temperature."""
 MOST_FEED_MM_PER_S = 50.0
 
 

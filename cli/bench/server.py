@@ -64,7 +64,7 @@ class Shown(Protocol):
     when_failed: Callable[[], None]
 
     def order(self, order: Mapping[str, Any], answer: Callable[[str], None]) -> None:
-        """Take an order; answer -- is given what is wrong with it, or ""."""
+        """Execute a command; answer -- is called with what is wrong with it, or ""."""
 
     def scenario(self) -> str:
         """Return what was done so far as a scenario's file. Raises Unsaid."""
@@ -168,7 +168,7 @@ def app_of(board: Shown, token: str, port: int) -> ASGIApp:
 
 
 async def _talk(line: WebSocket, board: Shown) -> None:
-    """Tell a tab what is new, and take its orders, until it goes."""
+    """Send the news to a tab, and receive its commands, until it closes."""
     told, answers = Told(), asyncio.Queue[dict[str, Any]]()
     async with _woken(board) as woken:
         teller = asyncio.create_task(_tell(line, board, told, answers, woken))

@@ -1,4 +1,4 @@
-"""What every tab is told: written by the board's thread, read by the server's."""
+"""What every tab gets: written by the board's thread, read by the server's."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MOST_POINTS = 20_000
-"""Of a chart: when there are more, every other one of the older half goes."""
+"""Most points of a chart: beyond this, every second point of the older half is removed."""
 MOST_LINES = 1_000
-"""Of a console."""
+"""Most lines of a console."""
 
 Point = tuple[float | None, ...]
 
@@ -28,7 +28,7 @@ class Chart:
     epoch: int = 0
 
     def add(self, points: list[Point]) -> None:
-        """Take points; the older ones become fewer where there are too many."""
+        """Add points; if there are too many, the older ones are thinned out."""
         self.points += points
         if len(self.points) > MOST_POINTS:
             half = len(self.points) // 2
@@ -44,7 +44,7 @@ class Roll:
     first: int = 0
 
     def add(self, lines: list[Any]) -> None:
-        """Take lines; the oldest go where there are too many."""
+        """Add lines; if there are too many, the oldest are removed."""
         self.lines += lines
         if (beyond := len(self.lines) - MOST_LINES) > 0:
             del self.lines[:beyond]
@@ -85,7 +85,7 @@ class Store:
         self._rolls: dict[str, Roll] = {}
 
     def draw(self, number: int, picture: Image) -> None:
-        """Take what a touch display shows."""
+        """Store the picture of a touch display."""
         self.pictures[number] = picture
         self.drawn[number] = self.drawn.get(number, 0) + 1
 
@@ -96,7 +96,7 @@ class Store:
         lines: Mapping[str, list[Any]],
         variables: Mapping[str, Any] | None,
     ) -> None:
-        """Take what is new; points by loop, lines by roll."""
+        """Store the news: points by loop, lines by roll."""
         with self._lock:
             self._state = dict(state)
             for loop, added in points.items():

@@ -17,7 +17,7 @@ from heatwright.spec.rules import RULES
 
 JOURNAL = "journal"
 MOST_ELEMENTS = 16
-"""Of an array whose elements are listed."""
+"""Most elements of an array that are listed one by one."""
 
 
 class View:

@@ -17,7 +17,7 @@ from heatwright.sim.plants.thermal_network import Plant
 from heatwright.spec import Controller
 
 LEAST_SUPPLY, MOST_SUPPLY = 0.0, 1.3
-"""Of the heaters' voltage."""
+"""Range of the heaters' supply voltage, as a factor of the nominal one."""
 
 
 class Course(NamedTuple):
@@ -64,7 +64,7 @@ class LiveWorld(World):
         self.ambient_c = self._machine.plant.vector[-1] = ambient_c
 
     def take_heat(self, output: str, watts: float) -> None:
-        """Take so much heat away at the place of a heater, W, from now on."""
+        """Remove this heat at the place of a heater from now on, W."""
         power_w = dict(self._machine.plant.heaters_w)[output]
         self.wiring.taken[output] = watts / power_w
 

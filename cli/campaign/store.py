@@ -103,7 +103,7 @@ class Store:
             )
 
     def _read(self) -> None:
-        """Take what is there; a last line that was cut off is none."""
+        """Read what is there; a last line that was cut off does not count."""
         if not self._journal.exists():
             return
         data = self._journal.read_bytes()

@@ -29,12 +29,12 @@ Came = Callable[[Row], None]
 
 GOES_ON = "What was done is kept: the same command goes on."
 MOST_DEATHS = 3
-"""So often processes are started anew after one was killed; then it was no accident."""
+"""How often processes are restarted after one was killed; after that it was no accident."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """All that a run depends on beside its number."""
+    """Everything that a run depends on, except its number."""
 
     controller: Controller
     vary: Vary
@@ -44,7 +44,7 @@ class Task:
     heatwright: str = field(default_factory=lambda: version("heatwright"))
 
     def pack(self) -> bytes:
-        """Write it for a worker."""
+        """Serialize it for a worker."""
         return pickle.dumps(self, protocol=5)
 
 

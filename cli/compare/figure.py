@@ -33,12 +33,12 @@ from heatwright.spec import Published, Spec
 COLUMNS = 3
 PANEL_IN = (4.0, 2.3)
 CROSSINGS = 60
-"""Of the setpoint: a panel does not tell more of them apart."""
+"""Most crossings of the setpoint that can be distinguished in one panel."""
 BINS = 200
 CLOSE_CROSSINGS = 8
-"""Those at the end that are shown as if through a glass."""
+"""Number of the last crossings, which a panel shows enlarged."""
 GLASS = (0.5, 0.28, 0.48, 0.44)
-"""Its place in a panel: left, lower, width, height."""
+"""Place of the enlarged part in its panel: left, lower, width, height."""
 
 
 def comparison_figure(spec: Spec, outcomes: Sequence[Outcome]) -> Figure:

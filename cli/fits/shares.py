@@ -67,7 +67,7 @@ def _kind(controller: Controller, path: Path) -> str:
 
 
 def short_of(built: BuildResult) -> Short:
-    """Tell what there is too little of."""
+    """Return whether the flash is too small, and whether the RAM is."""
     return built.flash_over > 0, built.ram_over > 0
 
 

@@ -60,7 +60,7 @@ def _has_room(board: Board, built: BuildResult, *, same: bool) -> bool:
 
 
 def _accepted(spec: Spec, board: str) -> bool:
-    """Tell whether the spec passes all checks with another board in it."""
+    """Return whether the spec passes all checks with another board in it."""
     data: Any = deepcopy(spec.tree.data)
     data["controller"]["board"] = board
     try:

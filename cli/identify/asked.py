@@ -50,7 +50,7 @@ class Asked:
         return record_of(log, roles, scales)
 
     def roles(self, log: Log) -> tuple[Roles, Scales]:
-        """Tell which column is what, and what its numbers mean; raises Unusable."""
+        """Find the meaning of each column and of its numbers; raises Unusable."""
         width = log.values.shape[1]
         if self.columns is not None:
             chosen = chosen_roles(

@@ -109,7 +109,7 @@ def record(port: Serial, hearing: Hearing, file: Path, for_s: float, tell: Any) 
             if took_s >= for_s:
                 stop.set()
     except KeyboardInterrupt:
-        pass  # what is there is fitted
+        pass  # stopped by the user: the rows recorded so far are fitted
     finally:
         found.close()
     return found.rows

@@ -24,7 +24,7 @@ def hearings(controller: Controller, interface: SerialLog) -> Iterator[Hearing]:
 
 @dataclass
 class _Logged:
-    """Reads the answers to `log`: each has all entries, and only the new ones are told.
+    """Reads the answers to `log`: each has all entries, and only the new ones are passed on.
 
     The log has its own clock, which begins anew with the board: then its entries go on behind
     those that are known.

@@ -21,7 +21,7 @@ from heatwright.sim.campaign.outcome import UNNOTICED, WELL, Row
 
 MOST_BINS = 40
 HEIGHT = 150
-"""Of a picture, in pixels."""
+"""Height of a picture, in pixels."""
 
 
 def campaign_page(done: Campaign, rows: Sequence[Row]) -> str:

@@ -1,4 +1,4 @@
-"""Puts a spec to start from together: a machine's numbers, a sensor, an output, an interface."""
+"""Composes a spec to start from: a machine's numbers, a sensor, an output, an interface."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def parts() -> dict[str, Any]:
 
 
 def bears(board: str, part: dict[str, Any]) -> bool:
-    """Tell whether a board has what an output or an interface needs."""
+    """Return whether a board has what an output or an interface needs."""
     has = BOARDS[board]._asdict() | {"timers": len(BOARDS[board].timers)}
     return all(has[key] >= least for key, least in part.get("needs", {}).items())
 

@@ -16,7 +16,7 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.quantity import about, celsius
 
 LONGEST_S = 48 * 3600.0
-"""Of heating up; a machine that takes longer has a slip of the pen in its plant."""
+"""Longest time to heat up; a machine that needs longer has a typing error in its plant."""
 
 STEPS_PER_LAG = 100
 ENDS_LAGS = 15
@@ -60,11 +60,11 @@ def plan_of(  # noqa: PLR0913 - one for each option
     lambda_s: float | None,
     tauc_s: float | None,
 ) -> Plan:
-    """Find what is to be done for the loops that are named, or for all.
+    """Plan the tuning of the named loops, or of all if none is named.
 
-    Of all loops those that cannot be tuned so are skipped.
+    If none is named, loops that cannot be tuned with these options are skipped.
 
-    Raises Refused where one that is named cannot be tuned, or none can.
+    Raises Refused if a named loop cannot be tuned, or if no loop can.
     """
     jobs: list[Job] = []
     refused: dict[str, Refused] = {}
@@ -91,9 +91,9 @@ def task_of(
     lambda_s: float | None,
     tauc_s: float | None,
 ) -> Task:
-    """Join spec and options for one loop.
+    """Combine spec and options for one loop.
 
-    Raises Refused where there is nothing to tune.
+    Raises Refused if there is nothing to tune.
     """
     controller = spec.controller
     if name not in controller.loops:
@@ -115,7 +115,7 @@ def task_of(
 
 
 def relay_is_possible(controller: Controller, loop: str) -> bool:
-    """Tell whether the loop's firmware can tune itself."""
+    """Return whether the loop's firmware can tune itself."""
     spec = controller.loops[loop]
     return spec.autotune is not None and facts_of(controller, loop).tunable
 

@@ -30,7 +30,7 @@ class Check:
 
 
 def build_checks(built: BuildResult) -> Iterator[Check]:
-    """Hold the binary to the chip."""
+    """Check that the binary fits the chip."""
     free = built.ram_limit - built.ram_bytes - built.stack_bytes
     yield Check(
         "flash", f"{built.flash_limit} bytes", str(built.flash_bytes),
@@ -43,7 +43,7 @@ def build_checks(built: BuildResult) -> Iterator[Check]:
 
 
 def chain_checks(chains: Iterable[ChainError]) -> Iterator[Check]:
-    """Hold analog sensors to what the ADC resolves."""
+    """Compare the errors of analog sensors with what the ADC resolves."""
     for chain in chains:
         for what, limit, found in (
             (f"table of {chain.points} points off its curve", TABLE_BOUND_STEPS, chain.table_steps),
@@ -58,7 +58,7 @@ def chain_checks(chains: Iterable[ChainError]) -> Iterator[Check]:
 
 
 def replay_checks(loops: ClosedLoop) -> Iterator[Check]:
-    """Hold the binary to the reference model, bit for bit."""
+    """Compare the binary with the reference model, bit for bit."""
     for loop, result in loops.replays.items():
         yield Check(
             f"{loop}: variables equal the model's, bit for bit", "0 mismatches",
@@ -72,7 +72,7 @@ def replay_checks(loops: ClosedLoop) -> Iterator[Check]:
 
 
 def upset_checks(outcomes: Sequence[Outcome]) -> Iterator[Check]:
-    """Hold flipped bits of each kind to what they may do; tell what those do that may do all."""
+    """Check the effects of flipped bits, kind by kind; only report those that may do anything."""
     for kind in KINDS:
         tried = [each for each in outcomes if each.upset.kind == kind]
         if not tried:
@@ -90,7 +90,7 @@ def upset_checks(outcomes: Sequence[Outcome]) -> Iterator[Check]:
 
 
 def run_checks(loops: ClosedLoop, simulation: Simulation) -> Iterator[Check]:
-    """Hold the closed loop to what the spec expects, and to what is expected of any."""
+    """Compare the closed loop with what the spec expects, and with what is expected of any loop."""
     expect = simulation.expect
     for loop, tripped in loops.run.faults.items():
         found = ", ".join(f"{fault_label(code)} at {time_s:.1f} s" for time_s, code in tripped)

@@ -31,12 +31,12 @@ class Evidence:
     """The binary, where it was built elsewhere."""
     built: BuildResult
     chains: tuple[ChainError, ...]
-    """Of the analog sensors."""
+    """Errors of the analog sensors' measuring chains."""
     loops: ClosedLoop
     checks: tuple[Check, ...]
     trials: Trials
     upsets: tuple[Outcome, ...] = ()
-    """Of flipped bits, where they were asked for."""
+    """Outcomes of flipped bits, if they were requested."""
 
     @property
     def passed(self) -> bool:

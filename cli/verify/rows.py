@@ -14,7 +14,7 @@ CHECK_COLUMNS = ("", "limit", "found")
 CHECK_TEXTS = 3
 CHAIN_COLUMNS = ("sensor", "at", "one step of the ADC", "largest error near")
 CHAIN_UNITS = {"temperature": ("°C", "K", 0), "current": ("A", "A", 1)}
-"""Of what is measured and of differences; decimals of the former."""
+"""By quantity: its unit, the unit of its differences, and its decimals."""
 FAULT_COLUMNS = ("fault", "trips", "would trip next", "after [s]", "heater off [s]", "peak [°C]")
 FAULT_TEXTS = 3
 FIGURE_COLUMNS = ("", "in", "worst", "limit")

@@ -33,7 +33,7 @@ class _Piece:
     fault: int | None
     """Its number in the catalogue; None: the timing."""
     core: Core
-    """A worker is a process of its own, and is told."""
+    """The choice of the core: each worker is a process of its own, so it has to be passed on."""
 
 
 def try_all(controller: Controller, built: BuildResult, core: Core, shown: Talk) -> Trials:

@@ -21,7 +21,8 @@ FAR = 8
 CODES = 1024
 WRONG_TICKS = 100
 KNOWN_TOLERANCE = 0.25
-"""Of the code: the band gap's, and that of a supply of 4.5 to 5.5 V as reference."""
+"""± of the expected code, as a share: the band gap's tolerance and that of a 4.5 to 5.5 V supply as
+the reference."""
 
 REFERENCES = {
     "supply": ("(1u << REFS0)", "The supply, AVCC."),
@@ -83,7 +84,7 @@ def known_limits(root: Source) -> tuple[Constant, ...]:
 
 
 def has_sensors(controller: Controller) -> bool:
-    """Tell whether anything but keys is measured."""
+    """Return whether anything but keys is measured."""
     return bool(controller.adc_sensors)
 
 

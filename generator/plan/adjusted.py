@@ -49,7 +49,7 @@ def named(source: Source, name: str, prefix: str) -> list[NumberNames]:
 
 
 def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
-    """Give the ends of the ranges."""
+    """Return the ends of the ranges."""
     return [
         _at(source, each)
         .at(end)
@@ -60,7 +60,7 @@ def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
 
 
 def key_constants(source: Source, name: str) -> list[Constant]:
-    """Give what a press changes, and what the display shows."""
+    """Return what a press changes, and what the display shows."""
     found = []
     for each in numbers_of(source.controller, name):
         at = _at(source, each)

@@ -78,7 +78,7 @@ def _rule(source: Source, pid: Pid, prefix: str, period_s: float) -> list[Consta
 
 
 class NamesInForce(NamedTuple):
-    """What an experiment goes by, in C: its swing, and where the integral begins."""
+    """The numbers of an experiment, in C: its swing, and where the integral begins."""
 
     swing: str
     start: str

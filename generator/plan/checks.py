@@ -20,7 +20,7 @@ WATCHDOG_MS = (12, 24)
 """Within which a watchdog set to 16 ms resets: its oscillator is slower when hot, up to a fifth."""
 PIN_HELD_TICKS = 3
 NEAR_BYTES = 0x10000
-"""Of flash are what an address of 16 bits reaches."""
+"""Bytes of flash that a 16-bit address can reach."""
 
 
 def plan_checks(root: Source) -> tuple[Part, ...]:

@@ -13,7 +13,7 @@ class Fuses(NamedTuple):
     clock: str
     brown_out: str
     brown_out_v: str
-    """Of the levels for 5 V (data sheets, "Fuse Bits", "BODLEVEL Fuse Coding")."""
+    """Brown-out level for a supply of 5 V (data sheets, "Fuse Bits", "BODLEVEL Fuse Coding")."""
     has_wdton: bool
     """Whether a fuse can leave the watchdog on for good."""
 

@@ -17,9 +17,9 @@ from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
 
 ROOM_C = 20.0
 USUAL_V = (12.0, 24.0, 120.0, 230.0)
-"""Of heaters whose spec tells no supply."""
+"""Usual supply voltages, for heaters whose spec gives none."""
 OHM_TOLERANCE = "10 %"
-"""Of a heater's cold resistance: parts and meter."""
+"""Tolerance of a heater's cold resistance: that of the part and of the meter."""
 
 
 class Step(NamedTuple):

@@ -210,7 +210,7 @@ def lockout_ends(controller: Controller) -> str:
 
 @dataclass(frozen=True, slots=True)
 class LockoutNames:
-    """What the templates of the fault are told of repeated trips."""
+    """The values on repeated trips, for the templates of the fault."""
 
     where: str
     by_keys: bool

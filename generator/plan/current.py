@@ -19,11 +19,11 @@ LEAST_PERCENT = 0.1
 """The least that a limit is: that of a wire which trips comes later, and squares stay numbers."""
 
 FEWEST_STEPS = 5
-"""Of such a time: the filter of the current may be as slow as one control step, and has left less
-than 2 % of what was four of them ago."""
+"""Least control steps in this time: the filter's time constant may be one control step, so after
+four steps less than 2 % of an old value is left."""
 
 IDLE_SHARE = 0.05
-"""Of the nominal current's mean at full duty: less is none."""
+"""Share of the mean nominal current at full duty below which a reading counts as no current."""
 
 IDLE_CODES = 3
 """Steps of the ADC that are none either: its offset and linearity (data sheets, ADC

@@ -1,4 +1,4 @@
-"""What the templates of a loop are told: facts of the spec, places in it, and names in C."""
+"""The values for the templates of a loop: facts and places of the spec, and names in C."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class LoopSummary(LoopFacts):
 
 @dataclass(frozen=True, slots=True)
 class LoopNames(LoopSummary):
-    """What the templates of a loop are told besides."""
+    """Further values for the templates of a loop."""
 
     NAME: str
     SENSOR: str
@@ -118,7 +118,7 @@ def loop_names(source: Source, name: str, ready_within: str) -> LoopNames:
 
 
 def _types(source: Source, loop: Loop) -> Types | None:
-    """Tell the types of thermocouple apart by what they bear; None if all bear the same."""
+    """Return the types of thermocouple by their limits; None if all have the same limit."""
     sensor = source.controller.thermometers[loop.sensor]
     highest = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
     if not highest:

@@ -42,7 +42,7 @@ RARE_S = 1.0
 
 
 def told_between_steps(controller: Controller, loop: Loop) -> bool:
-    """Tell whether the display shows a fault, or its end, before the loop's next step.
+    """Return whether the display shows a fault, or its end, before the loop's next step.
 
     It has to where others find faults or acknowledge them, and where the steps are rare.
     """
@@ -52,12 +52,12 @@ def told_between_steps(controller: Controller, loop: Loop) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class GuardNames:
-    """What the templates of a loop's protections are told besides."""
+    """Further values for the templates of a loop's protections."""
 
     where: str
     where_of: dict[str, str]
     t: str
-    """The temperature that the rules go by, in C."""
+    """The temperature that the rules use, in C."""
     runaway: bool
     runaway_below: bool
     heating: bool
@@ -74,7 +74,7 @@ class GuardNames:
 
 @dataclass(frozen=True, slots=True)
 class TuningNames:
-    """What the templates of the experiment are told besides."""
+    """Further values for the templates of the experiment."""
 
     where: str
     band: bool
@@ -84,7 +84,7 @@ class TuningNames:
 
 @dataclass(frozen=True, slots=True)
 class ResponseNames:
-    """What the templates of the response are told besides."""
+    """Further values for the templates of the response."""
 
     where: str
     within_where: str
@@ -236,7 +236,7 @@ def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 
 def _average(source: Source, told: LoopNames) -> list[Constant]:
-    """How many readings are in the mean that the loop goes by."""
+    """How many readings are in the mean that the control uses."""
     at = Source(source.spec, ("sensors", told.sensor, "moving_average"))
     return [
         at.count(f"{told.prefix}_READINGS", told.readings, "whose mean the control goes by"),

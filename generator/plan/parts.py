@@ -52,7 +52,7 @@ class PinPlan:
 
 
 def names(told: object) -> dict[str, Any]:
-    """Name what a template is told: the fields of a dataclass, or of several; the last one counts.
+    """Return a template's variables: the fields of a dataclass, or of several; the last counts.
 
     The values are as they stand there: dataclasses within are not taken apart.
     """
@@ -66,18 +66,18 @@ def names(told: object) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """One file to be printed: its path in the project, its template and what that is told."""
+    """One file to be rendered: its path in the project, its template, the template's variables."""
 
     path: str
     template: str
     told: object = ()
     """See `names`."""
     key: tuple[str, ...] = ()
-    """The key that it is for, below that of its part, such as `autotune` of a loop."""
+    """The key of the spec that it is for, relative to its part's, such as `autotune` of a loop."""
 
     @property
     def context(self) -> dict[str, Any]:
-        """What the template is told, by name."""
+        """The template's variables, by name."""
         return names(self.told)
 
 

@@ -17,7 +17,7 @@ from heatwright.spec.algorithms import LARGEST_GAIN
 from heatwright.spec.facts import facts_of
 
 VERSION = 1
-"""Of the map: it changes when an address changes its meaning."""
+"""Version of the register map: it changes when the meaning of an address changes."""
 BLOCK = 100
 NO_TEMPERATURE = -32768
 """What a temperature reads as long as there was none."""

@@ -16,7 +16,7 @@ PLACES = (*STAGES, "start", "tick", "follow", "set", "refuse", "switch_off", "di
 
 
 def always(_: LoopNames) -> bool:
-    """Tell that every loop has it."""
+    """Return True: every loop has it."""
     return True
 
 
@@ -29,7 +29,7 @@ class Feature:
     each: Callable[[LoopNames], Iterable[str]] = lambda _: ("",)
     """It is added once for each of these, as `{each}`."""
     names: Mapping[str, str] = field(default_factory=dict)
-    """What templates and statements are told, in the place of what earlier features named so."""
+    """Values for templates and statements; they replace those of the same name set earlier."""
     includes: Mapping[str, str] = field(default_factory=dict)
     """Headers, and the symbols that they are for."""
     helpers: tuple[str, ...] = ()

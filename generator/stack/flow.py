@@ -171,7 +171,7 @@ class _Walk:
         return None
 
     def step(self, address: int) -> None:
-        """Take one instruction."""
+        """Process one instruction."""
         state = self.states[address]
         try:
             instruction = decode(self.program.code, address)

@@ -149,7 +149,7 @@ def _move_high(state: State, d: int, less: int) -> State:
 
 
 def _less(state: State, d: int, less: int | None) -> State:
-    """Take a constant off a register: the low half of a subtraction."""
+    """Subtract a constant from a register: the low half of a subtraction."""
     byte = state.registers[d]
     if byte is None or less is None or byte.kind != "low":
         return state.holding({d: None})
@@ -157,7 +157,7 @@ def _less(state: State, d: int, less: int | None) -> State:
 
 
 def _less_high(state: State, d: int, less: int | None) -> State:
-    """Take a constant and the borrow off a register: the high half of a subtraction."""
+    """Subtract a constant and the borrow from a register: the high half of a subtraction."""
     low, high = state.registers[d - 1], state.registers[d]
     if less is None or low is None or low.kind != "low_less" or high != Byte("high", low.number):
         return state.holding({d: None})

@@ -63,7 +63,7 @@ def _holds(file: Path, content: bytes) -> bool:
 
 
 def _mend(file: Path, content: bytes) -> None:
-    """Put the content in the place of what is there; a reader never finds half of it."""
+    """Replace the content in one step: a reader never finds half of it."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=file.parent, prefix=".new-", delete=False) as fresh:
         fresh.write(content)

@@ -40,7 +40,7 @@ def recall(folder: Path) -> BuildResult | None:
 
 
 def _seal(elf: Path, record: Mapping[str, object]) -> str:
-    """Give digits that change with any byte of the binary, its image and the record."""
+    """Return digits that change with any byte of the binary, its image and the record."""
     made = (elf, elf.with_suffix(".hex"))  # the image of what does not fit need not be there
     files = {path.suffix: path.read_bytes() for path in made if path.is_file()}
     return digest(files, json.dumps(record, sort_keys=True))

@@ -90,7 +90,7 @@ class Each:
     """An object of its own for each lane, whose methods return a number."""
 
     def __init__(self, objects: Sequence[Value]) -> None:
-        """Take the objects, in the order of the lanes."""
+        """Store the objects, in the order of the lanes."""
         self._objects = tuple(objects)
 
     def __getattr__(self, name: str) -> Callable[..., Value]:

@@ -44,7 +44,7 @@ NOW = _State()
 
 
 def has_array(values: Sequence[Value]) -> bool:
-    """Tell whether one of some values is an array."""
+    """Return whether one of some values is an array."""
     return np.ndarray in map(type, values) or Maybe in map(type, values)
 
 
@@ -87,7 +87,7 @@ def _tuple_as(kind: Value, parts: list[Value]) -> Value:
 
 
 def _alike(new: Value, old: Value) -> bool:
-    """Tell whether two are of one kind and length; the model's own kinds exist twice."""
+    """Return whether two are of one kind and length; the model's own kinds exist twice."""
     return type(new).__name__ == type(old).__name__ and len(new) == len(old)
 
 
@@ -126,7 +126,7 @@ class Frame:
         self.value: Value = UNSET
 
     def is_whole(self) -> bool:
-        """Tell whether all lanes that began are meant."""
+        """Return whether all lanes that began are meant."""
         return NOW.active is self.whole
 
     def set(self, old: Value, new: Value) -> Value:
@@ -140,7 +140,7 @@ class Frame:
         NOW.active = np.zeros_like(mask)
 
     def goes_on(self) -> bool:
-        """Tell whether any lane has not returned."""
+        """Return whether any lane has not returned."""
         return NOW.active is self.whole or bool(_mask().any())
 
     def end(self, value: Value = None) -> Value:
@@ -202,7 +202,7 @@ class While:
         self._left: Mask | None = None
 
     def again(self, test: Value) -> bool:
-        """Tell whether any lane goes on, and mean those that do."""
+        """Return whether any lane goes on, and mean those that do."""
         if not isinstance(test, np.ndarray):
             return bool(test)
         told = truth(test)
@@ -241,7 +241,7 @@ def common(value: Value) -> Value:
 
 
 def raises() -> bool:
-    """Tell whether an exception is meant; refuse one for some lanes, which would end all."""
+    """Return whether an exception is meant; refuse one for some lanes, which would end all."""
     if NOW.active is not None and NOW.active.any():
         message = "an exception for some lanes"
         raise AllLanesError(message)

@@ -24,7 +24,7 @@ class Plants:
     """The machines of all lanes."""
 
     def __init__(self, plants: Sequence[Plant]) -> None:
-        """Take plants that go on in equal steps of time.
+        """Combine plants that advance in equal steps of time.
 
         Raises:
             UnlikeError: their nodes, heaters, fans or sensors are not the same.
@@ -68,7 +68,7 @@ class Plants:
         return {name: meters.amperes for name, meters in self._ammeters.items()}
 
     def step(self, active: Mapping[str, Any], feed_mm_per_s: Any = 0.0) -> None:
-        """Go on by one step; see `Plant.step`, each number for all lanes or one for each."""
+        """Advance by one step; see `Plant.step`, each number for all lanes or one for each."""
         for meters in self._ammeters.values():
             meters.follow(active[meters.output])
         for place, name in enumerate(self._heaters):
@@ -95,7 +95,7 @@ class Plants:
             ].now(self._vectors[lane])
 
     def _renew(self, lanes: NDArray[np.int64], keys: Numbers) -> None:
-        """Take the matrices for what fans, feed and surfaces are now."""
+        """Select the matrices for the present fans, feed and surfaces."""
         fans = slice(1, 1 + len(self._fans))
         for lane in lanes.tolist():
             row, known = keys[lane], self._known[lane]
@@ -122,7 +122,7 @@ class Feelers:
     """The tips of one sensor in all lanes."""
 
     def __init__(self, feelers: Sequence[Feeler]) -> None:
-        """Take them as they are."""
+        """Copy the present state of one tip for each lane."""
         self._state = feelers[0].state
         pasts = [each.past_c for each in feelers]
         longest = max(map(len, pasts))
@@ -160,12 +160,12 @@ class Ammeters:
     """One sensor of a current in all lanes."""
 
     def __init__(self, meters: Sequence[Ammeter]) -> None:
-        """Take them as they are."""
+        """Copy the present state of one current sensor for each lane."""
         self.output = meters[0].output
         self._share = np.array([each.share for each in meters])
         self._full_a = np.array([each.full_a for each in meters])
         self.amperes = np.array([each.amperes for each in meters])
 
     def follow(self, active: Any) -> None:
-        """Go on by one step, with the heater's mean active fraction over it, 0..1."""
+        """Advance by one step, with the heater's mean active fraction over it, 0..1."""
         self.amperes = self.amperes + self._share * (active * self._full_a - self.amperes)

@@ -37,7 +37,7 @@ class Specs:
     """Parts of specifications that differ by numbers, read as one."""
 
     def __init__(self, models: Sequence[BaseModel]) -> None:
-        """Take the parts, in the order of the lanes."""
+        """Store the parts, in the order of the lanes."""
         self.__dict__["_models"] = tuple(models)
 
     @property  # type: ignore[misc]

@@ -40,7 +40,7 @@ def _calls(value: ast.expr) -> bool:
 
 
 def _returns(body: list[ast.stmt]) -> bool:
-    """Tell whether a block returns, its inner functions left out."""
+    """Return whether a block returns, its inner functions left out."""
     for each in body:
         if isinstance(each, ast.Return):
             return True
@@ -95,7 +95,7 @@ class _Lanes(ast.NodeTransformer):
     # ---- statements ----
 
     def _block(self, body: list[ast.stmt]) -> list[ast.stmt]:
-        """Translate a block; after a part that may return the rest is for who has not."""
+        """Translate a block: after a statement that may return, only the other lanes go on."""
         done: list[ast.stmt] = []
         for place, statement in enumerate(body):
             found = self.visit(statement)

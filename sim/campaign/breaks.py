@@ -14,9 +14,9 @@ from heatwright.sim.native.pins import Level
 from heatwright.spec import Controller
 
 WEAK_SHARE = 0.05
-"""Of its power: what a heater gives of which hardly a strand is left."""
+"""Share of its power that a heater still has when its wire is almost broken."""
 LEAKING_SHARE = 0.3
-"""Of full power: what a damaged switch lets through while it is off."""
+"""Share of full power that passes through a damaged switch while it is off."""
 
 
 def _switch(heat: Heat) -> Act:

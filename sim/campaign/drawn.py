@@ -169,7 +169,7 @@ def _errors(controller: Controller, vary: Vary, draws: _Draws) -> dict[str, floa
 
 
 def _powered(controller: Controller, supply: float) -> Controller:
-    """Put all loads on a voltage that is so many times its own."""
+    """Multiply the supply voltage of all loads by a factor."""
     outputs = dict(controller.outputs)
     for name, output in controller.outputs.items():
         told = {key: getattr(output, key, None) for key in ("supply_v", "power_w", "rated_v")}

@@ -24,7 +24,7 @@ FIGURES = (
     "setpoint_c", "maximum_c", "overshoot_k", "rise_time_s", "settling_s", "steady_error_k",
     "iae_ks", "switchings", "energy_j",
 )  # fmt: skip
-"""Of each loop; see heatwright.sim.judges.metrics."""
+"""Figures of each loop; see heatwright.sim.judges.metrics."""
 
 
 class Outcome(NamedTuple):

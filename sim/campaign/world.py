@@ -24,7 +24,7 @@ from heatwright.spec.quantity import celsius, duration
 Progress = Callable[[float, float], None]
 
 PROGRESS_S = 60.0
-"""How often it is told, s of simulated time."""
+"""How often it is reported, s of simulated time."""
 LATCHED = OfState(lambda now: now.fault != 0)
 
 
@@ -87,7 +87,7 @@ class DrawnWorld(World):
         return self.broke_s is not None and self.fault != 0
 
     def _go_to(self, time_s: float, progress: Callable[[float], None]) -> None:
-        """Go on to a time, in whole steps, or until a broken machine has been caught."""
+        """Advance to a time, in whole steps, or until a broken machine has been caught."""
         while not self.is_caught and (left := round((time_s - self.now_s) / self.step_s)) > 0:
             piece_s = min(left * self.step_s, max(self.step_s, PROGRESS_S))
             if self.broke_s is None:

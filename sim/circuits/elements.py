@@ -66,7 +66,7 @@ def interpolated_ohm(kelvin: Array, points: tuple[tuple[float, float], ...]) -> 
 
 
 SUPPLY_V = 5.0
-"""Of the board."""
+"""Supply of the board."""
 
 
 def coded_ohm(sensor: Thermistor, celsius: Array) -> Array:

@@ -12,7 +12,7 @@ from heatwright.sim.circuits.elements import Array, element_ohm
 from heatwright.spec import Amplifier, Analog, Board, CurrentSensor, Divider, Rtd, Thermistor
 
 SUPPLY_V = 5.0
-"""Of the board."""
+"""Supply of the board."""
 
 INTERNAL_REFERENCE_V = {
     "atmega328p": 1.1,

@@ -13,7 +13,7 @@ from heatwright.spec import Controller, ThermalNetwork
 
 LONGEST_S = 24 * 3600.0
 SPARE = 0.1
-"""Of the rise above the surroundings: machines differ."""
+"""Margin, as a share of the rise above ambient, because machines differ."""
 WARM_DAY_C = 35.0
 """A workshop in summer."""
 REST_K = 1.0

@@ -63,7 +63,7 @@ def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fau
     """Yield what a hand can do to a running machine: the part, the loop, and the fault.
 
     Each stands for its cause and cure alone, the first of those with the same; what it would be
-    tried in is left out, and so is what only watches a machine that is well.
+    tried in is left out, and so is what only watches a healthy machine.
     """
     known: set[Act] = {nothing}
     for number, name in enumerate(controller.loops):

@@ -1,4 +1,4 @@
-"""Machines that are well, of all kinds: nothing may trip."""
+"""Healthy machines, of all kinds: nothing may trip."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LONGEST_S = 3600.0
 
 
 class Healthy(NamedTuple):
-    """A machine that is well, where it begins, and the setpoints that it is taken through, °C.
+    """A healthy machine, where it begins, and the setpoints that it is taken through, °C.
 
     what -- how it differs from the plant, for messages.
     """
@@ -44,7 +44,7 @@ class Healthy(NamedTuple):
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield the machines that are well: nothing may trip on them."""
+    """Yield the healthy machines: nothing may trip on them."""
     for each in machines(site):
         yield healthy(site, each)
 
@@ -139,7 +139,7 @@ def _hold_s(site: Place) -> float:
 
 
 def healthy(site: Site, machine: Healthy) -> Fault:
-    """Try a machine that is well."""
+    """Try a healthy machine."""
 
     def make() -> World:
         world = World(site, Weather(machine.start_c, machine.ambient_c, machine.network))

@@ -12,7 +12,8 @@ from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
 from heatwright.spec import Controller, Heating, Loop, ThermalNetwork
 
 COURSE_STEP_S = 1.0
-"""Of a course, or a period where that is longer: slow machines have long ones."""
+"""Time step of a simulated course, unless the loop's period is longer: slow machines have long
+periods."""
 LONGEST_S = 24 * 3600.0
 MOST_WATCHED_S = 4 * 3600.0
 TRAVELLED = 0.95
@@ -41,7 +42,7 @@ def share_for(site: Place, hold_c: float, *, ambient_c: float, cooled: bool = Fa
 def room_k(site: Place) -> float:
     """Return by how much a reading may be wrong for long without breaking a rule of limits, K.
 
-    Half of what is left from where a machine that is well may be to each limit: the control's own
+    Half of what is left from where a healthy machine may be to each limit: the control's own
     swings have the rest.
     """
     protection = site.loop.protection

@@ -1,7 +1,7 @@
 """How every fault is tried: cause, trip, acknowledgement, cure, loss of power, acknowledgement.
 
 The reference model is fed with what the firmware read, and says what has to be latched, and when
-(heatwright.sim.faults.witness). A machine that is well is watched for a while: nothing may trip.
+(heatwright.sim.faults.witness). A healthy machine is watched for a while: nothing may trip.
 Of any other, where a rule trips, its fault has to
 
 1. be latched in the step in which its condition is met, and the heater has to be off;
@@ -156,7 +156,7 @@ class _Trial:
             self._goes(latched)
 
     def _goes(self, latched: Change) -> None:
-        """Take the cause away: the fault stays until it is acknowledged."""
+        """Remove the cause, and check that the fault stays latched until it is acknowledged."""
         self.fault.cure(self.world)
         self._cools_down()
         self._holds(latched, "when its cause has gone")
@@ -213,13 +213,13 @@ class _Trial:
         return next(iter(self.world.trips.since(began_s)), None)
 
     def _follow(self, trip: Trip, began_s: float) -> float | None:
-        """Go on until a fault is latched, or much too late.
+        """Run until a fault is latched, or until it is much too late.
 
         Return since when the condition had been met without a gap: the step of time in which it
         was met counts. A trip that comes sooner counts from the step of time before it.
         """
         world = self.world
-        if trip.due is at_once:  # which may last for days, where stale_after does
+        if trip.due is at_once:  # in one run: with a long stale_after it may last for days
             from_s = max(began_s, world.now_s - world.step_s)
             world.until(_is_latched, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
             return from_s
@@ -271,7 +271,7 @@ class _Trial:
         self.world.until(Spread(), SPREADING_S)
 
     def _judge_peaks(self) -> None:
-        """See that no node became hotter than it bears; of several, tell the first."""
+        """Check that no node became hotter than it bears; of several, tell the first."""
         self.peak_c = self.world.peak_c
         self.world.peaks.end()
         borne_c = self.world.bears_c
@@ -329,7 +329,7 @@ class _Trial:
         return highest_c(other) >= highest_c(site)
 
     def _holds(self, latched: Change, when: str) -> None:
-        """See that it stays latched and shown, and that no heater has been on since the trip."""
+        """Check that it stays latched and shown, and that no heater has been on since the trip."""
         world = self.world
         world.run(REST_S)
         if world.fault != latched.code:

@@ -49,7 +49,7 @@ class TripLog:
         self._snapshots = self._device.avr.snapshots(place, place)
 
     def collect(self) -> None:
-        """Take what has been recorded; to be done before the power goes."""
+        """Fetch what has been recorded; to be called before the power fails."""
         if self._snapshots is None:
             return
         cycles, images = self._snapshots.take()
@@ -110,7 +110,7 @@ class HeaterLog:
         self._recent: deque[tuple[float, NDArray[Any]]] = deque()
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT records)."""
+        """Process pin changes (PIN_EVENT records)."""
         del sent
         if not len(pins):
             return

@@ -111,7 +111,7 @@ class OfState:
     met: Callable[[State], bool]
 
     def __call__(self, state: State) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return self.met(state)
 
 
@@ -131,7 +131,7 @@ class Operated(Protocol):
         """Switch the loop off, by its switch or its setpoint."""
 
     def run(self, seconds: float) -> None:
-        """Go on for a time."""
+        """Run for a time."""
 
     def until(self, condition: OfState, within_s: float) -> bool:
-        """Go on until something is so; False if it takes longer."""
+        """Run until a condition holds; return False if that takes longer."""

@@ -69,7 +69,7 @@ class Below:
     limit_c: float
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return world.sensed_c < self.limit_c
 
     def stop(self, world: World) -> Stop:
@@ -82,7 +82,7 @@ class Spread:
     """The condition that no node becomes hotter without heat."""
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return not world.peaks.spreads
 
     def stop(self, world: World) -> Stop:
@@ -96,10 +96,10 @@ class Given:
     """The condition that the loop's heater is given some time."""
 
     variable: str
-    """Of the program: how much it is."""
+    """The program's variable that holds this time."""
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return bool(world.device.read(self.variable) > 0)
 
     def stop(self, world: World) -> Stop:
@@ -126,7 +126,7 @@ class Switched:
     on: bool
 
     def __call__(self, world: World) -> bool:
-        """Tell whether it is so now."""
+        """Return whether the condition holds now."""
         return world.device.outputs[world.site.loop.heater].on == self.on
 
     def stop(self, world: World) -> Stop:
@@ -277,15 +277,15 @@ class World:
         return float(self._machine.felt[self._machine.sensors.index(sensor)])
 
     def run(self, seconds: float) -> None:
-        """Go on for a time, in whole steps."""
+        """Run for a time, in whole steps."""
         self._go(round(seconds / self.step_s))
 
     def wait(self, seconds: float) -> None:
-        """Go on for no less than a time, in whole steps: a key's press must be long enough."""
+        """Run for at least a time, in whole steps: a key's press must be long enough."""
         self._go(math.ceil(seconds / self.step_s - ROUNDING))
 
     def until(self, condition: Condition, within_s: float) -> bool:
-        """Go on until something is so; False if it takes longer."""
+        """Run until a condition holds; return False if that takes longer."""
         left, read = round(within_s / self.step_s), self.device.looked_at
         while True:
             read.clear()
@@ -309,16 +309,16 @@ class World:
         return None
 
     def step(self) -> None:
-        """Go on by one step of time."""
+        """Advance by one step of time."""
         self._go(1)
 
     def _go(self, steps: int, stop: Stop = NO_STOP) -> int:
-        """Go on by some steps, together where all is sound. Return how many are left."""
+        """Advance by some steps, together where all is sound. Return how many are left."""
         self._look()
         return self._machine.go(steps, stop)
 
     def act_within(self, act: Callable[[float], None]) -> None:
-        """Go on by one step; act -- runs the device to its end, s, and does something meanwhile."""
+        """Advance by one step; act -- runs the device to its end, s, and does something in it."""
         self._look()
         self._machine.by_hand(act)
 

@@ -152,7 +152,7 @@ def _compile(
 
 
 def _link(objects: Iterable[Path], library: Path, *, sanitized: bool) -> Path:
-    # -Bsymbolic: nothing of another library, or of Python, in place of the firmware's own names.
+    # -Bsymbolic: the firmware's names mean its own functions, never another library's or Python's.
     flags = ("-shared", "-Wl,-Bsymbolic", "-Wl,-z,defs", *(SANITIZE if sanitized else ()))
     in_order = sorted(objects, key=lambda made: made.name != "world.o")  # see world.c
     _run(_compiler(), *flags, *map(str, in_order), "-o", str(library))

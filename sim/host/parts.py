@@ -14,7 +14,7 @@ from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
 
 HOST_SHORTED = 2
-"""Of world.h: a line that is held at ground."""
+"""As in world.h: a line that is shorted to ground."""
 
 PORTS = "ABCDEFGHJKL"
 """In the order of include/avr/io.h."""
@@ -111,7 +111,7 @@ def program_files(parts: Parts) -> list[str]:
 
 
 def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[str]:
-    """Tell world.c, on gcc's command line, what the loops are called, and what they share."""
+    """Return gcc's options that give world.c the loops' names, and what the loops share."""
     first = loops[0]
     flags = ["-DLOOPS=" + "".join(f"LOOP({parts.name})" for parts in loops)]
     headers = ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
@@ -141,7 +141,7 @@ def looks_of(controller: Controller) -> int:
 
 
 def healthy_line(controller: Controller, fan: str) -> int:
-    """Return `proof_line` of world.h of a fan that is well: looks in a pulse, or HOST_SHORTED."""
+    """Return `proof_line` of world.h of a healthy fan: looks in a pulse, or HOST_SHORTED."""
     counted = proofs(controller)[fan].tachometer
     if counted is None:
         return HOST_SHORTED
@@ -169,7 +169,7 @@ def _input_flags(controller: Controller) -> list[str]:
 
 
 def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
-    """Tell loop.c what the loop and its parts are called."""
+    """Return the options that give loop.c the names of the loop and its parts."""
     control: Loop = controller.loops[parts.name]
     flags = [f"-DLOOP={parts.name}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DRAW={_raw_type(controller.thermometers[parts.sensor])}")

@@ -68,12 +68,12 @@ def modes(network: ThermalNetwork, heater: str, sensor: str) -> Modes:
 
 
 class Answer:
-    """The course of the power in a record, ready to be answered to."""
+    """The power of a record over time, prepared to compute a plant's response."""
 
     def __init__(
         self, record: Record, before_w: float, rows: NDArray[np.intp] | None = None
     ) -> None:
-        """Take the power of a record.
+        """Use the power of a record.
 
         Args:
             record: gives power and times.

@@ -19,7 +19,7 @@ _MISSING = {"", "nan", "inf", "-inf", "+inf", "-nan", "null", "none", "na", "n/a
 
 
 class Dialect(NamedTuple):
-    """How the fields of a line are told apart, and what marks their decimals."""
+    """The delimiter of the fields of a line, and the decimal mark."""
 
     delimiter: str | None
     """None: blanks."""
@@ -39,7 +39,7 @@ DIALECTS = (
 
 
 def unstamped(line: str) -> tuple[float | None, str]:
-    """Take off the clock time that a terminal program puts before a line, s."""
+    """Remove the clock time that a terminal program puts before a line, s."""
     found = _STAMPED.match(line)
     if found is None:
         return None, line
@@ -55,9 +55,9 @@ def fields(line: str, dialect: Dialect) -> list[str]:
 
 
 def labelled(line: str) -> dict[str, float]:
-    """Return the numbers of a line of labels, as the plotter of the Arduino IDE takes it.
+    """Return the numbers of a line with labels, in the format of the Arduino IDE's plotter.
 
-    `temperature:20.5,duty:100`; also `T:201.3 /200.0 @:127` of a printer.
+    For example `temperature:20.5,duty:100`, or `T:201.3 /200.0 @:127` from a 3D printer.
     """
     return {name: float(text) for name, text in _LABELLED.findall(line)}
 

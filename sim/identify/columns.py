@@ -71,7 +71,7 @@ PREFERENCES: dict[str, tuple[Look, ...]] = {
 
 
 def with_unit(title: str) -> tuple[str, str]:
-    """Tell a title's name and unit: `air.duty_percent [%]`, `time (ms)`, `temp_c`."""
+    """Split a title into name and unit: `air.duty_percent [%]`, `time (ms)`, `temp_c`."""
     found = _UNIT.match(title)
     if found:
         return found[1], found[2].strip()

@@ -141,7 +141,7 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
 
 
 def _as_good(rested: Solution, free: Solution) -> bool:
-    """Tell whether temperatures at the start that are free are not worth their number.
+    """Return whether temperatures at the start that are free are not worth their number.
 
     By the Bayesian information criterion (Schwarz, Annals of Statistics 6, 1978), with correlated
     residuals counted as the fewer independent ones that they are worth.

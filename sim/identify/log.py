@@ -37,7 +37,7 @@ class Log:
     """A table of numbers; gaps are NaN."""
 
     names: tuple[str, ...]
-    """Of the columns; empty if the log does not say."""
+    """Names of the columns; empty if the log has none."""
     values: NDArray[np.float64]
     """One row for each line of numbers."""
     dropped: int
@@ -47,7 +47,7 @@ class Log:
 
 
 def read_log(data: bytes) -> Log:
-    """Take a log apart.
+    """Parse a log.
 
     Raises:
         Unusable: it holds no rows of numbers.
@@ -76,7 +76,7 @@ def _text(data: bytes) -> str:
 
 
 def _unstamped(lines: Sequence[str]) -> tuple[list[float | None], list[str]]:
-    """Take the clock times off, if more than half of the lines have one before other fields."""
+    """Remove the clock times, if more than half of the lines have one before other fields."""
     pairs = [unstamped(line) for line in lines]
     if 2 * sum(stamp is not None for stamp, _ in pairs) <= len(lines):
         return [None] * len(lines), list(lines)

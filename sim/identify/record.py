@@ -30,7 +30,7 @@ class Scales:
     """What a log does not say itself."""
 
     power_w: float | None = None
-    """Of the heater at full duty, W."""
+    """Power of the heater at full duty, W."""
     full: float | None = None
     """Number in the duty's column that means full power."""
     period_s: float | None = None
@@ -158,7 +158,7 @@ def _powers(values: Series, roles: Roles, scales: Scales, notes: list[str]) -> S
 
 
 def _guessed(duty: Series, notes: list[str]) -> float:
-    """Take 0..1 for shares and 0..100 for percent."""
+    """Interpret 0..1 as shares and 0..100 as percent."""
     full = 1.0 if np.nanmax(duty, initial=0.0) <= 1 else 100.0
     notes.append(f"full power is taken to be a duty of {full:g} (--full says otherwise)")
     return full

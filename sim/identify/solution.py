@@ -28,7 +28,7 @@ class Solution:
     start_c: Series
     """Temperatures at the start: of the bodies, and of the sensor."""
     residuals_k: Series
-    """Of the rows looked at."""
+    """Residuals of the rows that were compared."""
     jacobian: NDArray[np.float64]
     free: NDArray[np.bool_]
     """Which parameters were looked for; all else that was, comes after them."""

@@ -55,7 +55,7 @@ def _ends(parameter: Parameter, value: float, half: float) -> tuple[float, float
 
 
 def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool:
-    """Tell whether the record sets the parameter apart from none.
+    """Return whether the record sets the parameter apart from none.
 
     Heat capacity and conductance: a change of 100 % of it is outside of the interval. Lag and dead
     time: 0 is. Ambient: it is known better than from a look at the record.

@@ -122,7 +122,7 @@ class GcodeHost:
         self._next = len(self._history)
 
     def plug(self) -> None:
-        """Put the plug back; it asks again once it has sent a line."""
+        """Reconnect the plug; it asks again once it has sent a line."""
         self._plugged = True
 
     @property
@@ -153,7 +153,7 @@ class GcodeHost:
     # -- the line ------------------------------------------------------------------------------
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take what the UARTs have sent (UART_BYTE records)."""
+        """Receive what the UARTs have sent (UART_BYTE records)."""
         del pins
         mine = sent_by(self._number, sent)
         for value, end in zip(mine["value"].tolist(), mine["end"].tolist(), strict=True):

@@ -93,7 +93,7 @@ class Hd44780:
         return charmap_decode(shown, "strict", A00)[0]
 
     def write(self, time_ns: int, rs: int, nibble: int) -> bool:
-        """Take D7..D4 as they are at a fall of E. Returns whether that may show."""
+        """Read D7..D4 at a falling edge of E; return whether the picture may change."""
         if time_ns < self._busy_until:
             self.lost += 1
             return False
@@ -152,7 +152,7 @@ class Hd44780:
         self._in_cgram = False
 
     def _data(self, byte: int) -> bool:
-        """Take a character; tell whether it may show: most are there already."""
+        """Write a character; return whether the picture may change: most are there already."""
         shows = False
         if self._in_cgram:
             self._cgram[self._address & 0x3F] = byte

@@ -35,12 +35,12 @@ class Led:
         self.pin = pin
         self._high = active == "high"
         self._clock_hz = avr.clock_hz
-        # An LED and its resistor pull a floating pin to where no current flows.
+        # An LED and its resistor pull a floating pin to the level at which no current flows.
         avr.pins.pull(pin, "low" if self._high else "high")
         self._number = avr.pins.watch(pin)
 
     def feed(self, pins: NDArray[Any]) -> None:
-        """Take the processor's pin changes."""
+        """Process the processor's pin changes."""
         mine = pins[pins["pin"] == self._number]
         for cycle, level in zip(mine["cycle"].tolist(), (mine["state"] & 1).tolist(), strict=True):
             bright = bool(level) == self._high
@@ -84,7 +84,7 @@ class Indicators:
         }
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take the processor's pin changes."""
+        """Process the processor's pin changes."""
         del sent
         if not len(pins):
             return

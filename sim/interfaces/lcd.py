@@ -71,18 +71,18 @@ class Lcd:
         return self.chip.text if self.plugged else _BLANK
 
     def unplug(self, time_s: float) -> None:
-        """Take the display off; it goes dark and forgets everything."""
+        """Disconnect the display; it goes dark and forgets everything."""
         self.plugged = False
         self._show(time_s * 1e9)
 
     def plug(self, time_s: float) -> None:
-        """Put it back: it starts anew and has to be initialised."""
+        """Reconnect it: it starts anew and has to be initialised."""
         self.plugged = True
         self.chip.power_on(round(time_s * 1e9))
         self._show(time_s * 1e9)
 
     def feed(self, events: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT records) in order of time; other pins' are passed over.
+        """Process pin changes (PIN_EVENT records) in order of time; other pins' are passed over.
 
         What changes in the same cycle as E counts as changing after its fall and before its rise:
         too late or too early.

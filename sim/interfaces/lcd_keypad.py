@@ -51,7 +51,7 @@ class LcdKeypad:
             yield f"display: {limit} was below the data sheet {count} times"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take the processor's pin changes."""
+        """Process the processor's pin changes."""
         del sent
         self.lcd.feed(pins)
         self.fingers.move(self._avr.cycle)

@@ -105,7 +105,7 @@ class Bus:
         return bool(self._frame or self._coming)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> list[Frame]:
-        """Take pin changes and bytes of the UARTs; return the frames that have ended."""
+        """Process pin changes and bytes of the UARTs; return the frames that have ended."""
         if len(pins):
             self._follow(pins)
         if len(sent):
@@ -166,7 +166,7 @@ class Bus:
             self._driven.append((time_s, high))
 
     def _is_driven(self, start_s: float, end_s: float) -> bool:
-        """Tell whether the driver was on for all of a byte."""
+        """Return whether the driver was on for all of a byte."""
         while len(self._driven) > 1 and self._driven[1][0] <= start_s:
             self._driven.popleft()
         if len(self._driven) == 1:

@@ -72,7 +72,7 @@ def answer_to(address: int, pdu: bytes, frame: bytes) -> Answer | None:
 
 
 def _fits(asked: bytes, found: bytes) -> bool:
-    """Tell whether an answer is as long as it must be, and repeats what it must."""
+    """Return whether an answer is as long as it must be, and repeats what it must."""
     function = asked[0]
     if function in READS:
         count = int.from_bytes(asked[3:5], "big")

@@ -141,7 +141,7 @@ class ModbusMaster:
         self._current = None
 
     def plug(self) -> None:
-        """Put the plug back."""
+        """Reconnect the plug."""
         self._plugged = True
         self._poll_s = self._free_s = self._avr.time_s
 
@@ -183,7 +183,7 @@ class ModbusMaster:
         return Look(at, every, latest, drifts=True, uart=self.bus.uart, silence=silence)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take what the board has sent, and go on."""
+        """Receive what the board has sent, and go on."""
         for frame in self.bus.feed(pins, sent):
             if self._plugged:
                 self._hear(frame)

@@ -66,7 +66,7 @@ class Nextion:
         self._look_cycles = round(LOOK_S * avr.clock_hz)
 
     def serve(self, pages: Sequence[Page]) -> None:
-        """Take its pages, as an editor's file brings them."""
+        """Load its pages, as from the editor's file."""
         baud = self.line.baud
         self.display = Display(pages)
         self.set_speed(baud)
@@ -79,17 +79,17 @@ class Nextion:
     # -- what somebody does --------------------------------------------------------------------
 
     def press(self, name: str) -> None:
-        """Put a finger on a component of the page that is shown. Raises LookupError."""
+        """Touch a component of the page that is shown. Raises LookupError."""
         self.display.press(name)
         self._answer()
 
     def touch(self, x: int, y: int) -> None:
-        """Put a finger on a place of the page, whatever is there."""
+        """Touch a place of the page, whatever is there."""
         self.display.touch(x, y)
         self._answer()
 
     def release(self) -> None:
-        """Take the finger off."""
+        """Release the touch."""
         self.display.release()
         self._answer()
 
@@ -110,7 +110,7 @@ class Nextion:
         self.line.cut()
 
     def plug(self) -> None:
-        """Put the plug back: it starts anew."""
+        """Reconnect the plug: it starts anew."""
         self._plugged = True
         self._starts_s = self._avr.time_s + START_S
 
@@ -177,7 +177,7 @@ class Nextion:
             yield f"display: {self.line.garbage} bytes had no stop bit where one belongs"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take what the UARTs have sent (UART_BYTE records)."""
+        """Receive what the UARTs have sent (UART_BYTE records)."""
         del pins
         data, cycles = self.line.hear(sent)
         self._heard = (self._heard + data)[-len(END) :]
@@ -189,7 +189,7 @@ class Nextion:
         self._answer()
 
     def _take(self, data: bytes, cycles: list[int]) -> int | None:
-        """Take bytes; return the cycle at which one of them has changed the line's speed."""
+        """Receive bytes; return the cycle at which one of them has changed the line's speed."""
         now_s = self._avr.time_s
         self.display.pass_time(1000 * (now_s - self._seen_s))
         self._seen_s = now_s

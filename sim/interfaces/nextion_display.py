@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from heatwright.spec.nextion import Page
 
 BUFFER_BYTES = 1024
-"""Of the serial line; what does not fit is an error, and gone."""
+"""Receive buffer of the serial line; bytes that do not fit are lost, and reported as an error."""
 DEEPEST = 10
 """Events that one touch sets off, one inside the other: pages that show each other end nowhere."""
 TOUCHED = ("button", "dual_state")
@@ -95,7 +95,7 @@ class Display:
     # -- the line ------------------------------------------------------------------------------
 
     def receive(self, data: bytes) -> list[str]:
-        """Take bytes from the line; return the instructions that they ended."""
+        """Receive bytes from the line; return the instructions that they ended."""
         *ended, rest = (self._waiting + data).split(END)
         self._waiting = bytearray(rest)
         if len(rest) > BUFFER_BYTES:
@@ -138,7 +138,7 @@ class Display:
                 return
 
     def press(self, name: str) -> None:
-        """Put a finger on a component of the page that is shown, by its name.
+        """Touch a component of the page that is shown, by its name.
 
         Raises LookupError when it is not there, hidden, or takes no touch.
         """
@@ -152,7 +152,7 @@ class Display:
         self.touch(x, y)
 
     def touch(self, x: int, y: int) -> None:
-        """Put a finger on a place."""
+        """Touch a place."""
         part = self.at(x, y)
         if part is None or not part.touchable:
             return
@@ -162,7 +162,7 @@ class Display:
         self._event(part, "press")
 
     def release(self) -> None:
-        """Take the finger off."""
+        """Release the touch."""
         part, self.held = self.held, None
         if part is not None:
             self._event(part, "release")
@@ -198,7 +198,7 @@ class Display:
         self._run(self.page, part.component.name, event)
 
     def _run(self, page: str, owner: str, event: str) -> bool:
-        """Run an event; tell whether the page has gone. Raises PageError for what is wrong."""
+        """Run an event; return whether the page has changed. Raises PageError for errors."""
         code = self._code[page, owner, event]
         if self._depth == DEEPEST:
             raise events.PageError(f"The events of {page} never end.")

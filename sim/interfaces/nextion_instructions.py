@@ -49,7 +49,7 @@ class Instructions:
         }
 
     def do(self, instruction: str) -> bool:
-        """Follow one; tell whether it shows a page. Raises Refused."""
+        """Execute one; return whether it shows a page. Raises Refused."""
         if found := _ASSIGNMENT.fullmatch(instruction):
             self._assign(found[1], found[2], found[3])
             return False
@@ -119,7 +119,7 @@ class Instructions:
         self._memory.set(asked, self._value(source))
 
     def _convert(self, given: Sequence[str]) -> None:
-        """Covx: number to text, or text to number; length 0 is as long as it needs to be."""
+        """Execute covx: convert number to text, or text to number; length 0: as long as needed."""
         source, target = self._value(given[0]), name(given[1])
         length, form = self._number(given[2]), self._number(given[3])
         if form not in {0, 1, 2} or length < 0:

@@ -52,7 +52,7 @@ class Line:
         return self._coming is not None or len(self._avr.uarts.log) > 0
 
     def hear(self, sent: NDArray[Any]) -> tuple[bytes, list[int]]:
-        """Take what the UARTs have sent; return what has ended by now, and the cycle of each."""
+        """Receive what the UARTs have sent; return what has ended by now, and the cycle of each."""
         if not len(sent) and self._coming is None:
             return b"", []
         mine = sent_by(self._number, sent)
@@ -78,7 +78,7 @@ class Line:
         return self._avr.clock_hz / self.baud
 
     def _in_step(self, mine: NDArray[Any]) -> bool:
-        """Tell whether every bit is sampled where it belongs."""
+        """Return whether every bit is sampled where it belongs."""
         if not len(mine):
             return True
         late = (

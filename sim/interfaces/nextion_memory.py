@@ -104,7 +104,7 @@ class Memory:
         self.page = 0
 
     def show(self, page: int) -> None:
-        """Take another page's components into memory, or the same page's anew."""
+        """Load the components of another page, or the same page's again."""
         self.page = self.variables["dp"] = page
         parts = self.parts[page].values()
         self.timers = tuple(part for part in parts if part.component.kind == "timer")
@@ -160,7 +160,7 @@ class Memory:
         self.variables[variable] = value
 
     def _set_baud(self, variable: str, value: Value) -> None:
-        """Take another speed at once, `bauds` for good."""
+        """Change the speed at once; `bauds` also after a power-up."""
         if not isinstance(value, int) or value not in BAUDS:
             raise Refused(Code.INVALID_BAUD)
         self.variables["baud"] = value

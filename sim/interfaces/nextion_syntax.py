@@ -85,7 +85,7 @@ def _operand(found: re.Match[str], sign: int) -> Value | Name:
 
 
 def _sign(operator: str, sign: int) -> int:
-    """Take a minus before a number."""
+    """Return the sign −1 for a minus before a number; refuse anything else."""
     if operator != "-" or sign < 0:
         raise Refused(Code.INVALID_INSTRUCTION)
     return -1

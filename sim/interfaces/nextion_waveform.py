@@ -26,7 +26,7 @@ class Waveform:
         self._channel(channel).append(value)
 
     def clear(self, channel: int) -> None:
-        """Take all points of a channel away, or of all."""
+        """Delete all points of a channel, or of all channels."""
         for each in self.channels if channel == ALL else (self._channel(channel),):
             each.clear()
 

@@ -1,4 +1,4 @@
-"""The registers of a Modbus slave, as docs/modbus.md states them: what a master goes by."""
+"""The registers of a Modbus slave, as docs/modbus.md states them for a master."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class SerialLog:
         return [_row(text) for text in rows]
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take what the UARTs have sent (UART_BYTE records)."""
+        """Receive what the UARTs have sent (UART_BYTE records)."""
         del pins
         mine = sent_by(self._number, sent)
         if not len(mine):

@@ -68,7 +68,7 @@ class SerialPlotter:
             yield f"serial plotter: {self.garbage} bytes were no line of its"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take what the UARTs have sent (UART_BYTE records)."""
+        """Receive what the UARTs have sent (UART_BYTE records)."""
         del pins
         mine = sent_by(self._uart, sent)
         if not len(mine):

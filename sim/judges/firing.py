@@ -18,7 +18,7 @@ from heatwright.sim.trace import Series, StepLog
 from heatwright.spec import Loop
 
 FIRST_S = 60.0
-"""Of a ramp: it is not judged."""
+"""The first part of a ramp; it is not judged."""
 STEADY_SHARE = 1 / 3
 """The steady part of a hold is its last third."""
 
@@ -61,7 +61,7 @@ def firing_of(log: StepLog, loop: Loop) -> Firing | None:
 
 
 def _parts(rows: StepLog, pauses: NDArray[np.intp]) -> Iterator[StepLog]:
-    """Take the steps apart where another segment begins, or one begins anew or goes on.
+    """Split the steps where a segment begins, begins again, or resumes.
 
     `pauses` grows, from one of these rows to the next, where the program did not run in between.
     """

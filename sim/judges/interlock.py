@@ -36,7 +36,7 @@ class Interlock:
         return self._overlap_s
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT records)."""
+        """Process pin changes (PIN_EVENT records)."""
         del sent
         if not len(pins):
             return

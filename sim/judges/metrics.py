@@ -200,7 +200,7 @@ def switchings(log: StepLog, controller: Controller, loop: str) -> float:
 
 
 def audible(log: StepLog, controller: Controller, loop: str) -> bool:
-    """Tell whether the heater was switched at a frequency that can be heard."""
+    """Return whether the heater was switched at a frequency that can be heard."""
     lowest_hz, highest_hz = AUDIBLE_HZ
     pulses_hz = pulse_rates(log, controller, controller.loops[loop].heater)
     partial = (log["duty_percent"] > 0) & (log["duty_percent"] < 100)

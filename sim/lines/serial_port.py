@@ -59,7 +59,7 @@ class SerialPort:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Take the port away."""
+        """Close the port."""
         os.close(self._board_end)
         os.close(self._program_end)
 

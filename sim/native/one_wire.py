@@ -44,7 +44,7 @@ class Slave(Protocol):
     """A chip on the line."""
 
     def received(self, first: bool, data: bytes, cycle: int) -> None:
-        """Take what the master has sent; first: nothing came before it since the reset."""
+        """Receive what the master has sent; first: it is the first since the reset."""
 
 
 class Line:

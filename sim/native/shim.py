@@ -131,7 +131,7 @@ def _sealed(library: bytes) -> bytes:
 
 
 def _whole(library: Path) -> bool:
-    """Tell whether a library is there as it was built: to load a cut one may end the process."""
+    """Return whether a library is there as it was built: to load a cut one may end the process."""
     try:
         data = library.read_bytes()
     except OSError:

@@ -65,7 +65,7 @@ class Slave(Protocol):
         """Load what is to be sent; a chip with registers waits for their address."""
 
     def released(self, cycle: int) -> None:
-        """Go on by itself; a chip with registers takes what it was told."""
+        """Advance by itself; a chip with registers takes what it was told."""
 
 
 class Registers(Slave, Protocol):

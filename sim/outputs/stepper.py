@@ -47,7 +47,7 @@ class _Line:
         self._levels = np.array([level])
 
     def feed(self, events: NDArray[Any]) -> None:
-        """Take its changes; all but the last before them is forgotten."""
+        """Read this pin's changes; of earlier ones only the last is kept."""
         mine = events[events["pin"] == self.number]
         levels = np.concatenate((self._levels[-1:], mine["state"] & 1 == 1))
         cycles = np.concatenate((self._cycles[-1:], mine["cycle"].astype(np.int64)))
@@ -92,7 +92,7 @@ class Stepper(Switch):
         self.missed = 0
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT)."""
+        """Process pin changes (PIN_EVENT)."""
         del sent
         self._rises = self._avr.pins.rises(self._step.number)
         for line in (self._step, self._direction, self._enable):

@@ -97,5 +97,5 @@ class Ammeter:
         self.amperes = 0.0
 
     def follow(self, active: float) -> None:
-        """Go on by one step, with the heater's mean active fraction over it, 0..1."""
+        """Advance by one step, with the heater's mean active fraction over it, 0..1."""
         self.amperes += self.share * (active * self.full_a - self.amperes)

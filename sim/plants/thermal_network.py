@@ -127,7 +127,7 @@ class Plant:
         feed_mm_per_s: float = 0.0,
         conducts: Mapping[str, float] | None = None,
     ) -> None:
-        """Go on by one step.
+        """Advance by one step.
 
         Args:
             active: each output's mean active fraction over it, 0..1.

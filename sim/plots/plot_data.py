@@ -33,13 +33,13 @@ LEAST_ZOOM_K = 0.5
 """Half of the least height of the closer look: eight steps of a 12 bit sensor."""
 
 USUAL_SHARE = 0.95
-"""Of a program's deviations those that its picture has to hold."""
+"""Share of a program's deviations that must fit into its plot."""
 
 LEAST_BAND_K = 1.0
 """Half of its least height."""
 
 SEEN_SHARE = 0.05
-"""Of the height of a picture what catches the eye in it."""
+"""Smallest visible part of a plot, as a share of its height."""
 
 ROOM = 1.15
 """Height of the closer look over that of the curve in it."""
@@ -222,7 +222,7 @@ def zoom(readings_c: Series, setpoint_c: float) -> tuple[float, float]:
 
 
 def runs_program(log: StepLog) -> bool:
-    """Tell whether a program has moved the setpoint."""
+    """Return whether a program has moved the setpoint."""
     return "program.state" in (log.dtype.names or ()) and bool(
         (log["program.state"] == RUNNING).any()
     )

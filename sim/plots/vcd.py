@@ -44,7 +44,7 @@ class VcdRecorder:
         self.close()
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT) and bytes sent (UART_BYTE)."""
+        """Process pin changes (PIN_EVENT) and bytes sent (UART_BYTE)."""
         changes: list[tuple[int, Any, Any]] = []
         for event in pins:
             variable = self._pins.get(int(event["pin"]))

@@ -134,13 +134,13 @@ class Steering:
         )
 
     def is_off(self, setpoint_c: Single, orders: Orders) -> bool:
-        """Tell whether a commanded loop is off."""
+        """Return whether a commanded loop is off."""
         if self._facts.switched:
             return not orders.enabled
         return self._facts.hosted and orders.mode == AUTOMATIC and bool(setpoint_c == ZERO)
 
     def is_idle(self, setpoint_c: Single, orders: Orders) -> bool:
-        """Tell whether nothing is to be heated: off, or paused by an input of the machine."""
+        """Return whether nothing is to be heated: off, or paused by an input of the machine."""
         return bool(orders.paused) or self.is_off(setpoint_c, orders)
 
     def _steered(self, look: Look, orders: Orders, top_percent: Single) -> Single:

@@ -107,7 +107,7 @@ class ReferenceDevice:
         return None if self._keypad is None else self._loops[self._keypad.loop].countdown
 
     def is_off(self, loop: str) -> bool:
-        """Tell whether a loop will be off in its next step.
+        """Return whether a loop will be off in its next step.
 
         Raises:
             KeyError: there is no such loop.
@@ -194,7 +194,7 @@ class ReferenceDevice:
             operator.key_off()
 
     def _meant_by_select(self, key: str | None) -> Callable[[], None] | None:
-        """Take the key that is down from now on; return what SELECT does that is let go."""
+        """Compare with the key that is down from now on; return what a released SELECT does."""
         if key == self._key:
             return None
         lasted_us, meant = self._latch.now_us - self._key_us, None

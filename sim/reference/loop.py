@@ -25,7 +25,7 @@ STOPS = (EMERGENCY_STOP, *(code for code, rule in RULES.items() if rule.id in SE
 """What is latched between two steps, with temperature 0."""
 MASTER_LOST = 23
 WATCHED_FAULTS = (25, 26, 28, 29, 31)
-"""Of the relay, of fans, of damaged memory and of inputs: found between the steps."""
+"""Faults of the relay, of fans, of memory and of inputs: they are detected between the steps."""
 
 FAULT_COOLING_ABOVE_C = Single(50)
 """While a fault is latched the cooler runs, unless a reading tells that it is colder."""

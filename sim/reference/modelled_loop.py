@@ -74,7 +74,7 @@ class ModelledLoop:
             self._amperes = felt
 
     def do(self) -> bool:
-        """Do what is due; tell whether it was a step."""
+        """Do what is due; return whether it was a step."""
         due_us = self.due_us
         for sensor, sampler in self._samplers:
             if not sampler.is_done and sampler.due_us(self._step_us) == due_us:
@@ -134,7 +134,7 @@ class ModelledLoop:
         return cast("float", self._rows[-1][self._names.index(member)])
 
     def _is_warm(self, record: Record) -> bool:
-        """Tell whether a loop that is on was within its band about the setpoint in a step."""
+        """Return whether a loop that is on was within its band about the setpoint in a step."""
         if not record["enabled"] or record["fault.code"] or record["reading_status"]:
             return False
         within_k = self.spec.algorithm.warm_within_k

@@ -135,11 +135,11 @@ class Ds18b20:
     # -- faults --------------------------------------------------------------------------------
 
     def unplug(self) -> None:
-        """Take the chip off the line and off its supply."""
+        """Disconnect the chip from the line and its supply."""
         self.line.connect(False)
 
     def plug(self) -> None:
-        """Put it back: it starts anew."""
+        """Reconnect it: it starts anew."""
         self.brown_out()
         self.line.connect(True)
 
@@ -166,7 +166,7 @@ class Ds18b20:
     # -- the line ------------------------------------------------------------------------------
 
     def received(self, first: bool, data: bytes, cycle: int) -> None:
-        """Take a command or its data from the master."""
+        """Receive a command or its data from the master."""
         self._finish(cycle)
         if first:
             self._selected = self._writing = False
@@ -190,7 +190,7 @@ class Ds18b20:
             self.line.search(self.rom)
 
     def _chosen(self, rom: bytes) -> None:
-        """Take a code of 64 bit: from Match ROM, or a search that has come to this chip."""
+        """Receive a 64-bit code: from Match ROM, or from a search that has reached this chip."""
         if rom == self.rom:
             self._select()
 

@@ -146,7 +146,7 @@ class Max31856(SpiChip):
         self.port.load(int.from_bytes(answer, "big"), self.bits, self.driven)
 
     def released(self, cycle: int) -> None:
-        """Take what was written."""
+        """Execute a write that has ended."""
         told = self.port.told
         if self._faults.dumb or len(told) < 2 or not told[0] & WRITE:
             return
@@ -243,7 +243,7 @@ class Max31856(SpiChip):
         self._registers[SR] = kept | flags
 
     def _measure(self, ended: int) -> None:
-        """Take the voltage: the mean of as many samples as are averaged, one each mains cycle."""
+        """Measure the voltage: the mean of the averaged samples, one in each mains cycle."""
         if self._faults.open:
             self._voltage_mv = self._voltage_mv if self.held else 0.0
             return

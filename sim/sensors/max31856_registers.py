@@ -99,7 +99,7 @@ class Settings:
         return _signed(self.registers[CJTO : CJTO + 1]) / 16
 
     def may_write(self, place: int) -> bool:
-        """Tell whether a register takes what is written to it."""
+        """Return whether a register takes what is written to it."""
         return place <= CJTO or (place in {CJTH, CJTL} and not self.measures_junction)
 
     @cached_property

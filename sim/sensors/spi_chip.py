@@ -75,11 +75,11 @@ class SpiChip:
     # -- faults --------------------------------------------------------------------------------
 
     def unplug(self) -> None:
-        """Take the chip off its wires and off its supply."""
+        """Disconnect the chip from its wires and its supply."""
         self.port.connect(False)
 
     def plug(self) -> None:
-        """Put it back: it starts anew."""
+        """Reconnect it: it starts anew."""
         self.brown_out()
         self.port.connect(True)
 

@@ -71,7 +71,7 @@ class StartUps:
         self._parts: list[NDArray[Any]] = []
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes."""
+        """Process pin changes."""
         del sent
         self._parts.append(pins[np.isin(pins["pin"], (self._rs, self._enable))])
 

@@ -19,10 +19,11 @@ SLOT_US = 70.0
 
 @dataclass(frozen=True)
 class Figure:
-    """The worst of what was measured, its limit, and what else there is to say of it.
+    """The worst measured value of a quantity, its limit, and details.
 
-    what -- in words; unit -- ms, µs or bytes; worst -- None: it could not be measured, so that it
-    does not hold; where -- the function it was found in; details -- further numbers, by name.
+    what -- the quantity, in words; unit -- ms, µs or bytes; worst -- None if it could not be
+    measured, which fails; where -- the function in which it was found; details -- further numbers,
+    by name.
     """
 
     what: str

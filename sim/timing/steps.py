@@ -35,7 +35,7 @@ def trace(profile: Profile, program: Elf, loops: list[str]) -> None:
 def jitter(
     entries: Cycles, period_s: float, clock_hz: int, loop: str, limit_us: float = JITTER_US
 ) -> Figure:
-    """Hold the steps to the grid that the first of them begins, µs.
+    """Compare the times of the steps with a regular grid that begins at the first one, µs.
 
     Details: the drift is the slope of a straight line through the deviations, the spread what
     lies between the earliest and the latest.

@@ -68,7 +68,7 @@ def _longest(
 
 
 def stack(used: int, worst: int) -> Figure:
-    """Hold the stack that was used to the one that the code's analysis allows, bytes."""
+    """Compare the stack that was used with the worst case from the analysis of the code, bytes."""
     return Figure("stack used, of the worst found in the code", "bytes", float(used), float(worst))
 
 

@@ -95,7 +95,7 @@ def _growth(gains: NDArray[np.float64], stable: bool) -> float:
 
 
 def is_stable(process: Process, gains: Gains, period_s: float) -> bool:
-    """Tell whether the closed loop settles, where nothing is limited."""
+    """Return whether the closed loop settles, where nothing is limited."""
     loop = control.series(minimal_pid(gains, period_s), sampled(process, period_s))
     closed = loop.A - loop.B @ loop.C / (1 + loop.D)
     return bool(np.abs(np.linalg.eigvals(closed)).max() < 1)

@@ -29,7 +29,7 @@ SOUND = 2.0
 """Largest Ms that gains may have on a machine (Åström & Hägglund, Advanced PID Control, 2006,
 section 4.6)."""
 BETTER = 0.999
-"""Of a cost: more is not worth a move."""
+"""A new cost must be below this share of the old one; otherwise the search does not move."""
 GENERATIONS = 12
 FIRST, LAST = 1.0, 1 / 8
 """Steps of the search, in powers of two."""
@@ -40,10 +40,10 @@ class Spread(NamedTuple):
     """How far machines are from the specification's, each quantity evenly within."""
 
     share: float = 0.2
-    """Of capacities and resistances."""
+    """Spread of capacities and resistances, as a share."""
     ambient_k: float = 5.0
     supply: float = 0.05
-    """Of the voltage; heat goes by its square."""
+    """Spread of the supply voltage, as a share; the power is proportional to its square."""
 
 
 class Machine(NamedTuple):
@@ -97,7 +97,7 @@ def _about(random: np.random.Generator, share: float) -> float:
 
 
 def _supplied(controller: Controller, supply: float) -> Controller:
-    """Put all loads on a voltage that is so many times its own."""
+    """Multiply the supply voltage of all loads by a factor."""
     outputs = dict(controller.outputs)
     for name, output in controller.outputs.items():
         volts, watts = getattr(output, "supply_v", None), getattr(output, "power_w", None)
@@ -172,7 +172,7 @@ def worst_cost(outcomes: Iterable[Outcome]) -> float:
 
 
 def is_sound(gains: Gains, machines: Iterable[Machine], period_s: float) -> bool:
-    """Tell whether gains keep away from instability on each of the machines."""
+    """Return whether gains keep away from instability on each of the machines."""
     return all(
         np.abs(1 + open_loop(each.process, gains, period_s).response).min() >= 1 / SOUND
         for each in machines

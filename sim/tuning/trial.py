@@ -16,7 +16,7 @@ Progress = Callable[[float, float], None]
 
 
 def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
-    """Put gains in the place of a loop's own; an on-off loop becomes a PID."""
+    """Replace a loop's gains; an on-off loop becomes a PID."""
     spec = controller.loops[loop]
     changes = {
         "kp": gains.kp,

@@ -21,7 +21,7 @@ LEAST_YEARS = 10.0
 """That a log, and the progress of a program that runs day and night, must last."""
 
 SETTINGS_SLOT_BYTES = 64
-"""Of a slot, or a multiple: whatever a firmware stores, the next one finds where it begins."""
+"""A slot's size is this or a multiple of it: so the next firmware finds where each slot begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
 MOST_RECORD_BYTES = 255
@@ -136,14 +136,14 @@ def layout(controller: Controller) -> Layout:
 
 
 def start_s(controller: Controller) -> float:
-    """Give the time that the start takes to find the newest settings and progress, at most, s."""
+    """Return the time that the start takes to find the newest settings and progress, at most, s."""
     areas = layout(controller)
     checked = areas.settings.end + areas.progress.end - areas.progress.start
     return checked * CYCLES_A_BYTE / controller.board.clock_hz
 
 
 def _programs(controller: Controller) -> tuple[int, int]:
-    """Give the bytes of a program's slot, and the number of slots."""
+    """Return the bytes of a program's slot, and the number of slots."""
     if controller.programs is None:
         return 0, 0
     body = PROGRAM_BYTES + SEGMENT_BYTES * controller.programs.points
@@ -159,5 +159,5 @@ def _slots_for(years: float, every_s: float) -> int:
 
 
 def slowest_s(years: float, slots: int) -> float:
-    """Give the time between writes with which so many slots last that long, s."""
+    """Return the time between writes with which so many slots last that long, s."""
     return years * YEAR_S / (CELL_WRITES * slots)

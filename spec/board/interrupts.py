@@ -22,18 +22,18 @@ BITS_OF_A_BYTE = 10
 TICK_CYCLES = 135
 LOOP_CYCLES = 65
 WINDOW_CYCLES = 45
-"""Of a heater that is time-proportional."""
+"""For each heater with time-proportional control."""
 HELD_CYCLES = 45
-"""Of a heater or a cooler with minimum times."""
+"""For each heater or cooler with minimum times."""
 BY_INTERRUPTS_CYCLES = 85
-"""Of a heater whose PWM interrupts make."""
+"""For each heater whose PWM is made by interrupts."""
 COOLER_CYCLES = 80
 FAN_CYCLES = 30
 RELAY_CYCLES = 100
 STEPPER_CYCLES = 15
 INPUTS_CYCLES = 30
 INPUT_CYCLES = 10
-"""Of each of them."""
+"""For each input of the machine."""
 
 
 class Wait(NamedTuple):

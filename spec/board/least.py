@@ -19,13 +19,13 @@ from heatwright.spec.self_checks import self_checked
 EVERY = Least(2250, 100)
 """Clock, gate, faults, settings, start-up, library; and the stack."""
 TUNABLE = Least(2160, 0)
-"""Of a loop whose gains a host or a master may set, and have stored."""
+"""For each loop whose gains a host or a master may set and store."""
 AUTOTUNE = Least(1670, 79)
-"""Beside that."""
+"""In addition to TUNABLE, for each loop with autotune."""
 COUNTDOWN = Least(1090, 7)
-"""Of a keypad."""
+"""For the countdown of a keypad."""
 MENU = Least(4700, 140)
-"""Of a keypad, where there are programs."""
+"""For the menu of a keypad, where there are programs."""
 PROGRAMS = Least(4300, 220)
 SELF_CHECKS = Least(650, 12)
 
@@ -62,5 +62,5 @@ def rooms(board: Board) -> Least:
 
 
 def fits(taken: Least, board: Board, spare: float = 1.0) -> bool:
-    """Tell whether a board has the room, so many times."""
+    """Return whether a board has the room, so many times."""
     return all(spare * each <= room for each, room in zip(taken, rooms(board), strict=True))

@@ -72,7 +72,7 @@ def _distance(frequency_hz: float, wanted_hz: float) -> float:
 
 
 def keeps_frequency(setting: PwmSetting, wanted_hz: float) -> bool:
-    """Tell whether a setting is as near to the frequency as a resonator is to its own."""
+    """Return whether a setting is as near to the frequency as a resonator is to its own."""
     return _distance(setting.frequency_hz, wanted_hz) <= 1 + FREQUENCY_TOLERANCE
 
 

@@ -57,7 +57,7 @@ class TimerUse(NamedTuple):
     steppers: Mapping[str, int]
     """By output."""
     silence: int | None = None
-    """Of the Modbus line, if there is one: it measures where a frame ends."""
+    """The Modbus line's timer, if there is one: it detects the end of a frame."""
 
 
 class NoTimer(Exception):
@@ -83,7 +83,7 @@ def tick_interval(clock_hz: int, timer: Timer, looks: int = 0) -> Interval | Non
 
 
 def ticks_at_all(board: Board) -> bool:
-    """Tell whether any timer of the board divides its clock into ticks."""
+    """Return whether any timer of the board divides its clock into ticks."""
     return any(tick_interval(board.clock_hz, timer) for timer in board.timers.values())
 
 

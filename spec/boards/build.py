@@ -1,4 +1,4 @@
-"""Puts a board together from its chip's data and the names printed on it."""
+"""Composes a board from its chip's data and the names printed on it."""
 
 from __future__ import annotations
 

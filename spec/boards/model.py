@@ -83,11 +83,11 @@ class Chip(NamedTuple):
     """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
     adc: Adc = Adc()
     jtag_pins: tuple[str, ...] = ()
-    """Of the port that a fuse switches on as the chip leaves the factory. Boards with a bootloader
-    have it switched off."""
+    """Pins of the JTAG port, which a fuse enables in chips as delivered. Boards with a bootloader
+    have it disabled."""
     longest_watchdog_s: float = 8.0
     is_old: bool = False
-    """Of the generation before the others. Its timers share TIMSK and TIFR, an 8-bit timer has one
+    """The chip is of the older generation. Its timers share TIMSK and TIFR, an 8-bit timer has one
     control register (TCCR0) and one compare channel without letter (OCR0), UCSRC and UBRRH share
     an address, and there is no DIDR ("Register Summary")."""
 

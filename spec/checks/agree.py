@@ -38,7 +38,7 @@ class _Advice(NamedTuple):
         return self.low if math.isfinite(self.low) else self.high
 
     def bears(self, other: _Advice) -> bool:
-        """Tell whether who follows the other one does what this one asks for.
+        """Return whether who follows the other one does what this one asks for.
 
         One value stands for the nearest in steps: others will be as good.
         """
@@ -46,7 +46,7 @@ class _Advice(NamedTuple):
 
 
 def agreed(findings: Iterable[Finding]) -> list[Finding]:
-    """Give the findings with advice that satisfies all of the same key, if any can."""
+    """Return the findings with advice that satisfies all of the same key, if any can."""
     found = list(findings)
     advices: dict[Path, list[_Advice]] = defaultdict(list)
     for finding in found:
@@ -64,7 +64,7 @@ def _agreed(remedy: str, advices: list[_Advice]) -> str:
 
 
 def _read(remedy: str) -> list[_Advice]:
-    """Take a remedy apart; nothing if it advises no number."""
+    """Parse a remedy; empty if it advises no number."""
     match = _ADVICE.fullmatch(remedy)
     if match is None:
         return []

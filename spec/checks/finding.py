@@ -47,7 +47,7 @@ def loop_types(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer,
 
 
 def shows_its_range(sensor: Thermometer, mcu: str) -> bool:
-    """Tell whether a sensor's readings can be computed all over its range."""
+    """Return whether a sensor's readings can be computed all over its range."""
     if not sensor.on_adc:
         return True
     found = limits_of(sensor, mcu)

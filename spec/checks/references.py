@@ -86,7 +86,7 @@ def loops_share_no_part(controller: Controller) -> Findings:
 
 
 def fans_run(controller: Controller) -> Findings:
-    """Hold a loop's fan to what the interlock can rely on: a pin that is always on."""
+    """Check that a loop's fan is one that the interlock can rely on: a pin that is always on."""
     for name, loop in controller.loops.items():
         fan = controller.outputs.get(loop.fan) if loop.fan is not None else None
         if fan is None or loop.fan is None:
@@ -110,7 +110,7 @@ def fans_run(controller: Controller) -> Findings:
 
 
 def proofs_are_of_fans(controller: Controller) -> Findings:
-    """Find proofs that nobody goes by, and that come after the rule for failed heat."""
+    """Find proofs that no loop uses, and proofs that are later than the rule for failed heat."""
     for name, output in controller.outputs.items():
         proof = getattr(output, "proof", None)
         if proof is None:
@@ -161,9 +161,10 @@ def heaters_do_not_always_run(controller: Controller) -> Findings:
 
 
 def everything_used(controller: Controller) -> Findings:
-    """Find sensors and outputs that nothing uses; a name misspelled where it is used comes first.
+    """Find sensors and outputs that nothing uses.
 
-    A sensor of the wrong kind is told there too.
+    A misspelled name, or a sensor of the wrong kind, may be the reason: while another check reports
+    one, this check reports nothing.
     """
     if any(True for each in (loop_parts, output_sensors, relay_is_there) for _ in each(controller)):
         return

@@ -67,7 +67,7 @@ def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
 
 
 def _stand_in(place: Place) -> object:
-    """Give a value for what is needed and of a kind whose values are much alike; else None."""
+    """Return a value for what is needed and of a kind whose values are much alike; else None."""
     if place.path in _STAND_INS:
         return _STAND_INS[place.path]
     if place.parent is None:

@@ -42,7 +42,7 @@ class Spec(NamedTuple):
     tree: Tree
 
     def line(self, path: Path) -> int:
-        """Give the line, from 1, of an entry, or of the nearest one above it in the tree."""
+        """Return the line, from 1, of an entry, or of the nearest one above it in the tree."""
         return self.tree.position(path)[0]
 
     @property
@@ -118,14 +118,14 @@ def problem_of(tree: Tree, finding: Finding) -> Problem:
 
 
 def _rests_on(finding: Finding, broken: Collection[Path]) -> bool:
-    """Tell whether a finding may come from what is broken rather than from what is there."""
+    """Return whether a finding may come from what is broken rather than from what is there."""
     return any(
         _overlap(path, other) for path in (finding.path, *finding.because_of) for other in broken
     )
 
 
 def _overlap(path: Path, other: Path) -> bool:
-    """Tell whether one entry is part of the other, or is it."""
+    """Return whether one entry is part of the other, or is it."""
     common = min(len(path), len(other))
     return path[:common] == other[:common]
 

@@ -41,7 +41,7 @@ _BRACKETED = {
 
 
 def schema() -> Json:
-    """Give the JSON Schema of a spec."""
+    """Return the JSON Schema of a spec."""
     definitions: dict[str, Json] = {}
     root = _reference(Controller, definitions)
     return {
@@ -54,7 +54,7 @@ def schema() -> Json:
 
 
 def quantity_pattern(dimension: Dimension) -> str:
-    """Give a regular expression (ECMA 262) of the quantities of a dimension, unanchored."""
+    """Return a regular expression (ECMA 262) of the quantities of a dimension, unanchored."""
     units = [_spelled(unit) for unit in sorted(dimension.units, key=len, reverse=True)]
     if dimension.base in _BRACKETED:
         units.append(_BRACKETED[dimension.base])
@@ -66,7 +66,7 @@ def _spelled(unit: str) -> str:
 
 
 def _choices_pattern(choices: tuple[float, ...], dimension: Dimension) -> str:
-    """Give the same of a few quantities; a number with an exponent may be any."""
+    """Return the same of a few quantities; a number with an exponent may be any."""
     found = [rf"{_NUMBER_WITH_EXPONENT}\s*({'|'.join(map(_spelled, dimension.units))})"]
     for name, unit in dimension.units.items():
         numbers = [Decimal(str(choice)) / unit.factor + unit.offset for choice in choices]
@@ -76,7 +76,7 @@ def _choices_pattern(choices: tuple[float, ...], dimension: Dimension) -> str:
 
 
 def _digits(number: Decimal) -> str:
-    """Give a regular expression of the ways to write a number."""
+    """Return a regular expression of the ways to write a number."""
     whole, _, fraction = f"{number.normalize():f}".partition(".")
     whole = whole.lstrip("0")
     return rf"0*{whole}\.{fraction}0*" if fraction else rf"0*{whole}(\.0*)?"

@@ -28,7 +28,7 @@ class Unreadable(Exception):
 
 
 def position(text: str, index: int) -> tuple[int, int]:
-    """Give line and column, both from 1, of an index into the text."""
+    """Return line and column, both from 1, of an index into the text."""
     return text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index)
 
 

@@ -17,7 +17,7 @@ Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
 
 MOST_WORDED = 1000
-"""Errors that are told one by one: to look for what each was meant to be takes a while."""
+"""Most errors that are reported one by one, because guessing what was meant takes a while."""
 _TOO_MANY = ("this is wrong, too", "Correct what is wrong above, and look again")
 
 
@@ -43,7 +43,7 @@ def findings(
 
 
 def _elsewhere(place: Place, entry: Any) -> str | None:
-    """Tell what to use where a key of another kind stands; None where none does."""
+    """Return what to use instead of a key that belongs to another kind; None if it does not."""
     if entry["type"] != "extra_forbidden" or place.parent is None:
         return None
     return ELSEWHERE.get((place.parent.__name__, str(place.path[-1])))

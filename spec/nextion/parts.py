@@ -48,7 +48,7 @@ class Component:
     release: Code = ()
     timer: Code = ()
     shared: bool = False
-    """Of scope `global`: it keeps its values while another page is shown, and is set from there."""
+    """Scope `global`: it keeps its values while another page is shown; that page can set them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,10 +37,10 @@ LOSSES = 1.5
 that the supply does not give."""
 
 WEAK = 0.81
-"""Of its power a heater has at a supply that is 10 % low, as EN 50160 lets it be."""
+"""Share of its power that a heater has with the supply 10 % low, which EN 50160 allows."""
 
 BEHIND = 1.5
-"""At full power a heater that is dead is told before a sensor: it is as probable, and `heating`
+"""At full power a dead heater is reported before a frozen sensor: it is as probable, and `heating`
 sees both. So many times its time is enough for the duty to grow to full power."""
 
 SPREAD = 1.3
@@ -52,7 +52,7 @@ STANDING = ((BELOW_K, 0.0), (BELOW_K, 1.0), (1.0, 1.0))
 integral may have by then: none after a warm start."""
 
 SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
-"""Of a time that is derived: a draught, or some readings that are lost, must not decide."""
+"""Shortest derived times: a draught, or some lost readings, must not cause a trip."""
 
 HOST_LOST_AFTER_S = 600.0
 """A host of G-code that says nothing for so long is lost: Klipper's `idle_timeout`."""
@@ -173,7 +173,7 @@ class _Rules:
         self._open = {name: _open(getattr(loop.protection, name), name) for name in _OPEN}
 
     def found(self) -> dict[str, Limits]:
-        """Give the rules that have numbers from the plant."""
+        """Return the rules that have numbers from the plant."""
         if "holding_percent" in self._open["frozen"]:
             self._derive_holding()
         if "within_s" in self._open["heating"]:
@@ -193,7 +193,7 @@ class _Rules:
         }
 
     def _put(self, rule: str, field: str, choices: Iterable[tuple[float, str]]) -> float:
-        """Take the greatest number."""
+        """Set a rule's number to the greatest of the choices, and return it."""
         value, self._words[rule][_OPEN[rule][field]] = max(choices)
         self._values[rule][field] = value
         return value
@@ -206,10 +206,10 @@ class _Rules:
     def _derive_holding(self) -> None:
         """Find the duty that holding may need, and that no reading must answer.
 
-        Less than this plant takes on a cold day, at a weak supply, would trip in health. From there
-        on, the more the better for a machine that loses more than its plant; but no more than all
-        nodes bear for ever, for nobody sees it while the reading stands still, and so much less
-        than full power that there is something left to count.
+        A duty below what this plant needs on a cold day, at a weak supply, would trip on a healthy
+        machine. Above that, a higher duty suits machines that lose more than their plant; but all
+        nodes must bear it for ever, because nobody notices it while the reading is frozen, and it
+        must be so far below full power that there is something left to count.
         """
         heated = self._heated
         held = f"what {celsius(heated.highest_c)} takes on a cold day"
@@ -277,7 +277,7 @@ class _Rules:
     def _put_time(
         self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
     ) -> None:
-        """Take the usual time, or what a healthy machine may need, as far as nodes bear it."""
+        """Set the usual time, or the one a healthy machine may need, as far as nodes bear it."""
         heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
         wished_s, words = max(
             (times.usual_s, "as usual"),
@@ -365,7 +365,7 @@ class _Rules:
             )
 
     def _bears_still(self, within_s: float, for_s: float) -> bool:
-        """Tell whether nodes bear a reading that stands still, the machine having been at rest."""
+        """Return whether nodes bear a frozen reading, on a machine that was at rest before."""
         heated = self._heated
         held_percent = 100 * heated.hold_w / heated.power_w
         lies = [
@@ -375,7 +375,7 @@ class _Rules:
         return all(self._bears(lie, within_s, for_s) for lie in lies)
 
     def _bears_within(self, within_s: float) -> bool:
-        """Tell whether nodes bear full power for as long, and what `frozen` then lets happen."""
+        """Return whether nodes bear full power for as long, and what `frozen` then lets happen."""
         for_s = self._number("frozen", "for_s")
         if "for_s" in self._open["frozen"] and self._still_s is not None:
             for_s = max(BEHIND * within_s, TIMES * self._still_s + self._heated.late_s)
@@ -384,7 +384,7 @@ class _Rules:
         )
 
     def _bears(self, lie: Lie, within_s: float, for_s: float) -> bool:
-        """Tell whether all nodes bear what a loop does before a rule ends it, on a warm day."""
+        """Return whether all nodes bear what a loop does before a rule ends it, on a warm day."""
         heated = self._heated
         plant, bears_k = heated.warm
         holding_percent = self._number("frozen", "holding_percent")

@@ -1,4 +1,4 @@
-"""How much power a healthy machine takes for its reading: what rules 33 and 34 go by.
+"""How much power a healthy machine needs for its reading: the basis of rules 33 and 34.
 
 The plant says what holds a reading. A machine of its kind takes more or less of that: its
 resistances differ by the plant's tolerance, its supply and its room are not those of the plant,
@@ -28,45 +28,43 @@ SUPPLY = (0.85, 1.1)
 """A mains may be 15 % low and 10 % high (EN 50160); the power goes with the square."""
 
 SPARE = 0.05
-"""Of a limit: the machine at the corner of its tolerances swings about it."""
+"""Margin of a limit, as a share: a machine at the corner of its tolerances swings about it."""
 
 SUN_K = 5.0
 """So much warmer than a summer's room a machine may be by itself: the sun, a sensor's error."""
 
 LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
-"""A reading that moves by less stands: so much are steps and noise of its sensor."""
+"""A reading that moves by less counts as steady: the steps and noise of its sensor are as large."""
 
 TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
-"""Of the longest healthy course, which is regulated as well as can be; of the filter's time, for
-those that are not."""
+"""Factors of the rule's time: of the longest healthy course, which assumes the best control; and of
+the filter's time, for worse control."""
 
 SWINGS = 1.5
-"""Of a switch's hysteresis: the heat comes late, and goes late."""
+"""Swing of the temperature, as a multiple of a switch's hysteresis: heat arrives and ends late."""
 
 STANDS = 0.99
-"""Of the way by which a reading has to move."""
+"""Share of the required move after which a reading counts as having moved."""
 
 LEAST_SHARE = 4e-6
-"""Of a filter in single precision: less of a duty is lost in its last digit."""
+"""Smallest coefficient of a filter in single precision: a smaller one is lost in rounding."""
 
 BEND_PERCENT = 1.0
 MOST_LINES = 8
 """A curve of radiation is taken for straight lines, so exact or so many."""
 
 POINTS, SLOW_TIMES = 120, 8.0
-"""Of a course, in this many times of the slowest part of the machine."""
+"""Points of a simulated course, and its length in time constants of the slowest part."""
 
-USABLE = 0.95
-"""Of what full power makes: nearer to it a machine is not asked for more."""
 
 TURNS = 12
-"""Of the search for that part."""
+"""Iterations of the search for the slowest part, and of the other searches here."""
 
 
 def effort_of(
     controller: Controller, name: str, simulation: Simulation, heated: HeatedLoop, given: Effort
 ) -> Effort | None:
-    """Put the numbers in that a spec leaves open; None if no time would do in health."""
+    """Derive the numbers that a spec leaves open; None if no time suits a healthy machine."""
     return _Search(controller, name, simulation, heated, given).found()
 
 
@@ -145,7 +143,7 @@ class _Search:
         self._filter_s = min(max(lag_s, heated.period_s), heated.period_s / LEAST_SHARE)
 
     def found(self) -> Effort | None:
-        """Give the rule with all its numbers."""
+        """Return the rule with all its numbers."""
         given, words = self._given, dict(self._given.derived)
         most, least = band_percent(self._tolerance)
         open_ = {key for field, key in _KEYS.items() if field not in given.model_fields_set}
@@ -191,7 +189,7 @@ class _Search:
         return EffortBand(self._filter_s, self._move_k, tuple(self._lines(rule)))
 
     def _lines(self, rule: Effort) -> Iterator[EffortLine]:
-        """Give the limits as straight lines over the reading, as few as are exact enough."""
+        """Return the limits as straight lines over the reading, as few as are exact enough."""
         winter_c = min(WINTER_C, self._loop.protection.minimum_c)  # no limit is below 0 %
         winter = Heated(self._fed, *self._parts, winter_c, sorted(self._windy))
         summer = Heated(self._plant, *self._parts, SUMMER_C, sorted(self._calm))
@@ -233,7 +231,7 @@ class _Search:
         return longest_s
 
     def _beyond_s(self, corner: _Corner, band: EffortBand) -> float:
-        """Take one machine up from cold, again from the middle of that, down, and off."""
+        """Simulate one machine: up from cold, up from the middle of that, down, and off."""
         weak = corner.power < 1
         network = _scaled(self._fed if weak else self._plant, corner.capacity, corner.resistance)
         running = sorted(self._windy if weak else self._calm)
@@ -280,7 +278,7 @@ class _Course:
         self._share = 1 - math.exp(-step_s / band.filter_s)
 
     def off(self, rested: Vector, top_c: float) -> Iterator[Vector]:
-        """Give states in which it may be switched off that has rested at a temperature.
+        """Return states in which it may be switched off that has rested at a temperature.
 
         The second is so hot that its reading stands until no power is enough, or as hot as it
         becomes when it is switched.
@@ -344,7 +342,7 @@ _KEYS = {"high_percent": "high", "low_percent": "low", "for_s": "for"}
 def _line(
     limits: Callable[[float], tuple[float, float]], low_c: float, high_c: float
 ) -> EffortLine:
-    """Give the straight line between two temperatures; one without a limit is level."""
+    """Return the straight line between two temperatures; one without a limit is level."""
     numbers = []
     for here, there in zip(limits(low_c), limits(high_c), strict=True):
         per_k = (there - here) / (high_c - low_c) if math.isfinite(here) else 0.0
@@ -360,7 +358,7 @@ def _feed_mm_per_s(controller: Controller, simulation: Simulation) -> float:
 
 
 def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
-    """Give the plant with what the fed material takes as one link more."""
+    """Return the plant with what the fed material takes as one link more."""
     if plant.filament is None or not plant.filament.heat_j_per_k_mm * feed_mm_per_s:
         return plant
     resistance = 1 / (plant.filament.heat_j_per_k_mm * feed_mm_per_s)
@@ -371,7 +369,7 @@ def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
 
 
 def _scaled(plant: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
-    """Give a machine whose capacities and resistances are so many times the plant's."""
+    """Return a machine whose capacities and resistances are so many times the plant's."""
     return plant.model_copy(
         update={
             "nodes": {name: capacity * value for name, value in plant.nodes.items()},

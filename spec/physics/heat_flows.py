@@ -32,7 +32,7 @@ class HeatFlows:
         running: Sequence[str],
         ambient_c: float,
     ) -> None:
-        """Take the links as the running fans make them, and the surfaces that radiate."""
+        """Use the links that result from the running fans, and the radiating surfaces."""
         self._index: Mapping[str, int] = {node: i for i, node in enumerate(nodes)}
         self._conduction = self._laplacian(network, running)
         self._radiation = network.radiation
@@ -40,7 +40,7 @@ class HeatFlows:
         self.linear = not network.radiation
 
     def about(self, state: Vector) -> tuple[Matrix, Vector]:
-        """Give conductances G and constants c of the flows G·θ + c about a state, W/K and W."""
+        """Return conductances G and constants c of the flows G·θ + c about a state, W/K and W."""
         conductances = [row[:] for row in self._conduction]
         constants = [0.0] * len(conductances)
         for surface in self._radiation:
@@ -48,7 +48,7 @@ class HeatFlows:
         return conductances, constants
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Tell whether a state is so far from another that the tangents there no longer hold."""
+        """Return whether a state is so far from another that the tangents there no longer hold."""
         return any(
             abs(state[i] - about[i]) > BEND * self._kelvin(about[i])
             for surface in self._radiation

@@ -27,7 +27,7 @@ WINTER_C, SUMMER_C = 5.0, 35.0
 """A workshop in winter and in summer."""
 
 SPARE = 0.1
-"""Of the rise above the surroundings, which a node bears beyond what its protection lets happen."""
+"""What a node can bear beyond what its protection allows, as a share of the rise above ambient."""
 
 TIMES = 3.0
 """A machine may be so many times slower than its plant: capacities and resistances 30 % larger,
@@ -37,13 +37,13 @@ LEAST_TIMES = 2.0
 """The same where nodes do not bear more: 30 % larger at a supply that is 10 % low, or nearly so."""
 
 SHORTEST_STEPS = 10
-"""Of a time that is derived: some readings that are lost must not decide."""
+"""Shortest derived time, in control steps: some lost readings must not cause a trip."""
 
 OWN = 0.1
-"""Of the range of setpoints: farther on a start goes the way of those that began there."""
+"""Share of the range of setpoints: after such a rise a course no longer depends on its start."""
 
 HALVINGS = 10
-"""Of a time that all nodes bear: a thousandth."""
+"""Bisections in the search for a time that all nodes bear: exact to a thousandth."""
 
 BORNE_HALVINGS = 40
 MOST_POINTS = 400
@@ -67,7 +67,7 @@ MOST_KNOWN = 16
 
 
 def heated_loop(controller: Controller, name: str, simulation: Simulation) -> HeatedLoop:
-    """Give a loop with its part of a plant; the same one for all that is alike of it.
+    """Return a loop with its part of a plant; the same one for all that is alike of it.
 
     Raises what HeatedLoop raises.
     """
@@ -143,7 +143,7 @@ class HeatedLoop:
             raise ValueError(name)
 
     def at(self, ambient_c: float) -> Heated:
-        """Give the plant in other surroundings."""
+        """Return the plant in other surroundings."""
         return Heated(self._network, *self._parts, ambient_c, self._always)
 
     @property
@@ -173,7 +173,7 @@ class HeatedLoop:
         return self._bears_k(max(SUMMER_C, self.ambient_c))
 
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
-        """Give the plant in some surroundings, and what each of its nodes bears above them.
+        """Return the plant in some surroundings, and what each of its nodes bears above them.
 
         As `bears` says; else what full power makes of it from cold until the sensor reads
         `protection.maximum` and that rule has switched it off, or a long time at that, and a tenth
@@ -410,7 +410,7 @@ def _full_w(loop: Loop, heater: Switch) -> float:
 
 
 def _some(found: list[Vector]) -> list[Vector]:
-    """Take a few, evenly."""
+    """Select a few, evenly spaced."""
     return found[:: max(1, len(found) // PLACES)]
 
 

@@ -12,7 +12,8 @@ Matrix = list[list[float]]
 Vector = list[float]
 
 GROUP, TERMS = 4, 12
-"""Of the series of e: 0.5**13/13! is below the last digits of 1."""
+"""Terms of the exponential series that are summed at once, and in all: 0.5**13/13! is below the
+precision of 1."""
 
 MOST_KEPT = 4096
 """Exponentials: a spec's, twice over; some megabytes."""

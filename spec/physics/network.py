@@ -24,14 +24,14 @@ from heatwright.spec.physics.matrices import (
 from heatwright.spec.simulation import ThermalNetwork
 
 MOST_TRIES = 200
-"""Of Newton's method. Far above the end each takes a quarter of the temperature away, close to it
-each doubles the digits."""
+"""Most iterations of Newton's method. Far above the solution each reduces the temperature by a
+quarter; close to it each doubles the number of correct digits."""
 
 EXACT = 1e-12
 """Share of a result below which another try changes nothing that anybody sees."""
 
 MOST_HALVINGS = 12
-"""Of a step: only absurd plants have a part that changes its temperature so fast."""
+"""Most times that a step is halved: only absurd plants have a part that changes so fast."""
 
 
 class Heated:
@@ -45,7 +45,7 @@ class Heated:
         ambient_c: float,
         running: Sequence[str] = (),
     ) -> None:
-        """Take the node of output `heat`, the place of `sensor` and the fans that run."""
+        """Use the node of the output `heat`, the node of `sensor` and the running fans."""
         nodes = list(network.nodes)
         self._capacities = [network.nodes[node] for node in nodes]
         self._flows = HeatFlows(network, nodes, running, ambient_c)
@@ -189,15 +189,15 @@ class Heated:
         return without, added
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Tell whether a state is too far from another for what was made about that one."""
+        """Return whether a state is too far from another for what was made about that one."""
         return self._flows.bent(about, state)
 
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:
-        """Take a state on by a time at a constant power."""
+        """Advance a state by a time at a constant power."""
         return self._advance(state, power_w, time_s, MOST_HALVINGS)
 
     def _advance(self, state: Vector, power_w: float, time_s: float, halvings: int) -> Vector:
-        """Take a state on in one step, or in two halves where the tangents do not hold so far."""
+        """Advance a state in one step, or in two halves where the linearization is too inexact."""
         later = apply(self.step(power_w, time_s, state), state)
         if halvings == 0 or not self._flows.bent(state, later):
             return later
@@ -229,6 +229,6 @@ def _real(numbers: Sequence[Number]) -> Vector:
 
 
 def _alike(one: Vector, other: Vector) -> bool:
-    """Tell whether two results are the same to all the digits that count."""
+    """Return whether two results are the same to all the digits that count."""
     most = max(map(abs, other))
     return all(abs(a - b) <= EXACT * most for a, b in zip(one, other, strict=True))

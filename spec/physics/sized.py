@@ -17,7 +17,7 @@ from heatwright.spec.physics.heat_flows import STEFAN_BOLTZMANN
 from heatwright.spec.physics.sizing import Wall, Wire
 
 FILM_W_PER_M2K = 8.7
-"""Of a wall in a room without a wind."""
+"""Heat transfer coefficient of a wall's surface in still air."""
 
 FOOT_M = 0.3048
 BTU_W_PER_M2K = 5.678263
@@ -42,7 +42,7 @@ class SizedWall(NamedTuple):
     """Film and radiation."""
     loss_w: float
     surface_c: float
-    """Of its outside."""
+    """Temperature of the outer surface, °C."""
 
 
 class SizedWire(NamedTuple):
@@ -59,7 +59,7 @@ class SizedWire(NamedTuple):
 
 
 def wind_film_w_per_m2k(wind_m_per_s: float) -> float:
-    """Give the heat transfer from a smooth wall to a wind along it."""
+    """Return the heat transfer from a smooth wall to a wind along it."""
     speed = wind_m_per_s / FOOT_M
     slow = speed < FRESH_FT_PER_S
     return BTU_W_PER_M2K * (0.99 + 0.21 * speed if slow else 0.5 * speed**0.78)
@@ -135,7 +135,7 @@ def _wire_c(wire: Wire, diameter_m: float, load_w_per_m2: float, air_c: float) -
 
 
 def cross_flow_film_w_per_m2k(diameter_m: float, speed_m_per_s: float, film_c: float) -> float:
-    """Give the heat transfer from a cylinder to air that flows across it."""
+    """Return the heat transfer from a cylinder to air that flows across it."""
     kelvin = film_c - ABSOLUTE_ZERO_C
     viscosity_pa_s = 1.458e-6 * kelvin**1.5 / (kelvin + 110.4)
     conductivity = 2.64638e-3 * kelvin**1.5 / (kelvin + 245.4 * 10 ** (-12 / kelvin))

@@ -21,7 +21,7 @@ BELOW_K = 5.0
 grows more slowly, and is the longer above what holding needs."""
 
 PIECES = 48
-"""Of the time until a rule trips; of the integral's rise."""
+"""Number of pieces into which the time until a rule trips, or the integral's rise, is divided."""
 
 LEAST_PERCENT = 0.01
 """A duty is above `holding` from so much on."""
@@ -66,7 +66,7 @@ class Lie(NamedTuple):
 
 
 def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_K) -> Lie:
-    """Give what a loop asks for while its reading stands still a little below the setpoint."""
+    """Return what a loop asks for while its reading stands still a little below the setpoint."""
     full = algorithm.full_percent
     pid = algorithm.pid
     if pid is None or below_k > pid.on_at_k:
@@ -82,7 +82,7 @@ def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_
 
 
 def fallen(algorithm: Algorithm) -> Lie:
-    """Give the same while the reading is that of the surroundings: it falls far at once."""
+    """Return the same while the reading is that of the surroundings: it falls far at once."""
     full = algorithm.full_percent
     return Lie(full, 0.0, full)
 

@@ -12,11 +12,11 @@ from heatwright.spec.quantity import parse
 from heatwright.spec.units import PERCENT, TEMPERATURE
 
 SWITCHES = ("enabled", "manual", "tune")
-"""Of a loop; each is on or off."""
+"""Switches of a loop; each is on or off."""
 GAINS = {"kp": "%/K", "ki": "%/(K·s)", "kd": "%·s/K"}
 AMOUNTS = {"setpoint": TEMPERATURE, "manual_duty": PERCENT}
 COMMANDS = ("acknowledge", "store", "restore")
-"""Of the controller; only true means something."""
+"""Commands to the controller; only the value true has an effect."""
 
 
 class Write(NamedTuple):

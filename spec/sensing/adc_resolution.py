@@ -13,7 +13,7 @@ from heatwright.spec.sensing.circuits import Circuit
 from heatwright.spec.sensing.conversion import CODES, limits
 
 COARSEST_MCU = "atmega2560"
-"""Of the chips' internal references the highest, 2.56 V: without a board, steps are this wide."""
+"""The chip with the highest internal reference, 2.56 V: its steps are used if no board is given."""
 
 SLOPE_OVER_K = 0.01
 """Difference of temperatures over which a curve is taken for straight."""
@@ -23,7 +23,7 @@ LEAST_CHANGE = 1e-12
 
 
 def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
-    """Give the width of an ADC step about a temperature, K, from the slope there.
+    """Return the width of an ADC step about a temperature, K, from the slope there.
 
     Beyond the range, where no reading is valid, it is that of the range's end.
     """
@@ -37,7 +37,7 @@ def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> flo
 
 @cache
 def largest_step_k(sensor: Any, mcu: str = COARSEST_MCU) -> float:
-    """Give the widest ADC step of the sensor's range, K."""
+    """Return the widest ADC step of the sensor's range, K."""
     chain: Circuit = sensor.circuit(mcu)
     bounds = limits(sensor, mcu)
     # The ends of the scale, where a curve may have no temperature, are no part of a step.

@@ -170,7 +170,7 @@ _Point = tuple[_OfCurve, Ohm]
 
 
 def _monotonic(points: tuple[_Point, ...]) -> tuple[_Point, ...]:
-    """Hold the points to a curve: no temperature twice, and resistance that goes one way."""
+    """Check that the points form a curve: no temperature twice, and resistance monotonic."""
     if len(points) < 2:
         raise refuse("a curve needs two points at least", "Write [[25 °C, 100 kΩ], …]")
     ordered = sorted(points)
@@ -184,7 +184,7 @@ def _monotonic(points: tuple[_Point, ...]) -> tuple[_Point, ...]:
 
 
 def _one_way(values: Iterable[float]) -> bool:
-    """Tell whether values only rise or only fall."""
+    """Return whether values only rise or only fall."""
     return len({(high > low) - (high < low) for low, high in pairwise(values)} | {0}) == 2
 
 
@@ -201,7 +201,7 @@ _Pair = tuple[_Sum, _OfCurve]
 
 
 def _rising(pairs: tuple[_Pair, ...]) -> tuple[_Pair, ...]:
-    """Hold a table of codes to a curve: each code once, and temperatures that go one way."""
+    """Check that a table of codes forms a curve: each code once, and temperatures monotonic."""
     if len(pairs) < 2:
         raise refuse("a table needs two pairs at least", "Write [[368, 300 °C], …]")
     ordered = sorted(pairs)
@@ -241,7 +241,7 @@ def _counted(readings: int) -> str:
 
 
 def _form(value: Any) -> str:
-    """Tell a curve's form by its keys."""
+    """Return a curve's form, as its keys show it."""
     if isinstance(value, Model):
         return type(value).__name__
     keys = set(value) if isinstance(value, dict) else set()

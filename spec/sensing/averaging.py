@@ -8,7 +8,7 @@ from heatwright.spec.base import Model, WholeNumber
 
 
 class Averaged(Model):
-    """A thermometer, whose readings may be averaged before the control goes by them."""
+    """A thermometer, whose readings may be averaged for the control."""
 
     kind: str
     moving_average: Annotated[int, WholeNumber("a number of readings", 1, 16, 5)] = Field(

@@ -23,7 +23,7 @@ from heatwright.spec.sensing.tolerances import (
 )
 
 INTERNAL_TOLERANCE_V = {1.1: 0.1, 2.56: 0.26}
-"""Of the chips' internal reference, V: 1.0 .. 1.2, and 2.3 .. 2.8 (data sheets)."""
+"""± of the chips' internal references, V: 1.0 .. 1.2, and 2.3 .. 2.8 (data sheets)."""
 
 CLASSES = {"AA": (0.1, 0.0017), "A": (0.15, 0.002), "B": (0.3, 0.005), "C": (0.6, 0.01)}
 """Platinum elements, ±(a + b·|t|) K (IEC 60751:2008, 5.1.1)."""
@@ -322,7 +322,7 @@ def hangs_on_supply(sensor: Any) -> bool:
 
 
 def _reference_tolerance_v(sensor: Any, full_v: float) -> float | None:
-    """Give the tolerance of the full scale; of the internal one the data sheet's, if none."""
+    """Return the tolerance of the full scale; of the internal one the data sheet's, if none."""
     told: float | None = sensor.tolerances.reference_v
     if told is None and sensor.reference == "internal":
         return INTERNAL_TOLERANCE_V[full_v]
@@ -359,7 +359,7 @@ def budgets(controller: Any) -> Iterator[tuple[str, Budget]]:
 
 
 def judged(sensor: Any, mcu: str) -> tuple[Budget, int]:
-    """Give the budget where its accuracy is asked for, and the place where it is worst."""
+    """Return the budget where its accuracy is asked for, and the place where it is worst."""
     low_c, high_c = sensor.accuracy.between_c or sensor.range_c
     asked = [each for each in places(sensor, mcu, 10) if low_c < each < high_c]
     found = budget(sensor, mcu, (low_c, *asked, high_c))

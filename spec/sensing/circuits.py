@@ -20,7 +20,7 @@ from heatwright.spec.sensing.curves import (
 )
 
 SUPPLY_V = 5.0
-"""Of the boards, and of the ADC when the reference is the supply."""
+"""Supply of the boards, and reference of the ADC where the supply is its reference."""
 
 INTERNAL_V = {"atmega328p": 1.1}
 """The chips' internal reference, where it is not 2.56 V (data sheets, ADMUX: REFS)."""
@@ -153,19 +153,19 @@ def reference_v(sensor: Any, mcu: str) -> float:
 
 
 def of_voltage(sensor: Any, scale: float, mcu: str, *, open_is_high: bool) -> Linear:
-    """Give the circuit of a sensor that gives a voltage, V for each unit, on a chip's ADC."""
+    """Return the circuit of a sensor that gives a voltage, V for each unit, on a chip's ADC."""
     full_v = reference_v(sensor, mcu)
     return Linear(sensor.offset_v / full_v, scale / full_v, open_is_high)
 
 
 def of_thermistor(sensor: Any, mcu: str) -> Divider:
-    """Give the circuit of a thermistor on a chip's ADC."""
+    """Return the circuit of a thermistor on a chip's ADC."""
     full_v = reference_v(sensor, mcu)
     return _divider(_thermistor(sensor, full_v), sensor.divider, full_v)
 
 
 def of_platinum(sensor: Any, mcu: str) -> Circuit:
-    """Give the circuit of a platinum element on a chip's ADC."""
+    """Return the circuit of a platinum element on a chip's ADC."""
     full_v, platinum = reference_v(sensor, mcu), _platinum(sensor)
     if sensor.divider is not None:
         return _divider(platinum, sensor.divider, full_v)
@@ -179,13 +179,13 @@ def _divider(curve: Curve, divider: Any, full_v: float) -> Divider:
 
 
 def _resistor(divider: Any) -> tuple[float, bool]:
-    """Give a divider's resistor, Ω, and whether it is the upper one."""
+    """Return a divider's resistor, Ω, and whether it is the upper one."""
     pulled_up = divider.pull_up_ohm is not None
     return (divider.pull_up_ohm if pulled_up else divider.pull_down_ohm), pulled_up
 
 
 def _platinum(sensor: Any) -> Platinum | LinearPlatinum:
-    """Take the standard's curve, or the line that the sensor's coefficient gives."""
+    """Return the standard's curve, or the straight line of the sensor's coefficient."""
     zero_ohm = ZERO_OHM[sensor.element]
     if sensor.alpha_ppm_per_k is None:
         return Platinum(zero_ohm)
@@ -203,7 +203,7 @@ def code_share(code: int, readings: int) -> float:
 
 
 def _thermistor(sensor: Any, full_v: float) -> Curve:
-    """Tell the curve's form by what it has."""
+    """Return the curve's form, as its numbers show it."""
     curve = sensor.curve
     if hasattr(curve, "codes"):
         over = full_v / divider_v(sensor.divider)

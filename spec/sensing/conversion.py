@@ -27,8 +27,8 @@ LEAST_MARGIN_STEPS = 2
 """Codes between an end of the range and what an open or shorted sensor reads."""
 
 ROUNDINGS = 6
-"""Of single precision, as parts of the largest temperature: a point's, the sum's, and of slope and
-product, which may span twice as much, two each."""
+"""Rounding errors in single precision, relative to the largest temperature: one of the point, one
+of the sum, and two each of slope and product, which may span twice as much."""
 
 
 class Point(NamedTuple):
@@ -128,7 +128,7 @@ def float32(value: float) -> float:
 
 
 def _code(ratio: float) -> int:
-    """Give the code of a share of the reference."""
+    """Return the code of a share of the reference."""
     return min(max(math.floor(CODES * ratio), 0), CODES - 1)
 
 

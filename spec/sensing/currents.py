@@ -22,8 +22,8 @@ FILTER_PULSES = 5
 """Periods of the PWM in the time constant of the filter that makes their mean."""
 
 LIMITED_PARTS = 3
-"""Of a control period, in which the filter is as slow at most where a limit goes by what it shows:
-else that is the current of the duty before."""
+"""With a limit, the filter's time constant is at most the period divided by this: a slower filter
+would still show the current of the previous duty."""
 
 _Ampere = Annotated[float, Quantity(CURRENT, least=0.001)]
 
@@ -57,7 +57,7 @@ class CurrentSensor(Model):
         return 0.0, (reference_v(self, mcu) - self.offset_v) / self.scale_v_per_a
 
     def circuit(self, mcu: str) -> Linear:
-        """Give what stands between its current and the ADC of a chip."""
+        """Return the circuit between its current and the ADC of a chip."""
         return of_voltage(self, self.scale_v_per_a, mcu, open_is_high=False)
 
 
@@ -94,7 +94,7 @@ class Current(Model):
 
     @property
     def nominal_a(self) -> float:
-        """The most in healthy operation, A: the limit, if there is one; as that."""
+        """Largest healthy current, A, as a root mean square: the limit, if there is one."""
         return self.over_a / TRIP_FACTOR if self.limit_a is None else self.limit_a
 
     @property

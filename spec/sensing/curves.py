@@ -99,7 +99,7 @@ class Points:
         return self._between(place).celsius(ohm)
 
     def _between(self, place: int) -> Beta:
-        """Give the piece that ends at point `place`, or the first or the last one."""
+        """Return the piece that ends at point `place`, or the first or the last one."""
         place = min(max(place, 1), len(self.points) - 1)
         (low_c, low_ohm), (high_c, high_ohm) = self.points[place - 1 : place + 1]
         inverse = 1 / (high_c + KELVIN) - 1 / (low_c + KELVIN)
@@ -143,7 +143,7 @@ class Coded:
         return self.resistor_ohm * (over if self.pulled_up else 1 / over)
 
     def _beyond(self, place: int) -> Points:
-        """Give the two pairs at an end, as resistances."""
+        """Return the two pairs at an end, as resistances."""
         ends = self.pairs[:2] if place == 0 else self.pairs[-2:]
         return Points(tuple(sorted((at_c, self._shown(share)) for share, at_c in ends)))
 

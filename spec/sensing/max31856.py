@@ -160,7 +160,7 @@ __all__ = [
 
 
 def variants(sensor: object) -> dict[str, Max31856]:
-    """Give a sensor with each type of thermocouple that may be chosen for it; mostly none."""
+    """Return a sensor with each type of thermocouple that may be chosen for it; mostly none."""
     if not isinstance(sensor, Max31856):
         return {}
     return {kind: sensor.model_copy(update={"thermocouple": kind}) for kind in sensor.selectable}

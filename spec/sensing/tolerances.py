@@ -49,7 +49,7 @@ class _CircuitTolerances(_Tolerances):
 
 
 class ThermistorTolerances(_CircuitTolerances):
-    """Of a thermistor in its divider."""
+    """Tolerances of a thermistor in its divider."""
 
     element_percent: Share | None = Field(
         None, alias="element", description="± of the thermistor's resistance."
@@ -60,7 +60,7 @@ class ThermistorTolerances(_CircuitTolerances):
 
 
 class RtdTolerances(_CircuitTolerances):
-    """Of a platinum element in its circuit."""
+    """Tolerances of a platinum element in its circuit."""
 
     element_class: Literal["AA", "A", "B", "C"] | None = Field(
         None, alias="element", description="Class of the element after IEC 60751."
@@ -68,7 +68,7 @@ class RtdTolerances(_CircuitTolerances):
 
 
 class VoltageTolerances(_Tolerances):
-    """Of a sensor that gives a voltage."""
+    """Tolerances of a sensor that gives a voltage."""
 
     scale_percent: Share | None = Field(None, alias="scale", description="± of the scale.")
     offset_v: _Volts | None = Field(None, alias="offset", description="± of the offset.")

@@ -164,7 +164,7 @@ def test_a_limit_is_still_within() -> None:
 
 
 def test_a_loop_that_no_key_moves_rests_at_its_setpoint() -> None:
-    """At the multiple of ten below, it would heat for ever: heating_failed tripped in health."""
+    """At the multiple of ten below, it would heat for ever: heating_failed tripped anyway."""
     text = changed(
         "chamber",
         ("initial: 20 °C", "initial: 34 °C"),

@@ -59,7 +59,8 @@ PROGRAMS: dict[str, tuple[str, tuple[str, ...], float]] = {
 FIRMWARE = "the chamber's firmware"
 FIRMWARE_S = 100.0
 ENOUGH_S = 5.0
-"""Of avr8js, which takes as long for each second: its timers count one by one, also asleep."""
+"""Simulated time that is enough for avr8js, whose speed does not depend on the program: its timers
+count one by one, also while the processor sleeps."""
 
 
 def cores(times: int, tell: Tell, share: float) -> dict[str, Any]:

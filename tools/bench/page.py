@@ -13,11 +13,12 @@ PICTURE = "benchmarks.svg"
 INTRODUCTION = """\
 # Benchmarks
 
-`make bench ARGS=--page` has measured this page and drawn its picture. A **yard** is the processor \
-time of 10⁷ additions in a plain Python loop, so that a quick machine and a slow one tell much the \
-same. All times are of the processor, with all processes of a command, the least of several, \
-unless the clock on the wall is named; what is compared took turns. `make peers` installs the \
-others, ESPHome and avr8js; plain simavr comes with `make setup`.
+`make bench ARGS=--page` has measured the figures of this page and drawn its picture. A **yard** \
+is the processor time of 10⁷ additions in a plain Python loop, so that figures from a fast and a \
+slow computer can be compared. All times are processor times, summed over all processes of a \
+command; each is the shortest of several measurements. Where wall-clock time is meant, the text \
+says so. Programs that are compared ran alternately. `make peers` installs the others, ESPHome \
+and avr8js; plain simavr comes with `make setup`.
 
 """
 
@@ -35,7 +36,7 @@ def page(found: dict[str, Any]) -> str:
 
 
 def startup(found: dict[str, Any]) -> str:
-    """Tell start-up: in yards, and of ESPHome's."""
+    """Write the section on start-up: ours and ESPHome's, in yards."""
     yard, ours, theirs = found["yard_s"], found["ours"], found["esphome"]
     rows = []
     for name, took_s in ours.items():
@@ -49,31 +50,31 @@ def startup(found: dict[str, Any]) -> str:
         rows.append((f"`{name}`", f"{took_s / yard:.2f}", *peer))
     return f"""## Start-up
 
-The chamber, {found["lines"]["ours"]} lines; for ESPHome the same machine as far as it has words \
-for it, {found["lines"]["theirs"]} lines. `check` without `--quick` also runs the machine by the \
-reference model, once in its scenario and once on each machine that is well; ESPHome has nothing \
-like it.
+The chamber, {found["lines"]["ours"]} lines; for ESPHome the same machine, as far as its language \
+can describe it, {found["lines"]["theirs"]} lines. `check` without `--quick` also runs the \
+reference model on the simulated machine, once through the scenario and once on each variant of a \
+healthy machine; ESPHome has no such check.
 
 {table(("command", "yards", "ESPHome's, yards", "ratio"), rows)}"""
 
 
 def verify(found: dict[str, Any]) -> str:
-    """Tell how long `verify` takes."""
+    """Write how long `verify` takes."""
     rows = [
         (name, each["faults"], f"{each['processor_s'] / each['yard_s']:.1f}")
         for name, each in found.items()
     ]
     return f"""## verify
 
-All the evidence for one spec, its binary compiled before.
+All the evidence for one spec; its binary was compiled before.
 
 {table(("spec", "faults", "yards"), rows)}"""
 
 
 def loops(found: dict[str, Any]) -> str:
-    """Tell the speed of closed loops."""
+    """Write the speed of closed loops."""
     yard = found["yard_s"]
-    heads = ["closed loop", "times real time", "its limit", "yards for an hour",
+    heads = ["closed loop", "times real time", "its limit", "yards per simulated hour",
              "processor", "chips, plant", "Python"]  # fmt: skip
     rows = []
     for name, runs in found.items():
@@ -88,10 +89,11 @@ def loops(found: dict[str, Any]) -> str:
         heads.append("against the other checkout")
     return f"""## Closed loop
 
-The scenario of the spec, by its binary. The limit: the cycles in which the processor is awake, \
-times what one takes with nothing at its pins, its share of the wakes included; that is the \
-processor's part of the time. What else C does is chips and plant, those chips included that C \
-asks in Python; the remainder is Python between two calls of C.
+The binary runs the scenario of the spec. The limit is the speed that would be reached if only \
+the processor had to be simulated: its time is the number of cycles in which the processor is \
+awake, times the time for one such cycle with nothing at its pins, wake-ups included. This is the \
+share in the column *processor*. *Chips, plant* is the other time in C, with the chips that C \
+calls in Python; *Python* is the time between two calls of C.
 
 {table(heads, rows)}"""
 
@@ -103,7 +105,7 @@ def shares(run: dict[str, Any]) -> tuple[float, float, float]:
 
 
 def cores(found: dict[str, Any]) -> str:
-    """Tell the speed of simulated processors."""
+    """Write the speed of simulated processors."""
     names = list(dict.fromkeys(name for each in found.values() for name in each))
     rows = [
         (program, *(count(speeds.get(name)) for name in names), ratio(speeds))
@@ -111,13 +113,13 @@ def cores(found: dict[str, Any]) -> str:
     ]
     return f"""## The processor alone
 
-The same image on each, in times real time, with nothing at its pins.
+The same image on each simulator, with nothing at its pins; speeds are multiples of real time.
 
-{table(("program", *names, "heatwright to simavr"), rows)}"""
+{table(("program", *names, "heatwright ÷ simavr"), rows)}"""
 
 
 def growth(found: dict[str, Any]) -> str:
-    """Tell what more of everything costs."""
+    """Write the cost of more loops, and of longer runs."""
     yard = found["yard_s"]
     sides = [
         (each["loops"], f"{each['simulate_s'] / yard:.1f}", each["faults"],
@@ -127,10 +129,10 @@ def growth(found: dict[str, Any]) -> str:
     lengths = [
         (f"{each['hours']:g}", f"{each['simulate_s'] / yard:.1f}") for each in found["length"]
     ]
-    heads = ("loops", "simulate 30 min, yards", "faults", "verify, yards", "yards for a fault")
+    heads = ("loops", "simulate 30 min, yards", "faults", "verify, yards", "yards per fault")
     return f"""## Growth
 
-Chambers side by side under one ATmega2560, each with a plant of its own; more loops have more \
+One ATmega2560 controls several chambers, each with a plant of its own; more loops have more \
 faults.
 
 {table(heads, sides)}
@@ -140,7 +142,7 @@ The chamber, simulated for longer:
 
 
 def campaigns(found: dict[str, Any]) -> str:
-    """Tell what a campaign costs."""
+    """Write the cost of a campaign."""
     yard, runs = found["yard_s"], found["runs"]
     (first, *_) = found["processes"].values()
     rows = [
@@ -148,10 +150,10 @@ def campaigns(found: dict[str, Any]) -> str:
          f"{1000 / runs * each['wall_s'] / yard:.0f}", f"{first['wall_s'] / each['wall_s']:.2f}")
         for number, each in found["processes"].items()
     ]  # fmt: skip
-    heads = ("processes", "processor, yards for 1,000 runs", "on the wall, yards", "sooner by")
+    heads = ("processes", "processor, yards for 1,000 runs", "wall clock, yards", "speed-up")
     return f"""## Campaigns
 
-Chambers drawn about that of the spec, 30 simulated minutes each: {runs} of them, in proportion.
+Random variants of the spec's chamber, 30 simulated minutes each: {runs} runs, scaled to 1,000.
 
 {table(heads, rows)}"""
 

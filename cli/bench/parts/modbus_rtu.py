@@ -81,7 +81,7 @@ class Master(Seat):
         live.record(what)
 
     def _took(self, exchange: Exchange, found: list[Register]) -> bool:
-        """Take the answer to a read, if it is there."""
+        """Fetch the answer to a read, if there is one."""
         if exchange.answer is None or exchange.refusal:
             return exchange.done
         first = found[0].address

@@ -74,7 +74,7 @@ class TouchDisplay(Seat):
         return draw(display.display)
 
     def act(self, live: Live, order: Order) -> None:
-        """Put a finger on a component or a place, or take it off, wherever it has gone."""
+        """Touch a component or a place, or take it off, wherever it has gone."""
         display = self.part(live.world)
         display.said.clear()
         if flag_of(order, "down") and "x" in order:

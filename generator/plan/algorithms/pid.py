@@ -68,7 +68,7 @@ def in_force(pid: Pid, prefix: str, state: str) -> LimitsInForce:
 
 @dataclass(frozen=True, slots=True)
 class PidNames:
-    """What the templates are told of the terms and their numbers in C."""
+    """The values for the templates: the terms, and their numbers in C."""
 
     where: str
     integral_minimum: str

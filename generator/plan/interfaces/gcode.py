@@ -38,7 +38,7 @@ BUSY_S = 2.0
 """Marlin's DEFAULT_KEEPALIVE_INTERVAL."""
 SLOWEST_MM_PER_MIN = 1.0
 NUMBERS = {"B": 10, "C": 11}
-"""Of the bed and the chamber in the firmware, behind those of tools, which have one digit."""
+"""Numbers of bed and chamber in the firmware; they follow those of the tools, 0 to 9."""
 
 
 def plan(source: Source, interface: Gcode) -> Part:

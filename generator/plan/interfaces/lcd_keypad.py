@@ -171,7 +171,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
 
 
 def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, ...]:
-    """Give times in minutes, as the display does."""
+    """Return times in minutes, as the display does."""
     longest, step = (
         round(seconds / MINUTE_S) for seconds in (countdown.longest_s, countdown.step_s)
     )

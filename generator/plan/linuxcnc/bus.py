@@ -1,4 +1,4 @@
-"""The line as mb2hal is told of it: its format, how often it is used, how long to wait."""
+"""The line, as mb2hal's configuration has it: format, how often it is used, how long to wait."""
 
 from __future__ import annotations
 

@@ -22,9 +22,9 @@ READ_OF_THE_CONTROLLER = (
 SHORT = {"setpoint_in_force": "in-force"}
 """Names that would be too long in HAL."""
 FRAME_BYTES = 8
-"""Of every request here, and of the answer to a write: address, function, 2 + 2 bytes, CRC."""
+"""Length of each request, and of the answer to a write: address, function, 2 + 2 bytes, CRC."""
 ANSWER_BYTES = 5
-"""Of the answer to a reading, besides the data: address, function, length, CRC."""
+"""Length of the answer to a read, without its data: address, function, length, CRC."""
 
 
 @dataclass(frozen=True, slots=True)

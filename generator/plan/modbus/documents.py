@@ -105,7 +105,7 @@ class ClientPart:
     """A class of the client: a loop, or the machine."""
 
     attribute: str
-    """Of the machine, where it is a loop's."""
+    """Name of the machine's attribute that holds this part, if it is a loop."""
     title: str
     doc: str
     machine: bool
@@ -114,7 +114,7 @@ class ClientPart:
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """What the client is told besides."""
+    """Further values for the client's template."""
 
     machine: str
     no_temperature: int

@@ -91,7 +91,7 @@ def _built(page: Page, earlier: list[Page]) -> Making:
 
 
 def _can_be(new: Component, old: Component) -> bool:
-    """Tell whether one can be a copy: a component has the attributes of its kind."""
+    """Return whether one can be a copy: a component has the attributes of its kind."""
     return old.kind == new.kind and values(old).keys() == values(new).keys()
 
 

@@ -23,7 +23,7 @@ _KINDS = ("", "time", "K/h", "fast", "hold", "until")
 
 
 def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
-    """Give all words, and the numbers of those that C calls by a name."""
+    """Return all words, and the numbers of those that C calls by a name."""
     groups = {
         "OFF": _OFF,
         "ON": ("on",),

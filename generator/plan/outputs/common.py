@@ -52,12 +52,12 @@ class UseOfOutput:
 
 
 def cools(controller: Controller, name: str) -> bool:
-    """Tell whether an output is a loop's cooler."""
+    """Return whether an output is a loop's cooler."""
     return any(loop.cooler == name for loop in controller.loops.values())
 
 
 def watched(controller: Controller, name: str) -> bool:
-    """Tell whether it is asked if an output is on: by the gate of a loop with both, or by LEDs."""
+    """Return whether code asks if an output is on: the gate of a loop with a cooler, or LEDs."""
     return any(
         (loop.cooler is not None and name in {loop.heater, loop.cooler})
         or (loop.heater == name and "heating" in shown_meanings(controller, each))
@@ -67,7 +67,7 @@ def watched(controller: Controller, name: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class OutputNames:
-    """What every output's template is told."""
+    """The values for every output's template."""
 
     name: str
     NAME: str
@@ -80,7 +80,7 @@ class OutputNames:
 
 
 def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
-    """Say what every output's template is told."""
+    """Return the values for every output's template."""
     return OutputNames(
         name=name,
         NAME=name.upper(),

@@ -18,7 +18,7 @@ from heatwright.spec.board.pwm_timers import PwmChannel
 
 @dataclass(frozen=True, slots=True)
 class PwmNames:
-    """What the templates are told of any PWM."""
+    """The values for the templates of any PWM."""
 
     timer: int
     channel: str

@@ -35,7 +35,7 @@ TICK_S = TICK_MS / 1000
 
 @dataclass(frozen=True, slots=True)
 class StepperNames:
-    """What the templates are told besides."""
+    """Further values for the templates."""
 
     timer: int
     vector: str

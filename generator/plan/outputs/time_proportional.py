@@ -15,7 +15,7 @@ UINT8_MAX = 0xFF
 
 @dataclass(frozen=True, slots=True)
 class WindowNames:
-    """What the templates are told besides."""
+    """Further values for the templates."""
 
     minimum_on: bool
     minimum_off: bool

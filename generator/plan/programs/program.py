@@ -34,7 +34,7 @@ def plan(root: Source, loop: LoopSummary) -> Part:
 
 @dataclass(frozen=True, slots=True)
 class ProgramNames:
-    """What the template of the program is told besides what it is told of the loop."""
+    """The values for the program's template, in addition to those of its loop."""
 
     where: str
     averaged: bool

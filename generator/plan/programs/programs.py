@@ -141,7 +141,7 @@ def _segment(segment: Segment) -> CodedSegment:
 
 
 def _amount(segment: Segment) -> tuple[int, str]:
-    """Give a segment's time in seconds, or its rate in tenths of a kelvin per hour, and say it."""
+    """Return a segment's time, s, or its rate, in tenths of a kelvin per hour, and its text."""
     if segment.over_s is not None:
         return round(segment.over_s), f"over {duration(segment.over_s)}"
     if segment.at_k_per_h is not None:
@@ -181,7 +181,7 @@ def _constants(source: Source) -> tuple[Constant, ...]:
 
 
 def _where_they_are(source: Source) -> tuple[Constant, ...]:
-    """Give the places of programs and progress in the EEPROM, and how long it lasts."""
+    """Return the places of programs and progress in the EEPROM, and how long it lasts."""
     given = source.controller.programs
     assert given is not None  # noqa: S101 - as above
     areas = layout(source.controller)

@@ -143,7 +143,7 @@ def effort_names(loop: Loop, prefix: str) -> EffortNames | None:
 
 
 def _ends(effort: Effort) -> dict[str, tuple[float, str]]:
-    """Give the ends that the band has: their shares of what the plant takes, and when."""
+    """Return the ends that the band has: their shares of what the plant takes, and when."""
     ends = {"high": (effort.high_percent, "winter"), "low": (effort.low_percent, "summer")}
     return {end: (share, season) for end, (share, season) in ends.items() if share is not None}
 

@@ -301,7 +301,7 @@ def _lasting(loop: Loop) -> dict[str, float]:
 
 
 def _waits(controller: Controller, loop: Loop) -> dict[str, float]:
-    """What goes by before a step can see it, s: of what is counted in ticks."""
+    """Time until a step can see it, s, for what is counted in ticks."""
     found = {"relay_welded": CONTACT_S, "relay_open": CONTACT_S}
     if loop.protection.master_lost_after_s is not None:
         found["master_lost"] = loop.protection.master_lost_after_s

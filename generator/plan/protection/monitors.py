@@ -72,7 +72,7 @@ def _constants(at: Source, name: str, monitor: Monitor, loop: Loop) -> tuple[Con
 
 
 def told(root: Source) -> tuple[File, ...]:
-    """Plan what interfaces ask for the monitors; nothing where there are none."""
+    """Plan the functions by which interfaces read the monitors; none if there are no monitors."""
     names = list(root.controller.monitors)
     if not names:
         return ()

@@ -1,4 +1,4 @@
-"""What the plans of all sensors are told."""
+"""What the plans of all sensors get."""
 
 from __future__ import annotations
 

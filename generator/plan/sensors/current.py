@@ -99,5 +99,5 @@ def _filter(controller: Controller, name: str, use: UseOfSensor) -> str:
 
 
 def _rounded_down(seconds: float) -> float:
-    """Leave tenths of a millisecond, so that what is told is no longer than what is allowed."""
+    """Round down to tenths of a millisecond, so that the printed time is at most the allowed."""
     return math.floor(round(seconds * 1e4, 6)) / 1e4

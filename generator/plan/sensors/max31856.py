@@ -142,7 +142,7 @@ def _constants(
 
 
 def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
-    """Give the type's code; where others may be chosen that is among the settings' constants."""
+    """Return the type's code; where others may be chosen that is among the settings' constants."""
     return Constant(
         f"{prefix}_TYPE",
         f"{TYPE_CODES.index(sensor.thermocouple)}u",
@@ -151,7 +151,7 @@ def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
 
 
 def types_of(root: Source, name: str) -> list[Constant]:
-    """Give the codes of the types of thermocouple that a sensor may have."""
+    """Return the codes of the types of thermocouple that a sensor may have."""
     sensor = root.controller.sensors[name]
     assert isinstance(sensor, Max31856)  # noqa: S101 - no other has types
     source = root.at("sensors", name)

@@ -24,19 +24,19 @@ from heatwright.spec.self_checks import (
 SEED = 1
 WATCH_S = 30.0
 HIGHEST_BIT = 7
-"""Of a byte; of the third of a float it is the last of the exponent."""
+"""Highest bit of a byte; in the third byte of a float this is the lowest bit of the exponent."""
 LOWEST_BIT = 0
 SEAL, UNSEALED = "flash_seal", b"\xff\xff"
 """What holds the checksum of the program, and how the compiler leaves it."""
 BYTES = 7
-"""Of a record, after which the power goes: half of the shortest."""
+"""Bytes of a record that are written before the power fails: half of the shortest record."""
 REFERENCE_OFF = 0.6
 WRONG_S = 1.0 + 2 * TICK_S
 """A second, and the ticks before and after it."""
 HELD_S = 5 * TICK_S
 """Three looks at a pin, one of them when it is switched, and a tick about them."""
 SLOW = 0.5
-"""Of the frequency: a crystal of 8 MHz for one of 16."""
+"""Factor of the frequency: a crystal of 8 MHz instead of 16 MHz."""
 REST_S = 2.0
 LONGEST_MS = 1000
 
@@ -202,7 +202,7 @@ def hold_off(world: World, output: str) -> None:
 
 
 def let_go(world: World, output: str) -> None:
-    """Take the short away."""
+    """Remove the short circuit from the pin."""
     world.device.avr.pins.drive(world.device.outputs[output].pin, None)
 
 
@@ -239,12 +239,12 @@ def latched(site: Site) -> World:
 
 
 def cut_line(world: World) -> None:
-    """Take the loop's sensor from the controller, in the way of its kind."""
+    """Disconnect the loop's sensor, in the way of its kind."""
     _of_sensor(world.site).cut(world)
 
 
 def mend_line(world: World) -> None:
-    """Give it back."""
+    """Reconnect the loop's sensor."""
     _of_sensor(world.site).mend(world)
 
 

@@ -99,7 +99,7 @@ def _turned_aside(world: World, entry: str) -> bool:
 
 
 def stays_off(world: World) -> str:
-    """See that a loop that does not start by itself has been off since the power came back."""
+    """Check that a loop that does not start by itself has been off since the power came back."""
     if world.site.facts.starts_enabled:
         return ""
     last_s = world.heater.last_on_s(world.power_on_s)
@@ -107,7 +107,7 @@ def stays_off(world: World) -> str:
 
 
 def off_through_reset(world: World) -> str:
-    """See that the heater went off at the reset, and was driven off from then to its next use."""
+    """Check that the heater went off at the reset, and was driven off from then to its next use."""
     resets = world.device.take_resets()
     if len(resets) != 1:
         return f"there were {len(resets)} resets"

@@ -25,7 +25,8 @@ from heatwright.spec.facts import facts_of
 
 KINDS = ("ram", "stack", "register", "periphery", "flash", "eeprom", "jump")
 GUARDED = ("ram", "stack", "register", "periphery", "eeprom")
-"""Of these none may be bad; what flips in the flash, and jumps, docs/safety.md lists as a risk."""
+"""No upset of these kinds may have a bad outcome; flipped bits in the flash, and jumps, are a risk
+that docs/safety.md lists."""
 STACK_BYTES = 64
 """Below the top of the RAM: what is in use while the program sleeps, and more."""
 PERIPHERY_START = 0x20

@@ -10,7 +10,7 @@ COOLED_ABOVE_C = float(FAULT_COOLING_ABOVE_C)
 
 
 def complaint(world: World) -> str:
-    """See that the cooler does what a latched fault asks of it; "" if so, or if it has none."""
+    """Check that the cooler does what a latched fault asks of it; "" if so, or if it has none."""
     cooler = world.site.loop.cooler
     if cooler is None or world.until(_is_right, _held_s(world, cooler)):
         return ""

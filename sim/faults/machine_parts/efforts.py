@@ -15,11 +15,12 @@ from heatwright.sim.plants import profile_c
 from heatwright.spec.loops import Effort
 
 SEEN, ASKED = 0.75, 0.9
-"""Of full power: what the band must leave to be seen, and what an aged heater then takes."""
+"""Shares of full power: the effort band's upper limit must be below the first for a fault to be
+detectable; the second is what an aged heater then needs."""
 BEYOND = 1.15
-"""Of the most that is allowed: what a machine takes whose reading has drifted."""
+"""Effort of a machine whose reading has drifted, as a multiple of the band's upper limit."""
 SPARE = 0.05
-"""Of what nodes bear above the surroundings: a drift is seen late."""
+"""Margin, as a share of what nodes bear above ambient: a drift is detected late."""
 SLOW = 4.0
 """Times of the filter, in which a reading drifts; a drift is so much slower than a jump, too."""
 STANDING_K = 1.0
@@ -67,7 +68,7 @@ def _duties(site: Site) -> tuple[float, float]:
 
 
 def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
-    """A heater that has aged, or a supply that is low: it takes most of the time to hold on."""
+    """Yield an aged heater, or a low supply: holding the setpoint needs most of the time on."""
     full = _duties(site)[1]
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[0] < SEEN * full]
     if not seen_c:

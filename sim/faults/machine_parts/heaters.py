@@ -16,7 +16,7 @@ from heatwright.sim.native.pins import Level
 MARGIN_K = 5.0
 """How far beyond a limit the heat of a fault would take the machine."""
 WEAK_SHARE = 0.05
-"""Of its power: what a heater gives of which hardly a strand is left."""
+"""Share of its power that a heater still has when its wire is almost broken."""
 
 
 def faults(site: Site) -> Iterator[Fault]:

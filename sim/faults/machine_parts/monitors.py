@@ -1,4 +1,4 @@
-"""Monitors: sensors that break, parts that are too warm, and people who are told of it."""
+"""Monitors: sensors that break, parts that are too warm, and whether people are warned."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TOLD_S = 10.0
 """Within this long, and some control steps, everybody has been told: a small display by turns."""
 TOLD_STEPS = 4
 COLUMNS = 7
-"""Of a monitor's name on a display of 16 columns."""
+"""Columns for a monitor's name on a display of 16 columns."""
 
 
 class Watched(NamedTuple):
@@ -133,7 +133,7 @@ def _over_limit(site: Site, watched: Watched) -> Fault:
 
 
 def _warned(site: Site, watched: Watched) -> Fault:
-    """A warning: the machine goes on, people are told, and it ends where it says."""
+    """A warning: the machine goes on, people are warned, and the warning ends at its limit."""
 
     def judge(world: World) -> str:
         if not world.device.read(f"monitor_{watched.name}.warns"):

@@ -15,7 +15,8 @@ from heatwright.sim.native.relay import Wire
 from heatwright.spec import Proof, Tachometer, proven_in
 
 SLOW, FAST = 0.88, 1.1
-"""Of the limits of a tachometer: two pulses of a window, of 16 or more, beyond them."""
+"""Speeds just outside a tachometer's limits, as shares of these: by two of the window's 16 or more
+pulses."""
 HIGHEST = 0.6
 """Share of a pulse that may be low, or high."""
 

@@ -83,7 +83,7 @@ def _ask_too_much(world: World) -> None:
 
 
 def _unmoved(world: World) -> str:
-    """See that the setpoint stands, that every step came in time, and that the display lives."""
+    """Check that the setpoint stands, that every step came in time, and that the display lives."""
     moved = starts.setpoint_moved(world, starts.highest_c(world.site))
     if moved:
         return moved

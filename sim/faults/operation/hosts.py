@@ -21,7 +21,7 @@ FLOODED_S = 0.5
 """Longer than it takes to fill whatever the firmware keeps for later."""
 BEYOND_K = 1.0
 GARBLED_SHARE = 0.02
-"""Of the bytes: about every fourth line."""
+"""Share of the bytes that are damaged: this hits about every fourth line."""
 LINES = 100
 SEED = 3
 
@@ -96,7 +96,7 @@ def _ask_too_much(world: World) -> None:
 
 
 def _keeps_setpoint(world: World) -> str:
-    """See that none of it was taken over."""
+    """Check that none of it was taken over."""
     return starts.setpoint_moved(world, starts.highest_c(world.site))
 
 
@@ -109,7 +109,7 @@ def _garble(world: World) -> None:
 
 
 def _hears_all(world: World) -> str:
-    """See that every line was done in the end, and nothing else."""
+    """Check that every line was done in the end, and nothing else."""
     host = world.device.host
     if not world.until(lambda now: not now.device.host.is_busy, ANSWERED_S):
         return "the host still waits for an answer"

@@ -13,7 +13,8 @@ from heatwright.spec import Controller
 
 TOO_LONG = "on_too_long"
 SHARE = 0.6
-"""Of the time, before it is switched off, and after that: twice this is too long."""
+"""Share of the longest time on, before the loop is switched off, and again after that: the two
+together are more than the longest time."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -51,7 +52,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
-    """Let the time of a loop be over while a machine that is well is watched for longer."""
+    """Allow `on_too_long` where a healthy machine is watched for longer than a loop may be on."""
     if not any(each.protection.on_for_at_most_s for each in controller.loops.values()):
         return found
     return [

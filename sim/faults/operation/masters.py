@@ -131,7 +131,7 @@ def _speak_to_others(world: World) -> None:
 
 
 def _unmoved(world: World) -> str:
-    """See that no setpoint was taken over, no step was late, and good requests are answered."""
+    """Check that no setpoint was taken over, no step was late, and good requests are answered."""
     moved = starts.setpoint_moved(world, starts.highest_c(world.site))
     if moved:
         return moved

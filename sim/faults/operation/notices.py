@@ -1,4 +1,4 @@
-"""Whether those at the controller's interfaces are told of a latched fault."""
+"""Whether each interface of the controller shows a latched fault to its users."""
 
 from __future__ import annotations
 

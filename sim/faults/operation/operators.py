@@ -111,7 +111,7 @@ def _leak(world: World) -> None:
 
 
 def _acknowledged_once(world: World) -> str:
-    """See that nothing acknowledged but the one press that was meant, at the end."""
+    """Check that nothing acknowledged but the one press that was meant, at the end."""
     times = sum(not each.code for each in world.trips.changes)
     return "" if times <= 1 else f"the key has acknowledged {times - 1} times"
 
@@ -128,7 +128,7 @@ def _set_time(world: World) -> None:
 
 
 def _goes_off_in_time(world: World) -> str:
-    """See that the loop goes off once it was near its setpoint for the time, and stays off."""
+    """Check that the loop goes off once it was near its setpoint for the time, and stays off."""
     period_s = world.site.loop.period_s
     if world.now_s - _last_on_s(world) > 2 * period_s:
         return f"it was off at {_last_on_s(world):.1f} s, too soon"
@@ -146,7 +146,7 @@ def _last_on_s(world: World) -> float:
 
 
 def _one_step(world: World) -> str:
-    """See that a key that hangs is one press; on a menu's first screen it is none at all."""
+    """Check that a key that hangs is one press; on a menu's first screen it is none at all."""
     moves_k = 0.0 if world.site.has_menu else world.site.key_step_k
     return starts.setpoint_moved(world, starts.highest_c(world.site) - moves_k)
 
@@ -161,7 +161,7 @@ def _play(world: World) -> None:
 
 
 def _unplug_and_plug(world: World) -> None:
-    """Take the display off for some seconds."""
+    """Disconnect the display for some seconds."""
     lcd = world.device.shield.lcd
     lcd.unplug(world.now_s)
     world.run(3.0)
@@ -170,7 +170,7 @@ def _unplug_and_plug(world: World) -> None:
 
 
 def _shows_again(world: World) -> str:
-    """See that the display shows both lines, and that nothing waited for it."""
+    """Check that the display shows both lines, and that nothing waited for it."""
     first, second = world.screen
     controller, keypad = world.site.controller, keypad_of(world.site.controller)
     if keypad is not None and facts_of(controller, keypad.loop).programmed:
@@ -191,7 +191,7 @@ def _flood(world: World) -> None:
 
 
 def keeps_time(world: World) -> str:
-    """See that every control step came when it was due."""
+    """Check that every control step came when it was due."""
     late_s = off_s(world.device.steps(world.site.loop_name), world.site.loop.period_s)
     return "" if late_s < JITTER_S + TICK_S else f"a step was {late_s * 1000:.1f} ms off its time"
 

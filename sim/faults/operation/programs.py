@@ -107,7 +107,7 @@ def _program(world: World, member: str) -> Any:
 
 
 def _failed(world: World) -> str:
-    """See that the program has ended for good, and that nothing heats after the acknowledgement."""
+    """Check that the program has ended, and that nothing heats after the acknowledgement."""
     if (_program(world, "state"), _program(world, "ended")) != (IDLE, FAILED):
         return f"the program is in state {_program(world, 'state')}, not ended by the fault"
     began_s = world.now_s
@@ -122,7 +122,7 @@ def _judge(programs: Programs) -> Judge:
 
 
 def _kept(world: World, programs: Programs) -> str:
-    """See that it waits for somebody, with the heater off, and then goes on as it must."""
+    """Check that it waits for somebody, with the heater off, and then goes on as it must."""
     state, *place = _place(world)
     if state != INTERRUPTED:
         return f"the program is in state {state}, not interrupted by the fault"
@@ -228,7 +228,7 @@ def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
 
 
 def _lag_was_long(world: World, programs: Programs, hold_back: HoldBack) -> str:
-    """See that it had its time, and what became of the program."""
+    """Check that it had its time, and what became of the program."""
     lags = [trip for trip in world.trips.since(0.0) if RULES[trip.code].id == LAGS]
     early = bool(lags) and lags[0].time_s < hold_back.limit_s
     return "it tripped before its time was over" if early else _judge(programs)(world)
@@ -299,7 +299,7 @@ def _cools_in_s(world: World, cold_c: float) -> float:
 
 
 def _goes_on(world: World, programs: Programs) -> str:
-    """See that it goes on where it was last saved, after a reading."""
+    """Check that it goes on where it was last saved, after a reading."""
     state, segment = _program(world, "state"), _program(world, "segment")
     if state not in (RUNNING, RETURNING) or segment != 1 or _program(world, "number") != 1:
         return f"after the loss of power it is in state {state}, segment {segment}"
@@ -311,7 +311,7 @@ def _goes_on(world: World, programs: Programs) -> str:
 
 
 def _read_first(world: World) -> str:
-    """See that no heater was on before the first valid reading after the power came back."""
+    """Check that no heater was on before the first valid reading after the power came back."""
     log = world.device.steps(world.site.loop_name)
     valid = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
     first_s = float(valid["time_s"][0]) if len(valid) else float("inf")

@@ -32,7 +32,7 @@ def feel(site: Site, change: Callable[[World], Feel]) -> Act:
 
 
 def mend(site: Site) -> Act:
-    """Take it away."""
+    """Undo `feel`."""
 
     def cure(world: World) -> None:
         world.wiring.feel.pop(site.loop.sensor)

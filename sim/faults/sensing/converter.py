@@ -151,7 +151,7 @@ def _harmless(site: Site, anew_s: float) -> Iterator[Fault]:
 
 
 def _zeros_not_believed(world: World) -> str:
-    """See that what the chip answers before its first conversion was no temperature."""
+    """Check that what the chip answers before its first conversion was no temperature."""
     log = world.device.steps(world.site.loop_name)
     lowest_c = float(log["temperature_c"][log["has_reading"] == 1].min())
     return f"{lowest_c:.1f} °C was taken for a temperature" if lowest_c == 0.0 else ""

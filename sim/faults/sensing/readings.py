@@ -66,6 +66,6 @@ def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
 
 
 def _sensor_is_believed(world: World) -> str:
-    """See that no rule told that there is no reading."""
+    """Check that no rule told that there is no reading."""
     found = {RULES[trip.code].id for trip in world.trips.since(0.0)} - set(LACKS_HEAT)
     return f"{' and '.join(sorted(found))} tripped for no reason" if found else ""

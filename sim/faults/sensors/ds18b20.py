@@ -173,7 +173,7 @@ def _harmless(site: Site) -> Iterator[Fault]:
 
 
 def _never_believed(world: World) -> str:
-    """See that the power-on value was never taken for a temperature."""
+    """Check that the power-on value was never taken for a temperature."""
     log = world.device.steps(world.site.loop_name)
     highest_c = float(log["temperature_c"].max())
     sensor = world.site.controller.thermometers[world.site.loop.sensor]

@@ -80,7 +80,7 @@ class Tuner:
         return Gains(self._found.kp, self._found.ki, self._found.kd)
 
     def take_limits(self, limits: Limits) -> None:
-        """Go by other limits than the specification's."""
+        """Use these limits instead of the specification's."""
         self._limits = limits
         self.swing_percent = limits.output_maximum * self._swing_share
 

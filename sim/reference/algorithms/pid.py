@@ -19,7 +19,7 @@ def limits_of(algorithm: Pid) -> Limits:
 
 
 def may_limit(algorithm: Pid, limits: Limits) -> bool:
-    """Tell whether limits are in order, and within those of the specification."""
+    """Return whether limits are in order, and within those of the specification."""
     return in_order(limits, limits_of(algorithm), least_maximum_of(algorithm))
 
 
@@ -29,7 +29,7 @@ def least_maximum_of(algorithm: Pid) -> Single:
 
 
 def in_order(limits: Limits, widest: Limits, least_maximum: Single) -> bool:
-    """Tell whether limits are in order, and within the widest."""
+    """Return whether limits are in order, and within the widest."""
     return bool(
         widest.integral_minimum
         <= limits.integral_minimum

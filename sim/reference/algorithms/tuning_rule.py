@@ -23,7 +23,7 @@ class Constants(NamedTuple):
     start_percent: Single
     band_k: Single | None
     limits_percent: tuple[Single, Single]
-    """Of the integral."""
+    """Limits of the integral."""
 
     @classmethod
     def of(cls, algorithm: Pid, autotune: Autotune, period_s: float) -> "Constants":

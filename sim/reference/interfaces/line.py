@@ -20,7 +20,7 @@ class Line(NamedTuple):
 
 
 def parsed(text: str) -> Line:
-    """Take a line apart; its number and checksum are left out.
+    """Parse a line; its number and checksum are left out.
 
     Raises:
         ValueError: it has no command.

@@ -18,7 +18,7 @@ class MenuKeys:
         self._is_first = True
 
     def moves(self, key: str | None) -> int:
-        """Take a press; return by how many steps it moves the setpoint."""
+        """Process a key press; return by how many steps it moves the setpoint."""
         if key in {"left", "right"}:
             self._screen = (self._screen + (1 if key == "right" else -1)) % SCREENS
             self._is_first = True

@@ -75,7 +75,7 @@ class Operator:
         self.set(0.0)
 
     def set(self, setpoint_c: float) -> bool:
-        """Hold a temperature, or go off; tell whether that may be."""
+        """Hold a temperature, or go off; return whether that is allowed."""
         if not self._may(Single(setpoint_c)):
             return False
         self.setpoint_c = Single(setpoint_c)
@@ -83,7 +83,7 @@ class Operator:
         return True
 
     def set_manual(self, percent: float | None) -> bool:
-        """Hold a duty, the present one if none is given; tell whether that may be."""
+        """Hold a duty, the present one if none is given; return whether that is allowed."""
         wanted = self._reference.duty_percent if percent is None else Single(percent)
         if self.gains is None or self._reference.fault_code or not ZERO <= wanted <= FULL:
             return False
@@ -99,7 +99,7 @@ class Operator:
         *,
         limits: tuple[float | None, ...] = NO_LIMITS,
     ) -> bool:
-        """Change the gains and limits that are given, all or none; tell whether that may be."""
+        """Change the given gains and limits, all or none; return whether that is allowed."""
         given = [gain for gain in (kp, ki, kd) if gain is not None]
         if self.gains is None or not all(0 <= gain <= LARGEST_GAIN for gain in given):
             return False
@@ -115,7 +115,7 @@ class Operator:
         integral_maximum: float | None,
         output_maximum: float | None,
     ) -> bool:
-        """Change the limits that are given; tell whether that may be."""
+        """Change the limits that are given; return whether that is allowed."""
         if self.limits is None:
             return False
         given = zip((integral_minimum, integral_maximum, output_maximum), self.limits, strict=True)
@@ -126,7 +126,7 @@ class Operator:
         return True
 
     def set_critical(self, maximum_c: float) -> bool:
-        """Set the critical temperature; tell whether that may be."""
+        """Set the critical temperature; return whether that is allowed."""
         wanted_c = Single(maximum_c)
         if self._highest_c is None or not self._minimum_c <= wanted_c <= self._highest_c:
             return False
@@ -134,7 +134,7 @@ class Operator:
         return True
 
     def tune(self, target_c: float, cycles: int | None) -> bool:
-        """Start a tuning; tell whether that may be."""
+        """Start a tuning; return whether that is allowed."""
         tuner = self._reference.steering.tuner
         if tuner is None or target_c == 0 or not self._may(Single(target_c)):
             return False

@@ -21,7 +21,7 @@ class Pages:
         self.values = given(numbers)
 
     def take(self, key: str | None) -> bool:
-        """Take a key that was pressed; tell whether it was not one for the loop."""
+        """Process a key that was pressed; return whether the pages used it, and not the loop."""
         if key == "right":
             self.page = self._pages[(self._pages.index(self.page) + 1) % len(self._pages)]
             return True

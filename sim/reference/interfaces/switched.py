@@ -43,7 +43,7 @@ class SwitchedOperator(Operator):
         self._go_off()
 
     def set(self, setpoint_c: float) -> bool:
-        """Set the temperature to hold once the loop is on; tell whether that may be."""
+        """Set the temperature to hold once the loop is on; return whether that is allowed."""
         wanted_c = Single(setpoint_c)
         inside = self._minimum_c <= wanted_c <= self._maximum_c
         if not inside or (self._mode == TUNING and wanted_c != self.setpoint_c):
@@ -52,7 +52,7 @@ class SwitchedOperator(Operator):
         return True
 
     def enable(self) -> bool:
-        """Switch on; tell whether that may be."""
+        """Switch on; return whether that is allowed."""
         free = self._enabled or self._released or not self._must_release
         if self._reference.fault_code or not free:
             return False
@@ -73,14 +73,14 @@ class SwitchedOperator(Operator):
             self.enable()
 
     def set_manual_percent(self, percent: float) -> bool:
-        """Set the duty that holds in manual mode; tell whether that may be."""
+        """Set the duty that holds in manual mode; return whether that is allowed."""
         if self.gains is None or not ZERO <= Single(percent) <= FULL:
             return False
         self._manual_percent = Single(percent)
         return True
 
     def set_manual(self, percent: float | None) -> bool:
-        """Hold a duty, the present one if none is given; tell whether that may be."""
+        """Hold a duty, the present one if none is given; return whether that is allowed."""
         return not self.is_off and super().set_manual(percent)
 
     def steer_by_hand(self, *, on: bool) -> None:
@@ -98,7 +98,7 @@ class SwitchedOperator(Operator):
             self.stop_tuning()
 
     def tune(self, target_c: float, cycles: int | None) -> bool:
-        """Start a tuning; tell whether that may be."""
+        """Start a tuning; return whether that is allowed."""
         tuner = self._reference.steering.tuner
         if tuner is None or self.is_off or self._reference.fault_code or not self.set(target_c):
             return False

@@ -15,7 +15,7 @@ class Course(Protocol):
         """Take over the counts of a control step, now."""
 
     def advance(self, to_us: int) -> float:
-        """Go on to a time and return for how many microseconds the output was active."""
+        """Advance to a time and return for how many microseconds the output was active."""
 
 
 class SteadyCourse:
@@ -32,7 +32,7 @@ class SteadyCourse:
         self._share = counts / self._whole
 
     def advance(self, to_us: int) -> float:
-        """Go on to a time."""
+        """Advance to a time."""
         on_us = (to_us - self._now_us) * self._share
         self._now_us = to_us
         return on_us
@@ -59,7 +59,7 @@ class WindowCourse:
             self._off_us = min(self._off_us, self._now_us)
 
     def advance(self, to_us: int) -> float:
-        """Go on to a time."""
+        """Advance to a time."""
         on_us = 0.0
         while self._now_us < to_us:
             started = self._start_us >= 0
@@ -96,7 +96,7 @@ class SpreadCourse:
             self._on_steps = 0
 
     def advance(self, to_us: int) -> float:
-        """Go on to a time."""
+        """Advance to a time."""
         on_us = 0
         while self._now_us < to_us:
             if self._start_us < 0:

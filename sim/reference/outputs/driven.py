@@ -27,7 +27,7 @@ class Driven:
         self._course.apply(counts)
 
     def advance(self, to_us: int) -> None:
-        """Go on to a time."""
+        """Advance to a time."""
         self._active_us += self._course.advance(to_us)
         self._now_us = to_us
 

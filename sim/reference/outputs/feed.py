@@ -38,7 +38,7 @@ class Feed:
         self._moves = deque()
 
     def advance(self, to_us: int) -> None:
-        """Go on to a time."""
+        """Advance to a time."""
         left_s = (to_us - self._now_us) / SECOND_US if self.may_run else 0.0
         self._now_us = to_us
         while self._moves and left_s > 0:

@@ -63,7 +63,7 @@ class HeldCourse:
         self._held.set(asked=counts > 0)
 
     def advance(self, to_us: int) -> float:
-        """Go on to a time and return for how many microseconds it was on."""
+        """Advance to a time and return for how many microseconds it was on."""
         on_us = 0
         while self._now_us < to_us:
             done = self._now_us // TICK_US
@@ -75,7 +75,7 @@ class HeldCourse:
 
 
 def has_minimum(output: DigitalOutput) -> bool:
-    """Tell whether an output has minimum times."""
+    """Return whether an output has minimum times."""
     return output.minimum_on_s > 0 or output.minimum_off_s > 0
 
 

@@ -63,7 +63,7 @@ class ProgrammedOperator(SwitchedOperator):
         return self._run.now.state
 
     def order(self, order: Order, number: int = 0) -> bool:
-        """Give an order; tell whether that may be."""
+        """Give an order; return whether that is allowed."""
         code = ORDERS[order]
         waits = self._program[0]
         if waits == STOP:

@@ -192,7 +192,7 @@ class ProgramRun:
     # -- orders --------------------------------------------------------------------------------
 
     def _obeyed(self, temperature_c: Single | None) -> bool:
-        """Do what was ordered, if it fits; tell whether the setpoint rests for this step."""
+        """Execute the order, if it fits; return whether the setpoint rests for this step."""
         now = self.now
         if now.order == STOP and self.is_active:
             self._end(STOPPED)

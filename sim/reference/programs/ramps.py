@@ -31,7 +31,7 @@ class Way:
         self.copy: Copy = ()
 
     def begin(self, now: ProgramState, number: int) -> bool:
-        """Begin a segment where the setpoint is; tell whether there is one."""
+        """Begin a segment at the present setpoint; return whether there is one."""
         if number > now.segments:
             return False
         part = self.copy[number - 1]
@@ -62,11 +62,11 @@ class Way:
         return 0
 
     def is_near(self, temperature_c: Single, setpoint_c: Single) -> bool:
-        """Tell whether a temperature counts as reached."""
+        """Return whether a temperature counts as reached."""
         return bool(abs(temperature_c - setpoint_c) <= self._reached_k)
 
     def go(self, now: ProgramState, temperature_c: Single) -> bool:
-        """Move on by a step; tell whether the segments are at their end."""
+        """Advance by a step; return whether the last segment has ended."""
         if now.kind in (OVER, RATE, HOLD) and now.elapsed < now.length:
             self._move(now, temperature_c)
         if now.elapsed != now.length:
@@ -80,7 +80,7 @@ class Way:
         return False
 
     def lags(self, now: ProgramState, temperature_c: Single) -> bool:
-        """Tell whether the segment has waited too long for a machine that is too cold."""
+        """Return whether the segment has waited too long for a machine that is too cold."""
         waits = now.kind in (OVER, RATE, HOLD) and now.waiting in (HELD_BACK, FOR_TARGET)
         below = waits and now.setpoint_c - temperature_c > ZERO
         if below:

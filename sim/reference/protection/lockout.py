@@ -34,7 +34,7 @@ class Lockout:
         return self._spec is not None and self.trips == self._spec.trips
 
     def counts(self, code: int) -> bool:
-        """Tell whether a trip of a rule counts; 0 is none."""
+        """Return whether a trip of a rule counts; 0 is none."""
         counts = self._spec is not None and code > 0
         for other in UNCOUNTED:
             counts = counts and code != other
@@ -47,9 +47,9 @@ class Lockout:
             self.trips = 0
 
     def take(self, trips: int, at_us: int) -> None:
-        """Take a count as it is told, of trips that have come and gone; the last was at a time.
+        """Take over a reported count of earlier trips, and the time of the last one.
 
-        The same count is of a new trip where the old one would be forgotten by then.
+        The same count means a new trip, if the old one would be forgotten by then.
         """
         at_s = at_us // SECOND_US
         within_s = self._spec.within_s if self._spec else 0.0
@@ -58,7 +58,7 @@ class Lockout:
             self.trips = trips
 
     def count(self, code: int, now_us: int) -> None:
-        """Take a trip; all ticks before have passed."""
+        """Count a trip, after all earlier ticks."""
         if self.counts(code):
             self.age(now_us - TICK_US)
             self._tripped_s = now_us // SECOND_US

@@ -34,7 +34,7 @@ class MonitorModel:
         return self._readings.single.temperature_c
 
     def step(self, status: int, raw: int) -> int:
-        """Take a reading and return the code of the fault, 0 for none."""
+        """Process a reading and return the code of the fault, 0 for none."""
         self._readings.take(status, raw)
         if status:
             return status if self._readings.missing >= self._stale else 0

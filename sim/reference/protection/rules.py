@@ -25,7 +25,7 @@ EFFORT_LOW = 34
 NOWHERE_C = Single(-1000)
 """From where every reading has moved."""
 FLOOR = Single(1e-12)
-"""Of a power, %: it never fades to where avr-libc's products are no longer IEEE 754's."""
+"""Added to a filtered power, %: it stays so large that avr-libc's products agree with IEEE 754."""
 
 ABOVE_ARMED = 1
 BELOW_ARMED = 2
@@ -66,7 +66,7 @@ class GuardRule(Protocol):
         """Clear the counters."""
 
     def start(self, look: Look) -> None:
-        """Take the first reading since the reset as the point to compare with."""
+        """Store the first reading since the reset, to compare with."""
 
     def feel(self, duty_percent: Single) -> None:
         """Take over what the step before asked for, whether there is a reading or not."""
@@ -292,7 +292,7 @@ class RisingRule(_Unfeeling):
         self._steps = 0
 
     def start(self, look: Look) -> None:
-        """Take the present temperature as the lowest."""
+        """Begin with the present temperature as the lowest."""
         self._lowest_c = look.temperature_c
 
     def check(self, look: Look) -> int:
@@ -334,7 +334,7 @@ class EffortRule:
         self.reset()
 
     def reset(self) -> None:
-        """Take the next reading for one that has moved."""
+        """Begin anew: the next reading counts as one that has moved."""
         self._from_c = NOWHERE_C
 
     def start(self, look: Look) -> None:

@@ -1,4 +1,4 @@
-"""The reading of a step, and the mean that control goes by (docs/control.md, "Moving average")."""
+"""The reading of a step, and the mean that the control uses (docs/control.md, "Moving average")."""
 
 from importlib import import_module
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
 
 RAW_WIDTH = "i2"
-"""Of the sensor's own number, unless its kind says another."""
+"""Type of the sensor's raw number, unless its kind has another."""
 MOST_MISSING = 255
 """The count of missing readings stays here: `stale_after` cannot be longer."""
 
@@ -48,7 +48,7 @@ class Readings:
     """What is known of a sensor's temperature."""
 
     def __init__(self, controller: Controller, name: str) -> None:
-        """Start without a reading; name -- of the sensor."""
+        """Start without a reading; name -- the sensor's name."""
         sensor = controller.thermometers[name]
         kind = import_module(module_of("sensor", "reference", sensor.kind))
         self._convert = kind.converter(sensor, controller.board)
@@ -73,7 +73,7 @@ class Readings:
         self.single = Seen(ZERO, ZERO)
         """The reading alone: what the protections judge."""
         self.mean = Seen(ZERO, ZERO)
-        """What the control goes by."""
+        """The temperature that the control uses."""
 
     def take(self, status: int, raw: int, *, anew: bool = False) -> None:
         """Take in what the sensor said; `anew`: what it said before counts no more."""

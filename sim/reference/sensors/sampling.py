@@ -20,9 +20,9 @@ class Sampler:
     """
 
     def __init__(self, controller: Controller, name: str, noise_k: float = 0.0) -> None:
-        """Find out when to look at the sensor of a name.
+        """Find out when the sensor `name` has to be sampled.
 
-        noise_k -- standard deviation of what each look adds to what is felt, K.
+        noise_k -- standard deviation of the noise that each sample adds, K.
         """
         sensor = controller.sensors[name]
         kind = import_module(module_of("sensor", "reference", sensor.kind))

@@ -149,7 +149,7 @@ def log_lasts(controller: Controller) -> Findings:
 
 
 def start_in_time(controller: Controller) -> Findings:
-    """Let the start have looked through the EEPROM before the watchdog bites."""
+    """Check that the start finishes its search of the EEPROM before the watchdog resets."""
     seconds, watchdog_s = start_s(controller), controller.safety.watchdog_s
     if controller.programs is None or seconds < watchdog_s * (1 - WATCHDOG_TOLERANCE):
         return

@@ -77,7 +77,7 @@ def analog_pins(controller: Controller) -> Findings:
 
 
 def is_analog(controller: Controller, path: Path) -> bool:
-    """Tell whether an entry belongs to a sensor on the ADC."""
+    """Return whether an entry belongs to a sensor on the ADC."""
     return path[0] == "sensors" and path[1] in controller.adc_sensors
 
 

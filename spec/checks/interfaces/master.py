@@ -22,7 +22,7 @@ LONGEST_TALK = 96 + 2048
 """Characters of the longest line that a host's firmware takes, and of its longest answer."""
 
 HOST_CHARACTER_BITS = 10
-"""Of 8N1."""
+"""Bits of one character in 8N1 format: start bit, 8 data bits, stop bit."""
 
 HOST_POLLS_S = 5.0
 """OctoPrint and Printrun ask for the temperatures so often while they have nothing else to say."""
@@ -58,12 +58,12 @@ def exchange_s(modbus: ModbusRtu) -> float:
 
 
 def polls_s(host: Gcode) -> float:
-    """Return the time in which a host that is well says something twice, s."""
+    """Return the longest time in which a healthy host sends at least two requests, s."""
     return 2 * HOST_POLLS_S + LONGEST_TALK * HOST_CHARACTER_BITS / host.baud
 
 
 def masters_have_time(controller: Controller) -> Findings:
-    """Hold `master_lost_after` to the longest exchange on the line, and to a 16-bit count."""
+    """Check that `master_lost_after` outlasts the longest exchange on the line and fits 16 bits."""
     modbus, host = modbus_of(controller), gcode_of(controller)
     for name, loop in controller.loops.items():
         seconds = loop.protection.master_lost_after_s
@@ -171,7 +171,7 @@ def writes_in_range(controller: Controller) -> Findings:
 
 
 def warm_is_once(controller: Controller) -> Findings:
-    """Find `ready_within` that nothing goes by, for a master is told the dead band."""
+    """Find `ready_within` that nothing uses: a master reads the dead band instead."""
     for name, loop in controller.loops.items():
         if modbus_of(controller) is None or loop.algorithm.warm_within_k is None:
             continue

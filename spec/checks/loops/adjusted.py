@@ -59,7 +59,7 @@ def numbers_have_a_use(controller: Controller) -> Findings:
 
 
 def numbers_in_range(controller: Controller) -> Findings:
-    """Hold minimum ≤ the spec's number ≤ maximum, and steps to what can be pressed and shown."""
+    """Check that minimum ≤ number ≤ maximum, and that keys and display can handle the steps."""
     for path, name, _ in _places(controller):
         for each in numbers_of(controller, name):
             at: Path = (*path, each.kind.key)

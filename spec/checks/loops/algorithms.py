@@ -23,7 +23,7 @@ def duty_can_be_made(controller: Controller) -> Findings:
 
 
 def limits_in_order(controller: Controller) -> Findings:
-    """Hold minimum < maximum of the integral's and the output's limits."""
+    """Check that minimum < maximum, for the limits of the integral and of the output."""
     for name, loop in controller.loops.items():
         algorithm = loop.algorithm.pid
         if algorithm is None:
@@ -80,7 +80,7 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
             yield Finding(
                 path,
                 "with little integral the loop may never ask for full power, so heating_failed "
-                "could miss a dead heater, and no other rule tells",
+                "could miss a dead heater, and no other rule detects it",
                 "Write runaway: {below: …} in protection",
                 (("loops", name, "protection", "runaway"),),
             )
@@ -89,8 +89,9 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
         if output.minimum_percent < output.maximum_percent < least:
             yield Finding(
                 ("loops", name, "algorithm", "output", "maximum"),
-                f"{number(output.maximum_percent)} % leaves a host no maximum to choose: the least "
-                f"is {number(least)} %, {number(LEAST_RANGE_PERCENT)} % above the minimum",
+                f"{number(output.maximum_percent)} % leaves a host no range for its maximum, "
+                f"which must be at least {number(least)} %, {number(LEAST_RANGE_PERCENT)} % above "
+                "the minimum",
                 f"Use at least {number(least)} %, or delete limits_adjustable",
                 (path,),
             )
@@ -109,7 +110,7 @@ def something_acts(controller: Controller) -> Findings:
 
 
 def rest_is_not_frozen(controller: Controller) -> Findings:
-    """Find loops that may rest below the setpoint, which the rule `sensor_frozen` takes amiss.
+    """Find loops that may rest below the setpoint, on which the rule `sensor_frozen` would trip.
 
     Without an integral the temperature comes to rest where the proportional term supplies the
     losses: below the setpoint, with the heater on and no reading that moves. A rule that knows
@@ -123,7 +124,7 @@ def rest_is_not_frozen(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "algorithm", "ki"),
                 "without an integral the temperature may come to rest below the setpoint, and "
-                "the rule sensor_frozen would take that for a fault",
+                "the rule sensor_frozen would trip",
                 "Give ki a value above 0, or write frozen: {holding: …} or frozen: off in "
                 "protection",
                 (("loops", name, "protection", "frozen"),),

@@ -32,7 +32,7 @@ def coolers_have_a_use(controller: Controller) -> Findings:
 
 
 def coolers_can_be_switched(controller: Controller) -> Findings:
-    """Hold a cooler to a switch that is the loop's alone."""
+    """Check that a cooler is an on-off output that only this loop uses."""
     taken: dict[str, str] = {}
     for name, loop in controller.loops.items():
         for key, part in (("heater", loop.heater), ("fan", loop.fan)):
@@ -81,7 +81,7 @@ def coolers_cool(controller: Controller) -> Findings:
 
 
 def dead_band_has_room(controller: Controller) -> Findings:
-    """Hold the hysteresis inside the band, and what is left of it above a step of the sensor.
+    """Check that the hysteresis is inside the band, and the rest larger than a step of the sensor.
 
     Between where heating ends and cooling begins there must be a reading at which neither is on.
     """

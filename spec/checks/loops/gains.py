@@ -10,7 +10,7 @@ from heatwright.spec.quantity import about, number, rounded_up
 
 
 def bands_in_order(controller: Controller) -> Findings:
-    """Hold the dead band inside the band, and the band above what the sensor resolves."""
+    """Check that the dead band is inside the band, and the band wider than a step of the sensor."""
     for name, loop, sensor in loop_sensors(controller):
         algorithm = loop.algorithm.pid
         if algorithm is None or algorithm.band_k is None:
@@ -21,7 +21,7 @@ def bands_in_order(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "band"),
                 f"{number(algorithm.band_k)} K is not above the dead band of "
-                f"{number(algorithm.dead_band_k)} K, so no place is left between them",
+                f"{number(algorithm.dead_band_k)} K, so there is no room between them",
                 "Use a wider band, or a narrower dead band",
                 ((*path, "dead_band"),),
             )
@@ -29,14 +29,15 @@ def bands_in_order(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "band"),
                 f"{number(algorithm.band_k)} K is not above the sensor's step of "
-                f"{about(step_k)} K at the highest setpoint, so it only switches",
+                f"{about(step_k)} K at the highest setpoint, so the heater is only switched on and "
+                "off",
                 "Use a wider band; 10 K is usual",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
             )
 
 
 def ready_can_last(controller: Controller) -> Findings:
-    """Hold `ready_within` above where the loop may rest: its dead band, its sensor's step."""
+    """Check that `ready_within` is above the loop's resting error: dead band and sensor's step."""
     for name, loop, sensor in loop_sensors(controller):
         if loop.ready_within_k is None:
             continue

@@ -18,7 +18,7 @@ PEAK = 6.0
 
 
 def setpoints_in_order(controller: Controller) -> Findings:
-    """Hold minimum ≤ initial ≤ maximum."""
+    """Check that minimum ≤ initial ≤ maximum."""
     for name, loop in controller.loops.items():
         path = ("loops", name, "setpoint")
         setpoint = loop.setpoint
@@ -42,7 +42,7 @@ def setpoints_in_order(controller: Controller) -> Findings:
 
 
 def maximum_above_setpoints(controller: Controller) -> Findings:
-    """Keep `over_temperature` from tripping in health.
+    """Check that `over_temperature` does not trip on a healthy machine.
 
     At the highest setpoint a healthy loop reads up to the sensor's error more than there is, an
     on-off loop swings up by its half width before it switches off, and one with a dead band lets

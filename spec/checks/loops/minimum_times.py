@@ -80,7 +80,7 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
 
 
 def minimum_times_break_no_rule(controller: Controller) -> Findings:
-    """Hold shortest times to the rules that run on meanwhile."""
+    """Check that minimum times are short enough for the rules that count meanwhile."""
     for name, loop in controller.loops.items():
         for part, key, rule, longest_s in _bounds(loop):
             seconds = minimum_times(controller.outputs.get(part)).get(key, 0.0)

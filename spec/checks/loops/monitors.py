@@ -82,7 +82,7 @@ def _watched(controller: Controller) -> Iterator[_Watched]:
 
 
 def monitors_in_order(controller: Controller) -> Findings:
-    """Hold the warning below the limit, both to what is read, and the hysteresis to a step."""
+    """Check that the warning is below the limit, that both can be read, and the hysteresis."""
     for name, monitor, sensor, _ in _watched(controller):
         path: Path = ("monitors", name)
         (lowest_c, highest_c), because_of = sensor.range_c, (("sensors", monitor.sensor),)
@@ -127,7 +127,7 @@ def monitors_in_order(controller: Controller) -> Findings:
 
 
 def monitors_in_time(controller: Controller) -> Findings:
-    """Hold `stale_after` to two periods, to an 8-bit count, and to a sensor's own start."""
+    """Check that `stale_after` lasts two periods and a sensor's start-up, and fits 8 bits."""
     for name, monitor, sensor, loop in _watched(controller):
         starts = math.ceil(round(sensor.first_s / loop.period_s, 6)) if sensor.first_s else 1
         least_s, most_s = periods_s(1 + starts, loop), periods_s(MOST_MISSING, loop)
@@ -157,7 +157,7 @@ def plant_covers_monitors(controller: Controller) -> Findings:
 
 
 def monitors_hold(controller: Controller, simulation: Simulation) -> Findings:
-    """Keep limits above what a healthy machine comes to, in summer: a rule that trips in health.
+    """Find limits that a healthy machine reaches in summer: its rule must not trip.
 
     That is at rest with every loop at its highest setpoint, and on the way there at full power.
     """
@@ -165,15 +165,16 @@ def monitors_hold(controller: Controller, simulation: Simulation) -> Findings:
         try:
             hottest_c = _hottest_c(controller, simulation, monitor.sensor)
         except (ArithmeticError, AssertionError, LookupError, ValueError):
-            continue  # of a plant that is refused already
+            continue  # the plant is wrong, and another check reports it
         noise_k = PEAK * simulation.plant.sense[monitor.sensor].noise_k
         needed_c = hottest_c + noise_k + sensor.error_k(hottest_c)
         if monitor.limit_c <= needed_c:
             yield Finding(
                 ("monitors", name, "limit"),
-                f"{celsius(monitor.limit_c)} would trip in health: with every loop at its highest "
-                f"setpoint, or on the way there, {monitor.sensor} may read {about(needed_c)} °C "
-                f"in a room of {about(max(SUMMER_C, simulation.ambient_c))} °C",
+                f"{celsius(monitor.limit_c)} would trip on a healthy machine: with every loop at "
+                f"its highest setpoint, or on the way there, {monitor.sensor} may read "
+                f"{about(needed_c)} °C in a room of "
+                f"{about(max(SUMMER_C, simulation.ambient_c))} °C",
                 f"Use more than {about(needed_c)} °C, or a cooler place",
                 (("sensors",), ("loops",), ("outputs",), ("simulation",)),
             )

@@ -43,12 +43,15 @@ def relay_can_open(controller: Controller) -> Findings:
     path: Path = ("outputs", relay)
     if output.always_runs:
         yield Finding(
-            (*path, "runs"), "a safety relay that is always closed is none", "Delete runs", (RELAY,)
+            (*path, "runs"),
+            "a safety relay that is always closed cannot cut the supply",
+            "Delete runs",
+            (RELAY,),
         )
     for key in minimum_times(output):
         yield Finding(
             (*path, key),
-            "the safety relay opens at once, and closes when heat is wanted",
+            "the safety relay must open at once, and close as soon as heat is wanted",
             "Delete it",
             (RELAY,),
         )

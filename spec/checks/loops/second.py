@@ -54,7 +54,7 @@ def second_sensors_are_monitors(controller: Controller) -> Findings:
 
 
 def second_sensors_can_agree(controller: Controller) -> Findings:
-    """Hold the agreement above the steps of both, and the second one to the first one's limits."""
+    """Check that the agreement exceeds both sensors' steps, and that the second one suits."""
     for name, loop, sensor in loop_sensors(controller):
         agreement, monitor = loop.protection.agreement, controller.monitors.get(loop.also or "")
         second = controller.thermometers.get(monitor.sensor) if monitor else None
@@ -93,7 +93,8 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
         if low_c > loop.protection.minimum_c or high_c < loop.protection.maximum_c:
             yield Finding(
                 ("loops", name, "also"),
-                f"{monitor.sensor} does not read all that the loop's protection lets its own read",
+                f"the range of {monitor.sensor} does not reach from the protection's minimum to "
+                "its maximum",
                 "Name a sensor with a wider range",
                 (("loops", name, "protection"), *because_of),
             )
@@ -102,6 +103,6 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
 def _differ_k(
     controller: Controller, first: Thermometer, second: Thermometer, at_c: float
 ) -> float:
-    """Return how far apart two sensors that are well may read the same temperature, K."""
+    """Return how far apart two healthy sensors may read the same temperature, K."""
     mcu = controller.board.mcu
     return sum(each.step_at_k(at_c, mcu) + each.error_k(at_c) for each in (first, second))

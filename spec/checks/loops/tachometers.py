@@ -10,15 +10,16 @@ from heatwright.spec.proofs import proofs
 from heatwright.spec.quantity import duration
 
 SLOW_SHARE, FAST_SHARE = 0.8, 1.2
-"""Of its speed: what a healthy fan may turn at. Data sheets allow 10 % either way, and so may its
-supply."""
+"""Slowest and fastest speed of a healthy fan, as shares of its nominal speed. Data sheets allow
+±10 %, and the supply may add as much."""
 FASTEST_PULSES_HZ = 350.0
 """The line is looked at each millisecond, an interrupt may come 0.1 ms late, and a pulse may be
 low, or high, for only 40 % of its time."""
 SLOWEST_PULSES_HZ = 8.0
 """So that a window is 2 s at most, and its ticks fit a byte."""
 MOST_RATIO = 12.0
-"""Of the limits: the pulses of a window, 16 at the slower, fit a byte."""
+"""Highest ratio of maximum to minimum: a window has 16 pulses at the minimum, and the count at the
+maximum must fit into a byte."""
 AIRFLOW = "Use an airflow switch"
 STARTS_S = 1.0
 """What a fan takes to come up to its speed."""
@@ -61,7 +62,7 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
         yield Finding(
             (*path, "maximum" if fan.maximum_rpm is not None else "speed"),
             f"{fan.fastest_rpm:g} rpm are {fan.pulses_hz(fan.fastest_rpm):g} pulses a second, and "
-            f"{FASTEST_PULSES_HZ:g} are the most that can be seen",
+            f"at most {FASTEST_PULSES_HZ:g} can be counted",
             f"{AIRFLOW}, or a maximum of at most {most_rpm:g} rpm"
             if fast_rpm <= most_rpm
             else AIRFLOW,
@@ -81,8 +82,8 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
     elif fan.fastest_rpm > MOST_RATIO * fan.slowest_rpm:
         yield Finding(
             (*path, "maximum" if fan.maximum_rpm is not None else "minimum"),
-            f"{fan.fastest_rpm:g} rpm are more than {MOST_RATIO:g} times {fan.slowest_rpm:g} rpm, "
-            "and are counted in the same window",
+            f"{fan.fastest_rpm:g} rpm are more than {MOST_RATIO:g} times {fan.slowest_rpm:g} rpm: "
+            "one counting window does not suit both",
             f"Use a minimum of at least {fan.fastest_rpm / MOST_RATIO:g} rpm, or a smaller maximum",
             ((*path, "minimum" if fan.maximum_rpm is not None else "maximum"),),
         )

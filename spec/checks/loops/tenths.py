@@ -16,7 +16,7 @@ _PROGRAM = ("a program", "it moves the setpoint")
 
 
 def setpoints_fit_tenths(controller: Controller) -> Findings:
-    """Hold setpoints to what a register or a program can say: tenths of a degree, 16 bits."""
+    """Check that setpoints fit a register or a program: tenths of a degree, in 16 bits."""
     for name, loop in controller.loops.items():
         by_master = modbus_of(controller) is not None
         if not by_master and not programmed(controller, name):

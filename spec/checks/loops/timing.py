@@ -13,7 +13,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz
 
 MOST_BUSES, QUICK_HZ = 4, 16_000_000
-"""Of 1-Wire with this clock or a faster one; with a slower one, one less (measured)."""
+"""Most 1-Wire buses with this clock or a faster one; with a slower one, one less (measured)."""
 
 MOST_MISSING = 255
 """Missing readings an 8-bit counter holds."""
@@ -24,12 +24,12 @@ WATCHDOG_TOLERANCE = 0.1
 
 
 def is_ticks(seconds: float) -> bool:
-    """Tell whether a duration is a whole number of 10 ms ticks."""
+    """Return whether a duration is a whole number of 10 ms ticks."""
     return round(seconds, 2) == seconds
 
 
 def periods_s(count: int, loop: Loop) -> float:
-    """Give the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
+    """Return the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
     return round(count * loop.period_s, 2)
 
 
@@ -105,7 +105,7 @@ def time_outs_fit(controller: Controller) -> Findings:
 
 
 def stale_after(controller: Controller) -> Findings:
-    """Hold `stale_after` to two periods, for one reading may be lost, and to an 8-bit count."""
+    """Check that `stale_after` lasts two periods, as a reading may be lost, and fits 8 bits."""
     for name, loop in countable(controller):
         path = ("loops", name, "protection", "stale_after")
         seconds = loop.protection.stale_after_s
@@ -140,7 +140,7 @@ def watchdog_on_the_chip(controller: Controller) -> Findings:
 
 
 def watchdog_slow_enough(controller: Controller) -> Findings:
-    """Hold the watchdog, at its shortest, to two ticks: it is reset once a tick."""
+    """Check that the watchdog, at its shortest, lasts two ticks: it is reset once a tick."""
     watchdog_s = controller.safety.watchdog_s
     if watchdog_s * (1 - WATCHDOG_TOLERANCE) < 2 * TICK_S:
         able = [each for each in WATCHDOG_S if each * (1 - WATCHDOG_TOLERANCE) >= 2 * TICK_S]
@@ -170,7 +170,7 @@ def watchdog_fast_enough(controller: Controller) -> Findings:
 
 
 def interrupts_are_short(controller: Controller) -> Findings:
-    """Hold the tick's interrupt to what the others bear: they wait until it is over."""
+    """Check that the tick's interrupt is short enough for the others, which wait until it ends."""
     tick_s = longest_tick_s(controller)
     least = min(waits(controller), key=lambda each: each.seconds)
     if tick_s > least.seconds:

@@ -14,7 +14,7 @@ from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import duration
 
 MAINS_PERIOD_S = 0.02
-"""Of 50 Hz."""
+"""One period of 50 Hz mains."""
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:

@@ -81,7 +81,7 @@ def falling_stays_above_below(machine: Machine) -> Findings:
 
 
 def cooling_is_slow_enough(machine: Machine) -> Findings:
-    """Find a rule `rise_rate`, which watches both ways, that the cooler breaks in health."""
+    """Find a `rise_rate`, which watches both ways, that a healthy machine's cooler breaks."""
     loop = machine.loop
     if loop.cooler is None or not machine.course:
         return

@@ -14,7 +14,7 @@ from heatwright.spec.quantity import about, duration, rounded_up
 
 
 def readings_do_not_jump(machine: Machine) -> Findings:
-    """Find a rule `rise_rate` that noise breaks in health, or a window's pulse at full power."""
+    """Find a `rise_rate` that a healthy machine breaks: by noise, or by a pulse at full power."""
     period_s = machine.loop.period_s
     noise_k = PEAK * math.sqrt(2) * machine.noise_k
     pulse_k = _pulse_k(machine)

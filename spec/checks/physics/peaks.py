@@ -22,7 +22,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, duration
 
 SHARE = 0.02
-"""Of a rise above the surroundings, that this course may miss `verify`'s by."""
+"""Largest error of this course against that of `verify`: a share of the rise above ambient."""
 
 
 class _Case(NamedTuple):

@@ -1,4 +1,4 @@
-"""The heater's power against the machine's losses: enough of it, and not too much of it always."""
+"""The heater's power against the machine's losses: enough at most, not too much at least."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from heatwright.spec.quantity import about, celsius, duration, number, rounded_u
 
 
 def heater_suffices(machine: Machine) -> Findings:
-    """Hold the heater's power to the losses at the highest setpoint."""
+    """Check that the heater's power covers the losses at the highest setpoint."""
     if machine.reaches or machine.full_power_w == 0:  # a maximum of 0 % is refused as such
         return
     highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
@@ -29,7 +29,7 @@ def heater_suffices(machine: Machine) -> Findings:
 
 
 def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
-    """Tell that the limit of the heater's current leaves too little power."""
+    """Report that the limit of the heater's current leaves too little power."""
     needed_share = machine.plant.power_w(machine.target_k) / machine.full_power_w
     needed_a = machine.limit_a * math.sqrt(needed_share)
     return Finding(
@@ -42,7 +42,7 @@ def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
 
 
 def integral_suffices(machine: Machine) -> Findings:
-    """Hold the integral's maximum to the losses at the highest setpoint: it alone supplies them."""
+    """Check that the integral's maximum covers the losses at the highest setpoint by itself."""
     algorithm = machine.loop.algorithm.pid
     if algorithm is None or algorithm.ki == 0 or not machine.reaches:
         return

@@ -12,7 +12,7 @@ from heatwright.spec.quantity import celsius
 
 
 def wire_voltage_v(wire: Wire, heater: Switch) -> float | None:
-    """Give the voltage at which a wire has its heater's power."""
+    """Return the voltage at which a wire has its heater's power."""
     own = (wire.voltage_v, getattr(heater, "rated_v", None), getattr(heater, "supply_v", None))
     return next((float(each) for each in own if each is not None), None)
 
@@ -42,8 +42,8 @@ def sizings_fit(controller: Controller) -> Findings:
         if wire_voltage_v(sizing.wire, heater) is None:
             yield Finding(
                 (*path, "wire"),
-                "a wire is computed from power and voltage, and neither this nor the heater "
-                f"{loop.heater} says at which voltage it has its power",
+                "a wire is computed from its power and voltage, and neither the wire nor the "
+                f"heater {loop.heater} has a voltage",
                 "Add voltage:, as in voltage: 24 V",
                 (("outputs", loop.heater),),
             )

@@ -87,7 +87,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
 
 
 def _heating_holds(controller: Controller, machine: Machine, plant: Simulation) -> Findings:
-    """Hold the heater's power and the rules that count it to what the machine needs."""
+    """Check the heater's power, and the rules that depend on it, against what the machine needs."""
     yield from heater_suffices(machine)
     if machine.course:
         heated = heated_loop(controller, str(machine.path[1]), plant)
@@ -114,7 +114,7 @@ def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) ->
 def _fed_holds(
     controller: Controller, name: str, heater: Switch, simulation: Simulation
 ) -> Findings:
-    """Hold them to that while the scenario feeds filament, which takes heat away.
+    """Check the same while the scenario feeds filament, which takes heat away.
 
     For less time than `heating` has, or a minute, it may take more than there is. `frozen` is as
     narrow as without: at more duty a reading that stands still would be too much heat once feeding
@@ -188,7 +188,7 @@ def rest_is_not_below(machine: Machine) -> Findings:
 
 
 def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) -> bool:
-    """Tell whether what is asked for so far below a setpoint holds it there, or nearer."""
+    """Return whether what is asked for so far below a setpoint holds it there, or nearer."""
     percent = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
     if algorithm.band_k is not None and below_k >= algorithm.band_k:
         percent = algorithm.output.maximum_percent

@@ -15,13 +15,13 @@ from heatwright.spec.quantity import about, celsius, duration, number
 from heatwright.spec.units import PROGRAM_RATE
 
 STEPS_AHEAD = 16
-"""Of a ramp that is followed: so many in the time in which the sensor answers the heater."""
+"""Simulated steps of a ramp during the time that the sensor needs to respond to the heater."""
 
 MOST_STEPS = 20_000
-"""Of a ramp that is followed; only absurd ones have more."""
+"""Most simulated steps of one ramp; only absurd ramps would need more."""
 
 HALVINGS = 40
-"""Of an interval, until nobody can tell its ends apart."""
+"""Number of bisections, after which the ends of the interval are practically equal."""
 
 HOUR_S = 3600.0
 
@@ -105,7 +105,7 @@ class _Follower:
         self._ahead, self._ahead_added = self._machine.plant.pushed(self._ahead_s, self._state)
 
     def go_on(self, aim_k: float) -> float:
-        """Take a step with the power that leads to a temperature; return the one there is then."""
+        """Advance by a step with the power that leads to a temperature; return the one reached."""
         plant, full_w = self._machine.plant, self._machine.full_power_w
         if plant.bent(self._about, self._state):
             self._look_around()

@@ -19,7 +19,7 @@ _HOLD_BACK: Path = ("programs", "hold_back")
 
 
 def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Programs]]:
-    """Give the loop that programs move, if it is there and its period can be counted."""
+    """Return the loop that programs move, if it is there and its period can be counted."""
     programs = controller.programs
     for name, loop in countable(controller):
         if programs is not None and programs.loop == name:
@@ -27,7 +27,7 @@ def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Progra
 
 
 def hold_back_before_runaway(controller: Controller) -> Findings:
-    """Let the clock wait before a rule takes the deviation for a runaway.
+    """Check that the clock waits before the deviation trips a runaway rule.
 
     A kiln that cools slower than its program stays above the setpoint, one that is weak below it.
     """
@@ -40,7 +40,7 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
             yield Finding(
                 _HOLD_BACK,
                 "with a clock that never waits, a slow cooling leaves the setpoint behind, and "
-                "the rule runaway takes that for a fault",
+                "the rule runaway would trip",
                 "Write hold_back: 10 K, or runaway: off in protection",
                 (path,),
             )
@@ -58,7 +58,7 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
 
 
 def targets_can_be_reached(controller: Controller) -> Findings:
-    """Hold `reached_within` above where the loop may rest, and below where the clock waits."""
+    """Check that `reached_within` is above the loop's resting error and below the hold-back."""
     names = {name for name, _, _ in _programmed_loop(controller)}
     for name, loop, sensor in loop_sensors(controller):
         programs = controller.programs
@@ -93,7 +93,7 @@ def targets_can_be_reached(controller: Controller) -> Findings:
 
 
 def program_times_fit(controller: Controller) -> Findings:
-    """Hold a program's times to a period, and to what its counters hold."""
+    """Check that a program's times are at least a period, and fit its counters."""
     for name, loop, programs in _programmed_loop(controller):
         because_of: tuple[Path, ...] = (("loops", name, "period"),)
         for path, seconds, most in _times(programs):

@@ -59,7 +59,7 @@ def programs_have_an_operator(controller: Controller) -> Findings:
 
 
 def has_an_operator(controller: Controller, loop_name: str) -> bool:
-    """Tell whether somebody has a menu for a loop: a touch display, or keys beside programs."""
+    """Return whether somebody has a menu for a loop: a touch display, or keys beside programs."""
     by_keys = keyed(controller, loop_name) and programmed(controller, loop_name)
     return by_keys or touched(controller, loop_name)
 
@@ -115,7 +115,7 @@ def what_a_fault_keeps_can_go_on(controller: Controller) -> Findings:
 
 
 def targets_can_be_chosen(controller: Controller) -> Findings:
-    """Hold the targets to the setpoints that may be chosen."""
+    """Check that the targets are within the range of setpoints."""
     programs = controller.programs
     loop = None if programs is None else controller.loops.get(programs.loop)
     if programs is None or loop is None:

@@ -76,7 +76,7 @@ def codes_are_of_the_circuit(controller: Controller) -> Findings:
 
 
 def _above_supply(sensor: AdcThermometer, mcu: str) -> bool:
-    """Tell whether a table has a code that its divider's supply does not reach."""
+    """Return whether a table has a code that its divider's supply does not reach."""
     if not isinstance(sensor.curve, CodesCurve):
         return False
     highest = max(code for code, _ in sensor.curve.codes)
@@ -94,7 +94,7 @@ def _beyond(sensor: AdcThermometer) -> bool:
 
 
 def _known(sensor: AdcThermometer) -> tuple[tuple[float, float], str]:
-    """Give the ends of an element's curve, and whose they are."""
+    """Return the ends of an element's curve, and whose they are."""
     if sensor.gives_voltage:
         return (ABSOLUTE_ZERO_C, math.inf), ""
     if sensor.curve is None:
@@ -123,7 +123,7 @@ def ranges_can_be_shown(controller: Controller) -> Findings:
 
 
 def _already_wrong(sensor: AdcThermometer, mcu: str) -> bool:
-    """Tell whether another check of this file has spoken."""
+    """Return whether another check of this file already reports an error."""
     if _above_supply(sensor, mcu):
         return True
     return (sensor.gives_voltage and sensor.scale_v_per_k == 0) or _beyond(sensor)

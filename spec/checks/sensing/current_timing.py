@@ -19,7 +19,7 @@ LONGEST_PERIOD_S = 1.0
 
 
 def currents_in_time(controller: Controller) -> Findings:
-    """Hold the loop's period to how long a short circuit may burn, and to the readings."""
+    """Check that the period is short enough for a short circuit, and long enough for readings."""
     for each in measured(controller):
         for name, loop in _loops_of(controller, each.name):
             path: Path = ("loops", name, "period")
@@ -57,7 +57,7 @@ def currents_in_time(controller: Controller) -> Findings:
 
 
 def currents_can_be_smoothed(controller: Controller) -> Findings:
-    """Find pulses so slow, and filters so slow, that no mean is made in the time there is."""
+    """Find pulses, and filters, that are too slow to give a mean current in the time available."""
     simulation = controller.simulation
     for each in measured(controller):
         if not each.output.frequency_hz:
@@ -70,9 +70,8 @@ def currents_can_be_smoothed(controller: Controller) -> Findings:
             if each.output.frequency_hz < needed_hz:
                 yield Finding(
                     ("outputs", each.name, "frequency"),
-                    f"the current is measured as the mean of the pulses, by a filter as slow as "
-                    f"{FILTER_PULSES} of them, and in {within}a period of "
-                    f"{duration(loop.period_s)} there are fewer of "
+                    f"the filter for the mean current needs {FILTER_PULSES} pulses, and there are "
+                    f"fewer in {within}a period of {duration(loop.period_s)} at "
                     f"{hertz(each.output.frequency_hz)}",
                     f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
                     because_of,

@@ -11,7 +11,7 @@ from heatwright.spec.quantity import about, number, rounded_down, rounded_up
 from heatwright.spec.sensing.conversion import LEAST_MARGIN_STEPS
 
 FIRST_SHARE = 0.25
-"""Of the duty: what a limited heater begins with (docs/control.md, Current)."""
+"""Duty, as a share, with which a heater with a limit begins (docs/control.md, Current)."""
 
 
 def current_sensors_measure_currents(controller: Controller) -> Findings:
@@ -49,7 +49,7 @@ def currents_are_watched(controller: Controller) -> Findings:
 
 
 def currents_are_known(controller: Controller) -> Findings:
-    """Find outputs that do not say what their current is in health."""
+    """Find outputs that do not say what their current is on a healthy machine."""
     for each in measured(controller):
         lacking = [
             key
@@ -90,7 +90,8 @@ def currents_are_held(controller: Controller) -> Findings:
             yield Finding(
                 (*each.path, "trip"),
                 f"at full duty the heater takes {about(most_a)} A, and the sensor's step is "
-                f"{about(each.step_a)} A, so {number(over_a)} A would be reached in health",
+                f"{about(each.step_a)} A, so {number(over_a)} A would be reached on a healthy "
+                "machine",
                 f"Use at least {rounded_up(most_a + 2 * each.step_a)} A",
                 (("outputs", each.name), ("sensors", each.current.sensor)),
             )
@@ -105,9 +106,9 @@ def limits_can_begin(controller: Controller) -> Findings:
         if first_a + each.step_a >= each.current.over_a > each.current.limit_a:
             yield Finding(
                 (*each.path, "limit"),
-                f"a limited heater begins with {FIRST_SHARE * 100:.0f} % of the duty, and this one "
-                f"takes {about(first_a)} A then, which rule over_current with "
-                f"{number(each.current.over_a)} A takes for a fault",
+                f"a heater with a limit begins with {FIRST_SHARE * 100:.0f} % of the duty, at "
+                f"which this one takes {about(first_a)} A, and rule over_current trips at "
+                f"{number(each.current.over_a)} A",
                 "Use a larger limit or trip, or a weaker heater",
                 (("outputs", each.name), ("sensors", each.current.sensor)),
             )
@@ -142,7 +143,7 @@ def limits_can_be_told(controller: Controller) -> Findings:
 
 
 def currents_can_be_read(controller: Controller) -> Findings:
-    """Hold the sensor's full scale to the trip, and its steps to what is none."""
+    """Check that the sensor can read the trip, and can distinguish a current from none."""
     for each in measured(controller):
         sensor: Path = ("sensors", each.current.sensor)
         because_of = (sensor, ("outputs", each.name), ("controller", "board"))

@@ -58,7 +58,7 @@ def setpoints_are_borne(controller: Controller) -> Findings:
 
 
 def is_lowered(controller: Controller, loop: Loop, kind: str) -> bool:
-    """Tell whether the firmware lowers the loop's limits while this type is chosen."""
+    """Return whether the firmware lowers the loop's limits while this type is chosen."""
     sensor = controller.sensors[loop.sensor]
     found = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
     return loop.protection.maximum_adjustable and found.get(kind, -math.inf) >= _least_c(loop)

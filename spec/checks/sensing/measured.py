@@ -1,4 +1,4 @@
-"""Outputs whose current is measured: what it is in health, and what its sensor resolves."""
+"""Outputs whose current is measured: its healthy value, and what its sensor resolves."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from heatwright.spec.sensing.conversion import CODES
 from heatwright.spec.sensing.currents import Current, CurrentSensor
 
 IDLE_SHARE = 0.05
-"""Of what is the most in health: less than that is none."""
+"""Share of the nominal current below which a reading counts as no current."""
 IDLE_STEPS = 3
-"""Steps of the ADC that are taken for none."""
+"""Steps of the ADC below which a reading counts as no current."""
 
 
 class Measured(NamedTuple):

@@ -12,7 +12,7 @@ from heatwright.spec.sensors import Thermometer, shortest_period_s
 
 
 def conversion_fits(controller: Controller) -> Findings:
-    """Hold the period to the sensor's longest conversion (data sheet) and its reading."""
+    """Check that the sensor's longest conversion (data sheet) and answer fit into the period."""
     for name, loop, sensor in loop_sensors(controller):
         needed_s = shortest_period_s(sensor)
         if loop.period_s < needed_s:
@@ -36,13 +36,13 @@ def _what_takes_so_long(sensor: Thermometer) -> str:
 
 
 def _or_less(sensor: Thermometer, period_s: float) -> str:
-    """Tell what else would fit into a period."""
+    """Return the remedy: what else would fit into a period."""
     fitting = sensor.fitting(period_s)
     return f", or {fitting}" if fitting else ""
 
 
 def first_reading_in_time(controller: Controller) -> Findings:
-    """Hold `stale_after` to a supply that fails once: the sensor starts, and steps wait for it.
+    """Check that `stale_after` outlasts a restart of the sensor, after its supply failed once.
 
     One step finds the reading lost; each that comes before the first new one finds none.
     """

@@ -8,7 +8,7 @@ from heatwright.spec.quantity import number
 
 
 def supply_suffices(controller: Controller) -> Findings:
-    """Hold the rated voltage to the supply's: pulses make less of it, never more."""
+    """Check that the rated voltage is at most the supply's: pulses can lower it, not raise it."""
     for name, output in controller.outputs.items():
         if output.rated_v is None:
             continue

@@ -14,7 +14,7 @@ from heatwright.spec.sensing.circuits import reference_v
 from heatwright.spec.sensing.tolerances import VoltageTolerances
 
 LARGEST_SHARE = 0.5
-"""Of a voltage: with more the other end of its tolerance is no voltage to build on."""
+"""Largest tolerance of a voltage, as a share of it: beyond this the lower end is unusable."""
 
 
 def _chains(controller: Controller) -> Iterator[tuple[str, Any]]:
@@ -70,6 +70,6 @@ def accuracy_within_range(controller: Controller) -> Findings:
             yield Finding(
                 ("sensors", name, "accuracy", "between"),
                 f"the sensor measures from {celsius(low_c)} to {celsius(high_c)}",
-                "Ask for it within its range",
+                "Use temperatures within its range",
                 (("sensors", name, "range"),),
             )
