@@ -106,7 +106,7 @@ _RULES = (
         "rising_while_off",
         "HEATS IN OFF",
         "The temperature rises although the heater is off.",
-        "Take the supply away: the switch conducts while it is off.",
+        "Disconnect the supply: the switch conducts while it is off.",
     ),
     Rule(
         14,
@@ -162,7 +162,7 @@ _RULES = (
         "current_while_off",
         "LEAKS IN OFF",
         "Current flows through the heater although it is off.",
-        "Take the supply away: the switch conducts while it is off.",
+        "Disconnect the supply: the switch conducts while it is off.",
     ),
     Rule(
         22,
@@ -190,7 +190,7 @@ _RULES = (
         "relay_welded",
         "RELAY WELDED",
         "The safety relay's contact says closed although the relay is off.",
-        "Take the supply away and replace the relay; check its feedback contact.",
+        "Disconnect the supply and replace the relay; check its feedback contact.",
     ),
     Rule(
         26,
@@ -217,8 +217,8 @@ _RULES = (
         29,
         "memory_damaged",
         "MEMORY BAD",
-        "A byte of memory by which the heater is judged has changed by itself.",
-        "Set it all again; if it comes again, replace the controller.",
+        "A byte of memory that decides about the heater has changed by itself.",
+        "Enter all settings again; if it comes again, replace the controller.",
     ),
     Rule(
         30,
@@ -294,7 +294,7 @@ _RULES = (
         40,
         "adc_wrong",
         "ADC",
-        "The ADC measures a voltage wrongly that is known.",
+        "The ADC measures a known voltage wrongly.",
         "Check its reference and the supply; then replace the controller.",
     ),
     Rule(
@@ -302,7 +302,7 @@ _RULES = (
         "stack_overrun",
         "STACK",
         "The program's stack has grown into its variables.",
-        "Set it all again; if it comes again, report it.",
+        "Enter all settings again; if it comes again, report it.",
     ),
     Rule(
         42,

@@ -24,7 +24,7 @@ enum {
     FAULT_WATCHDOG_RESET = 14, /* The watchdog had to reset the controller. */
     FAULT_BROWN_OUT = 15, /* The controller's supply broke down. */
     FAULT_SETTINGS_CORRUPT = 16, /* The stored settings cannot be read. */
-    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
+    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory that decides about the heater has changed by itself. */
     FAULT_EFFORT_LOW = 34, /* It takes less power than a machine of this kind needs for its reading. */
     FAULT_RAM_DAMAGED = 35, /* A cell of the chip's RAM does not keep what is written to it. */
     FAULT_FLASH_DAMAGED = 36, /* The program in the chip is no longer the one that was put there. */

@@ -69,7 +69,7 @@ void reset_prove_watchdog(void)
     awaited++;
     waited = 0;
     do {
-        _delay_us(99); /* and the loop */
+        _delay_us(99); /* and the time of the loop itself */
         waited++;
     } while (waited != 0);
     awaited = 0; /* it does not come */

@@ -25,7 +25,7 @@ bool settings_are_sound(void);
 /* Write everything soon, in the background. */
 void settings_save(void);
 
-/* The same, and once more: should one record be damaged later, the other tells of the fault. */
+/* The same, in two records: if one is damaged later, the other still has the fault. */
 void settings_save_fault(void);
 
 /* Once a tick: write one byte. */

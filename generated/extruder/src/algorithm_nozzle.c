@@ -39,7 +39,7 @@ static void differentiate(float error_k, uint16_t gap)
             slope = -(now - algorithm_nozzle.last) * LOOP_NOZZLE_PER_PERIOD;
         }
         algorithm_nozzle.derivative += LOOP_NOZZLE_SLOPE_WEIGHT * (slope - algorithm_nozzle.derivative);
-        /* What fades away ends at 0: avr-libc rounds the least numbers in its own way. */
+        /* A tiny slope becomes 0: avr-libc rounds the smallest numbers in its own way. */
         if (algorithm_nozzle.derivative < LOOP_NOZZLE_LEAST_SLOPE && algorithm_nozzle.derivative > -LOOP_NOZZLE_LEAST_SLOPE) {
             algorithm_nozzle.derivative = 0.0f;
         }

@@ -151,7 +151,7 @@ ISR(USART0_UDRE_vect)
 
 void host_start(void)
 {
-    pin_host_rx_pull_up(); /* nothing plugged in is silence, not noise */
+    pin_host_rx_pull_up(); /* a line that is not connected is idle, not noisy */
     UBRR0 = HOST_DIVISOR;
     UCSR0A = (1u << U2X0);
     UCSR0C = (1u << UCSZ01) | (1u << UCSZ00); /* 8N1 */

@@ -106,7 +106,7 @@ ISR(USART_TXC_vect)
 
 void modbus_line_start(void)
 {
-    pin_modbus_rx_pull_up(); /* nothing plugged in is silence, not noise */
+    pin_modbus_rx_pull_up(); /* a line that is not connected is idle, not noisy */
     UBRRH = (uint8_t)(MODBUS_DIVISOR >> 8);
     UBRRL = (uint8_t)MODBUS_DIVISOR;
     UCSRA = (1u << U2X);

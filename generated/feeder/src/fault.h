@@ -29,13 +29,13 @@ enum {
     FAULT_SENSOR_RANGE = 18, /* The sensor reads a temperature outside its range. */
     FAULT_EMERGENCY_STOP = 19, /* The host ordered an emergency stop. */
     FAULT_MASTER_LOST = 23, /* The master, or the host, has not asked anything for too long. */
-    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
+    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory that decides about the heater has changed by itself. */
     FAULT_EFFORT_LOW = 34, /* It takes less power than a machine of this kind needs for its reading. */
     FAULT_RAM_DAMAGED = 35, /* A cell of the chip's RAM does not keep what is written to it. */
     FAULT_FLASH_DAMAGED = 36, /* The program in the chip is no longer the one that was put there. */
     FAULT_EEPROM_WORN = 38, /* A cell of the chip's EEPROM does not keep what was written to it. */
     FAULT_SEQUENCE_BROKEN = 39, /* The processor has left out a part of its work. */
-    FAULT_ADC_WRONG = 40, /* The ADC measures a voltage wrongly that is known. */
+    FAULT_ADC_WRONG = 40, /* The ADC measures a known voltage wrongly. */
     FAULT_STACK_OVERRUN = 41, /* The program's stack has grown into its variables. */
     FAULT_FLASH_UNSEALED = 42, /* The program was put into the chip without its checksum. */
     FAULT_LAST = 42

@@ -44,7 +44,7 @@ static bool is_heater_off(void)
     return false;
 }
 
-/* Take the present line's speed, and keep it for the lines that name none. */
+/* Read this line's speed, and keep it for the lines that name none. */
 static uint8_t take_speed(void)
 {
     float mm_per_min;

@@ -28,7 +28,7 @@ bool settings_are_sound(void);
 /* Write everything soon, in the background: of the gains those that were kept. */
 void settings_save(void);
 
-/* The same, and once more: should one record be damaged later, the other tells of the fault. */
+/* The same, in two records: if one is damaged later, the other still has the fault. */
 void settings_save_fault(void);
 
 /* Let the present gains outlive a loss of power: those of a loop, or all. */

@@ -40,7 +40,7 @@ static void differentiate(float error_k, uint16_t gap)
             slope = -(now - algorithm_chamber.last) * LOOP_CHAMBER_PER_PERIOD;
         }
         algorithm_chamber.derivative += LOOP_CHAMBER_SLOPE_WEIGHT * (slope - algorithm_chamber.derivative);
-        /* What fades away ends at 0: avr-libc rounds the least numbers in its own way. */
+        /* A tiny slope becomes 0: avr-libc rounds the smallest numbers in its own way. */
         if (algorithm_chamber.derivative < LOOP_CHAMBER_LEAST_SLOPE && algorithm_chamber.derivative > -LOOP_CHAMBER_LEAST_SLOPE) {
             algorithm_chamber.derivative = 0.0f;
         }

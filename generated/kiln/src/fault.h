@@ -29,7 +29,7 @@ enum {
     FAULT_PROGRAM_LAGS = 24, /* The machine has lagged behind its program for too long. */
     FAULT_RELAY_WELDED = 25, /* The safety relay's contact says closed although the relay is off. */
     FAULT_RELAY_OPEN = 26, /* The safety relay's contact says open although the relay is on. */
-    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory by which the heater is judged has changed by itself. */
+    FAULT_MEMORY_DAMAGED = 29, /* A byte of memory that decides about the heater has changed by itself. */
     FAULT_EFFORT_HIGH = 33, /* It takes more power than a machine of this kind ever needs for its reading. */
     FAULT_EFFORT_LOW = 34, /* It takes less power than a machine of this kind needs for its reading. */
     FAULT_RAM_DAMAGED = 35, /* A cell of the chip's RAM does not keep what is written to it. */

@@ -47,7 +47,7 @@ ISR(USART1_UDRE_vect)
 
 void log_port_start(void)
 {
-    pin_log_rx_pull_up(); /* nothing plugged in is silence, not noise */
+    pin_log_rx_pull_up(); /* a line that is not connected is idle, not noisy */
     UBRR1 = LOG_DIVISOR;
     UCSR1A = (1u << U2X1);
     UCSR1C = (1u << UCSZ11) | (1u << UCSZ10); /* 8N1 */

@@ -50,7 +50,7 @@ ISR(USART0_UDRE_vect)
 
 void nextion_port_start(void)
 {
-    pin_nextion_rx_pull_up(); /* nothing plugged in is silence, not noise */
+    pin_nextion_rx_pull_up(); /* a line that is not connected is idle, not noisy */
     UBRR0 = NEXTION_DIVISOR;
     UCSR0A = (1u << U2X0);
     UCSR0C = (1u << UCSZ01) | (1u << UCSZ00); /* 8N1 */
