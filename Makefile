@@ -58,6 +58,7 @@ lint: $(TESTS_READY)
 types: $(TESTS_READY)
 	@echo "mypy"
 	@$(BIN)/mypy | sed 's#^\.typing/heatwright/##'
+	@$(BIN)/mypy tools/*.py | sed 's#^\.typing/heatwright/##'
 
 pytest: $(TESTS_READY)
 	@$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)

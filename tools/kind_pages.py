@@ -217,7 +217,8 @@ def _follows(fault: Fault) -> str:
 def _example(use: Use) -> str:
     """Cut the entry out of its example, as it is written there."""
     text = use.file.read_text(encoding="utf-8")
-    node, lines = yaml.compose(text, yaml.CSafeLoader), text.splitlines()
+    node: Any = yaml.compose(text, yaml.CSafeLoader)
+    lines = text.splitlines()
     start, heads = node.start_mark.line, []
     for key in use.path:
         if isinstance(key, int):

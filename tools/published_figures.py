@@ -88,7 +88,7 @@ def of_chamber(spec: Spec) -> Iterator[Figure]:
 def of_feeder(spec: Spec) -> Iterator[Figure]:
     """Yield what its sensor and the published law's row have."""
     controller = spec.controller
-    sensor = controller.sensors["nozzle"]
+    sensor: Any = controller.sensors["nozzle"]
     yield "element at 250 °C", round(Platinum(100.0).ohm(250), 2), "Ω"
     yield "amplifier at 0 °C, 250 °C", tuple(map(float, pin_v(sensor, [0, 250]).round(2))), "V"
     yield "bits of the ADC", math.log2(CODES), "bit"
