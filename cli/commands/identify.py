@@ -94,18 +94,18 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     _check_scales(power, period)
     check_target(output)
     check_target(plot, PICTURES)
-    if port is not None:
-        _record(log, spec, loop, port, for_s)
-    elif for_s is not None:
+    if port is None and for_s is not None:
         raise Refused("--for is how long a line is recorded; name its --port.")
+    from heatwright.cli.identify.asked import asked_of  # noqa: PLC0415
     from heatwright.spec.loading.user_file import read_file  # noqa: PLC0415
 
-    data = read_file(log)
-    from heatwright.cli.identify.asked import asked_of  # noqa: PLC0415
-
+    data = read_file(log) if port is None else b""
     asked = asked_of(
         spec, loop, columns=columns, power_w=power, full=full, period_s=period, bodies=bodies
     )
+    if port is not None:
+        _record(log, spec, asked, port, for_s)
+        data = read_file(log)
     found = _identify(log, data, asked, ambient, cold)
     from heatwright.cli.identify.block import as_json as block_json  # noqa: PLC0415
     from heatwright.cli.identify.block import block  # noqa: PLC0415
@@ -125,16 +125,22 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
             click.echo(str(file), err=output is None)
 
 
-def _record(log: Path, spec: Path | None, loop: str | None, port: str, for_s: float | None) -> None:
+def _record(log: Path, spec: Path | None, asked: Asked, port: str, for_s: float | None) -> None:
+    """Record a line, after checking that the columns asked for will be in the record."""
     if spec is None or for_s is None:
         raise Refused("--port: say also which --spec the board has, and --for how long to record.")
     from heatwright.cli.plot.hearing import hearing_of  # noqa: PLC0415
-    from heatwright.cli.plot.listener import opened, record  # noqa: PLC0415
+    from heatwright.cli.plot.listener import HEAD, opened, record  # noqa: PLC0415
     from heatwright.cli.talk import talk  # noqa: PLC0415
+    from heatwright.sim.identify import Unusable, read_log  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
 
+    try:
+        asked.roles(read_log(f"{HEAD}0,0,0,0\n".encode()))
+    except Unusable as error:
+        raise Refused(f"{log}: {error}.") from None
     loaded = load(spec)
-    hearing = hearing_of(loaded.file_name, loaded.controller, loop)
+    hearing = hearing_of(loaded.file_name, loaded.controller, asked.loop)
     with opened(port, hearing) as line, talk() as shown:
         job = shown.begin(f"Recording {hearing.loop} from {port}")
         job.end(f"{record(line, hearing, log, for_s, job)} readings in {log}")

@@ -14,6 +14,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.options import File, json_option, spec_argument
 
 if TYPE_CHECKING:
+    from heatwright.cli.bench.server import Server
     from heatwright.cli.plot.listener import Record, Shown
     from heatwright.spec import Spec
 
@@ -29,7 +30,12 @@ if TYPE_CHECKING:
 @spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")
 @click.option("--log", type=File, metavar="LOG", help="A recorded log in place of a line.")
-@click.option("--loop", metavar="NAME", help="The loop that is shown; needed where several are.")
+@click.option(
+    "--loop",
+    metavar="NAME",
+    help="The loop that is shown; without it the first loop whose course the line sends. "
+    "With --log it is needed if there are several.",
+)
 @click.option("--record", type=File, metavar="OUT", help="Write the readings to this CSV, too.")
 @click.option("--open", "opens", is_flag=True, help="Open the page in the browser.")
 @json_option
@@ -58,8 +64,9 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 
     loaded = load(spec)
     if log is not None:
-        shown = _of_log(spec, loaded, log, loop)
-        _serve(shown, opens, as_json)
+        server = _announced(_of_log(spec, loaded, log, loop), opens, as_json)
+        with suppress(KeyboardInterrupt):
+            server.run()
     else:
         _live(loaded, port, loop, record, opens, as_json)
 
@@ -97,9 +104,13 @@ def _live(  # noqa: PLR0913, PLR0917 - handed on by the one caller
         file: Record | None = None if record is None else Record(record)
         source = f"{hearing.kind} on {line.name}, {hearing.line.baud} baud"
         shown = _shown(loaded, hearing.loop, source, live=True)
-        shown.listen(line, hearing, file)
         try:
-            _serve(shown, opens, as_json)
+            server = _announced(
+                shown, opens, as_json
+            )  # before listening: if the line fails, it is stopped
+            shown.listen(line, hearing, file)
+            with suppress(KeyboardInterrupt):
+                server.run()
         finally:
             shown.stop()
             if file is not None:
@@ -116,7 +127,8 @@ def _shown(loaded: Spec, loop: str, source: str, *, live: bool) -> Shown:
     return Shown(about, loop)
 
 
-def _serve(shown: Shown, opens: bool, as_json: bool) -> None:
+def _announced(shown: Shown, opens: bool, as_json: bool) -> Server:
+    """Bind a server, and print the address of its page."""
     from heatwright.cli.bench.server import Server  # noqa: PLC0415
     from heatwright.cli.commands.bench import announce  # noqa: PLC0415
 
@@ -124,5 +136,4 @@ def _serve(shown: Shown, opens: bool, as_json: bool) -> None:
     announce(server.address, as_json)
     if opens:
         click.launch(server.address)
-    with suppress(KeyboardInterrupt):
-        server.run()
+    return server

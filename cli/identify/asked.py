@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatwright.cli.ends import Refused
+from heatwright.cli.plot import gcode
 from heatwright.sim.identify import (
     Log,
     Names,
@@ -18,7 +20,7 @@ from heatwright.sim.identify import (
     read_log,
     record_of,
 )
-from heatwright.sim.identify.columns import Column
+from heatwright.sim.identify.columns import Column, with_unit
 from heatwright.sim.tuning.delays import reading_age_s
 from heatwright.sim.tuning.process import power_of
 from heatwright.spec import Controller, Loop, load
@@ -42,6 +44,8 @@ class Asked:
     """Columns of temperature and duty, and their number, in the firmware's plotter lines."""
     loop: str = ""
     """The loop of the spec, whose name its columns may begin with."""
+    reported: tuple[str, str] | None = None
+    """Labels of temperature and duty in the reports to the loop's G-code host."""
 
     def record(self, data: bytes) -> Record:
         """Read a log; raises Unusable."""
@@ -62,6 +66,9 @@ class Asked:
             full = self.scales.full or PLOTTER_FULL
             scales = Scales(self.scales.power_w, full, self.scales.period_s)
             return Roles(Column(0, "°C"), time, Column(self.plotter[0], "")), scales
+        if self.reported is not None and {*self.reported} <= {*log.names}:
+            scales = replace(self.scales, full=self.scales.full or gcode.FULL)
+            return _reported(self.reported, log.names), scales
         return named_roles(log.names, self.loop), self.scales
 
 
@@ -91,13 +98,16 @@ def asked_of(  # noqa: PLR0913 - one for each option
         raise Refused(f"{loaded.file_name}: has no loop {name}; there are {able}.")
     chosen = controller.loops[name]
     power_w = power_w or power_of(controller, name)
+    reported = gcode.labels_of(controller, name)
+    every_s = chosen.period_s if reported is None else gcode.EVERY_S
     return Asked(
         columns,
-        Scales(power_w, full, period_s or chosen.period_s),
+        Scales(power_w, full, period_s or every_s),
         Structure(bodies, _names(controller, chosen)),
         reading_age_s(controller, chosen.sensor),
         plotter_of(controller, name),
         name,
+        reported,
     )
 
 
@@ -110,6 +120,15 @@ def _names(controller: Controller, loop: Loop) -> Names:
         shell = next((node for node in plant.nodes if node in outer - {body}), None)
     names = Names(heater=loop.heater, sensor=loop.sensor)
     return Names(body or names.body, shell or names.shell, loop.heater, loop.sensor)
+
+
+def _reported(titles: tuple[str, str], names: Sequence[str]) -> Roles:
+    """Return the columns of one loop in a printer's reports, which also contain other loops."""
+    temperature, duty = map(names.index, titles)
+    times = (place for place, name in enumerate(names) if name.lower().startswith("time"))
+    place = next(times, None)
+    time = None if place is None else Column(place, with_unit(names[place])[1] or "s")
+    return Roles(Column(temperature, "°C"), time, Column(duty, ""))
 
 
 def plotter_of(controller: Controller, name: str) -> tuple[int, int] | None:

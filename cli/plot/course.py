@@ -38,6 +38,8 @@ def course_of(asked: Asked, data: bytes) -> list[Reading]:
 
 def _setpoints(asked: Asked, log: Log) -> Series:
     names = [name for name in log.names if _SETPOINT.search(name)]
+    if asked.reported is not None and (target := f"{asked.reported[0]} target") in names:
+        names = [target]
     own = [name for name in names if name.startswith(f"{asked.loop}.")] or names
     if own:
         return log.values[:, log.names.index(own[0])]

@@ -6,11 +6,15 @@ import re
 from collections.abc import Iterator
 
 from heatwright.cli.plot.hearing import Hearing, Read, Reading
-from heatwright.spec import Controller, Gcode
+from heatwright.spec import Controller, Gcode, gcode_of
 
 FULL = 127.0
 """The duty of a report is in 127ths."""
 EVERY_S = 1.0
+
+_NUMBER = r"-?\d{1,6}(?:\.\d{1,6})?"
+_END = r"(?!\S)"
+"""What follows a number: a blank or the end. In a damaged line it may be `201..3`."""
 
 
 def hearings(controller: Controller, interface: Gcode) -> Iterator[Hearing]:
@@ -21,14 +25,27 @@ def hearings(controller: Controller, interface: Gcode) -> Iterator[Hearing]:
         yield Hearing(loop, interface.kind, interface.line, read, b"M105\n", EVERY_S)
 
 
+def labels_of(controller: Controller, name: str) -> tuple[str, str] | None:
+    """Return the labels of a loop in the reports to its G-code host; None if it has no host."""
+    interface = gcode_of(controller)
+    served = {} if interface is None else interface.loops
+    found = (_labels(address, [*served]) for address, loop in served.items() if loop == name)
+    return next(found, None)
+
+
+def _labels(address: str, served: list[str]) -> tuple[str, str]:
+    """Return the labels of a loop's temperature and duty in a report."""
+    if not address.startswith("T"):
+        return address, f"{address}@"
+    several = sum(each.startswith("T") for each in served) > 1
+    return (address, f"@{address[1:]}") if several else ("T", "@")
+
+
 def _reported(address: str, served: list[str]) -> Read:
     """Read a printer's report: `ok T:201.3 /200.0 B:60.1 /60.0 @:76 B@:31`."""
-    several = sum(each.startswith("T") for each in served) > 1
-    title, duty = address, f"{address}@"
-    if address.startswith("T"):
-        title, duty = (address, f"@{address[1:]}") if several else ("T", "@")
-    found_c = re.compile(rf"(?:^|\s){title}:(-?[\d.]+) ?/(-?[\d.]+)")
-    found_duty = re.compile(rf"(?:^|\s){duty}:(\d+)")
+    title, duty = _labels(address, served)
+    found_c = re.compile(rf"(?:^|\s){title}:({_NUMBER}) ?/({_NUMBER}){_END}")
+    found_duty = re.compile(rf"(?:^|\s){duty}:(\d{{1,6}}){_END}")
 
     def read(line: str, time_s: float) -> Iterator[Reading]:
         temperatures, share = found_c.search(line), found_duty.search(line)

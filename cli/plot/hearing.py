@@ -68,5 +68,5 @@ def _all(controller: Controller) -> Iterator[Hearing]:
 
 
 def known(number: float | None) -> float | None:
-    """Return a number; None for a gap."""
-    return None if number is None or math.isnan(number) else number
+    """Return a number; None for a gap, NaN or infinity, which JSON cannot hold."""
+    return number if number is not None and math.isfinite(number) else None

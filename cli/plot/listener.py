@@ -45,6 +45,9 @@ def opened(port: str, hearing: Hearing) -> Serial:
 def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, list[Reading]]]:
     """Yield each line of the board with what it tells, until `stop` is set.
 
+    While no complete line arrives, an empty one without readings is yielded after each read, so
+    that the caller can look at the time.
+
     Raises Refused where the port is gone.
     """
     from serial import SerialException  # noqa: PLC0415 - see opened
@@ -65,6 +68,8 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
         for line in lines:
             text = line[-LONGEST_LINE:].decode("ascii", errors="replace").strip()
             yield text, list(hearing.read(text, now_s))
+        if not lines:
+            yield "", []
 
 
 class Record:
@@ -92,7 +97,8 @@ class Record:
 
     def close(self) -> None:
         """End it."""
-        self._out.close()
+        with blaming(self.file):
+            self._out.close()
 
 
 def record(port: Serial, hearing: Hearing, file: Path, for_s: float, tell: Any) -> int:
@@ -118,14 +124,15 @@ def record(port: Serial, hearing: Hearing, file: Path, for_s: float, tell: Any) 
 class Shown:
     """What a page of courses shows: a line that is listened to, or a log that was recorded.
 
-    store -- what the tabs are told; when_failed -- called when the line is gone, failed -- why.
+    store -- what the tabs are told; when_failed -- called when
+    listening has ended with an error, failed -- that error.
     """
 
     page = "plot.html"
 
     def __init__(self, about: Mapping[str, Any], loop: str) -> None:
         self.store = Store(about)
-        self.failed: Refused | None = None
+        self.failed: Exception | None = None
         self.when_failed: Callable[[], None] = lambda: None
         self._loop = loop
         self._last: Mapping[str, Any] = {}
@@ -140,9 +147,10 @@ class Shown:
                 for text, readings in heard(port, hearing, self._stop):
                     if file is not None:
                         file.add(readings)
-                    self.tell(readings, [text] if text else [])
-            except Refused as error:
-                self.failed = error
+                    if text or readings:
+                        self.tell(readings, [text] if text else [])
+            except Exception as error:
+                self.failed = error  # raised by whoever waits for this thread
                 self.when_failed()
 
         self._thread = Thread(target=run, name="line", daemon=True)

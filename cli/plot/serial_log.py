@@ -42,9 +42,9 @@ class _Logged:
             yield from self._new()
         else:
             cells = [value(text, _COMMAS) for text in fields(line, _COMMAS)]
-            at_s, *told = cells[:WIDTH]
+            at_s, *told = (known(each) for each in cells[:WIDTH])
             if len(cells) >= WIDTH and at_s is not None:
-                self.answer.append(Reading(at_s, *(known(each) for each in told)))
+                self.answer.append(Reading(at_s, *told))
 
     def _new(self) -> Iterator[Reading]:
         if not self.answer:

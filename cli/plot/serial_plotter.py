@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from heatwright.cli.identify.asked import PLOTTER_FULL, plotter_of
@@ -25,7 +26,7 @@ def _plotted(controller: Controller, loop: str) -> Read:
 
     def read(line: str, time_s: float) -> Iterator[Reading]:
         cells = [value(text, _BLANKS) for text in fields(line, _BLANKS)]
-        numbers = [each for each in cells if each is not None]
+        numbers = [each for each in cells if each is not None and math.isfinite(each)]
         if line.startswith("$") and len(numbers) == len(cells) == width:
             percent = 100 * numbers[duty] / PLOTTER_FULL
             yield Reading(time_s, numbers[0], numbers[1], percent)

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import click
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.identify.asked import asked_of
+from heatwright.cli.identify.block import block
 from heatwright.sim.identify import Unusable, fit
-from heatwright.sim.identify.structure import AMBIENT_C
 from heatwright.spec import Spec
+from heatwright.spec.loading.loader import with_data
+from heatwright.spec.loading.tree import parse
 from heatwright.spec.loading.user_file import read_file
+
+_AT_NODES: dict[str, Callable[[str, Any], str | None]] = {
+    "heat": lambda _, node: str(node),
+    "sense": lambda _, sense: sense.get("node"),
+    "bears": lambda node, _: node,
+}
+"""Parts of a plant as written, and the node of each of their entries; None: no node."""
 
 
 def with_machine_of(path: Path, spec: Spec, log: Path) -> Spec:
@@ -34,7 +47,39 @@ def with_machine_of(path: Path, spec: Spec, log: Path) -> Spec:
         found = fit(asked.record(read_file(log)), asked.structure, age_s=asked.age_s)
     except Unusable as error:
         raise Refused(f"{log}: {error}.") from None
-    ambient_c = next(each.value for each in found.found if each.parameter.key == AMBIENT_C)
-    plant = found.structure.network(found.values)
-    simulation = controller.simulation.model_copy(update={"plant": plant, "ambient_c": ambient_c})
-    return spec._replace(controller=controller.model_copy(update={"simulation": simulation}))
+    plant = parse(block(found, log.name), str(log)).data
+    changed, problems = with_data(spec, _with_plant(spec.tree.data, plant))
+    text = "\n".join(str(each) for each in problems)
+    if any(each.path.startswith("simulation.plant") for each in problems):
+        raise Refused(
+            f"--log: a record of one step does not show all parts of the machine of "
+            f"{spec.file_name}. Paste what `heatwright identify` finds into a copy, and complete "
+            f"it:\n{text}"
+        )
+    if text:
+        click.echo(f"With the machine of {log}, `check` would refuse this spec:\n{text}", err=True)
+    return changed
+
+
+def _with_plant(written: Any, found: Any) -> dict[str, Any]:
+    """Replace ambient and plant in a spec as written, as if what `identify` prints were pasted.
+
+    What a record does not show stays: the tolerance, and what belongs to nodes that still exist.
+    """
+    simulation, plant = written["simulation"], found["simulation"]["plant"]
+    before = simulation["plant"]
+    if before["kind"] == plant["kind"]:
+        if "tolerance" in before:
+            plant["tolerance"] = before["tolerance"]
+        if before.get("filament", {}).get("node") in plant["nodes"]:
+            plant["filament"] = before["filament"]
+        for key, node_of in _AT_NODES.items():
+            kept = {
+                name: each
+                for name, each in before.get(key, {}).items()
+                if node_of(name, each) in {None, *plant["nodes"]}
+            }
+            if kept:
+                plant[key] = kept | plant.get(key, {})
+    fresh = {**simulation, "ambient": found["simulation"]["ambient"], "plant": plant}
+    return {**written, "simulation": fresh}

@@ -10,6 +10,7 @@ from typing import NamedTuple
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?"
 _PLAIN = re.compile(_NUMBER)
 _LABELLED = re.compile(rf"([A-Za-z_@][\w@.]*(?: ?[\[(][^\])]{{1,8}}[\])])?)\s*[:=]\s*({_NUMBER})")
+_TARGET = re.compile(rf"(?:^|\s)([TBC]\d?):{_NUMBER} ?/({_NUMBER})")
 _CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
 _STAMPED = re.compile(
     r"\[?(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[-+]\d\d:?\d\d)?"
@@ -57,9 +58,11 @@ def fields(line: str, dialect: Dialect) -> list[str]:
 def labelled(line: str) -> dict[str, float]:
     """Return the numbers of a line with labels, in the format of the Arduino IDE's plotter.
 
-    For example `temperature:20.5,duty:100`, or `T:201.3 /200.0 @:127` from a 3D printer.
+    For example `temperature:20.5,duty:100`, or `T:201.3 /200.0 @:127` from a 3D printer: its target
+    is named `T target`, and targets come after all other numbers.
     """
-    return {name: float(text) for name, text in _LABELLED.findall(line)}
+    found = {name: float(text) for name, text in _LABELLED.findall(line)}
+    return found | {f"{name} target": float(text) for name, text in _TARGET.findall(line)}
 
 
 def value(text: str, dialect: Dialect) -> float | None:

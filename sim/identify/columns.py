@@ -50,7 +50,7 @@ def _in(*units: str) -> Look:
 PREFERENCES: dict[str, tuple[Look, ...]] = {
     "time": (
         _like(r"^(time|timestamp|elapsed|seconds?|millis|ms|date.?time|date)(_m?s)?$"),
-        _like(r"^t$|time"),
+        _like(r"(?-i:^t$)|time"),
     ),
     "temperature": (
         _like(r"^(\w+\.)?temp(erature)?(_c)?$"),

@@ -18,7 +18,7 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.loading.error_recovery import without_broken_parts
 from heatwright.spec.loading.text import LARGEST_FILE, Unreadable, decode
 from heatwright.spec.loading.translate import findings
-from heatwright.spec.loading.tree import Tree, parse
+from heatwright.spec.loading.tree import Data, Tree, parse
 from heatwright.spec.loading.user_file import STDIN, read_file
 from heatwright.spec.problems import Path, Problem, SpecError
 
@@ -89,14 +89,35 @@ def _load(data: bytes, file: str) -> Spec:
         tree = parse(decode(data, file), file)
     except Unreadable as error:
         raise SpecError((error.problem,)) from None
+    name = "stdin" if file == STDIN else FilePath(file).name
+    controller, problems = _examined(tree)
+    if controller is None or problems:
+        raise SpecError(problems)
+    return Spec(controller, name, tree)
+
+
+def with_data(spec: Spec, data: Data) -> tuple[Spec, tuple[Problem, ...]]:
+    """Return a spec with other data than its file's, with all defaults derived anew; and problems.
+
+    The position of a problem is that of its entry in the file, or of the nearest one above it.
+    Raises SpecError if no controller can be made of the data.
+    """
+    tree = Tree(spec.tree.file)
+    tree.data, tree.positions = data, spec.tree.positions
+    controller, problems = _examined(tree)
+    if controller is None:
+        raise SpecError(problems)
+    return spec._replace(controller=controller, tree=tree), problems
+
+
+def _examined(tree: Tree) -> tuple[Controller | None, tuple[Problem, ...]]:
+    """Return the controller, or what is left of it, and all problems."""
     problems = dict(tree.problems)
     controller = _validated(tree, problems) if () not in problems else None
     checked = check(controller) if controller is not None else ()
     sound = (finding for finding in checked if not _rests_on(finding, problems))
     found = [problem_of(tree, finding) for finding in agreed(sound)]
-    if controller is None or problems or found:
-        raise SpecError(_sorted([*problems.values(), *found]))
-    return Spec(controller, "stdin" if file == STDIN else FilePath(file).name, tree)
+    return controller, _sorted([*problems.values(), *found])
 
 
 def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:

@@ -71,6 +71,20 @@ def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path
     assert again.state["loops"]["chamber"]["setpoint_c"] == set_c
 
 
+@pytest.mark.parametrize(
+    ("board_s", "finger_s", "saved"),
+    [(0.3, 3.0, ""), (3.0, 3.0, ', held: "3.00 s"'), (3.0, 0.3, ', held: "3.00 s"')],
+)
+def test_a_key_is_saved_with_the_boards_time(board_s: float, finger_s: float, saved: str) -> None:
+    seat = Seated("kiln_uno")
+    seat.run(2.0)
+    seat.board.set_speed(min(1.0, board_s / finger_s))
+    seat.at("lcd_keypad", key="up", down=True)
+    seat.run(board_s)
+    seat.at("lcd_keypad", key="up", down=False, held_s=finger_s)
+    assert seat.board.scenario().splitlines()[-2].endswith(f' press: "up"{saved}}}')
+
+
 def test_m105_is_answered_and_the_hosts_own_questions_are_marked() -> None:
     seat = Seated("extruder")
     seat.run(1.0)

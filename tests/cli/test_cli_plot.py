@@ -1,6 +1,7 @@
 """`plot`, and `identify` from a line: what a board says becomes a chart, a record, a machine."""
 
 import json
+import math
 import os
 import pty
 import signal
@@ -8,16 +9,20 @@ import subprocess
 import sys
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from shutil import copy
 from threading import Event, Thread
 from urllib.request import urlopen
 
 import pytest
 from rig.commands import Heatwright, changed
-from rig.specs import controller_of
+from rig.specs import EXAMPLES, controller_of
 
+from heatwright.cli.bench.server import Server
+from heatwright.cli.plot import listener
 from heatwright.cli.plot.hearing import Reading, hearing_of
+from heatwright.cli.plot.listener import Shown
 
 HEATWRIGHT = Path(sys.executable).parent / "heatwright"
 PLOTTER = "20.50 60.00 1.00 2.00 3.00 6.00 10.00"
@@ -28,12 +33,14 @@ def board(answer: Callable[[float], bytes], every_s: float = 0.01) -> Iterator[s
     """A line at whose other end something speaks; gives its name."""
     ours, theirs = pty.openpty()
     tty.setraw(theirs)
+    os.set_blocking(ours, False)
     done = Event()
 
     def speak() -> None:
         count = 0
         while not done.wait(every_s):
-            os.write(ours, answer(count))
+            with suppress(BlockingIOError):  # nobody reads
+                os.write(ours, answer(count))
             count += 1
 
     thread = Thread(target=speak)
@@ -45,6 +52,18 @@ def board(answer: Callable[[float], bytes], every_s: float = 0.01) -> Iterator[s
         thread.join()
         os.close(ours)
         os.close(theirs)
+
+
+@contextmanager
+def ends_within(seconds: int) -> Iterator[None]:
+    """Fail if something in this process has not ended by then."""
+    before = signal.signal(signal.SIGALRM, lambda *_: pytest.fail("It does not end."))
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def read(spec: str, loop: str | None, *lines: str) -> list[Reading]:
@@ -64,6 +83,28 @@ def test_the_plotters_line_is_read() -> None:
 def test_a_printers_report_is_read(loop: str, found: tuple[float, ...]) -> None:
     report = "ok T:201.3 /200.0 B:60.1 /60.0 @:127 B@:0"
     assert read("printer", loop, report, "ok", "start") == [Reading(7.0, *found)]
+
+
+@pytest.mark.parametrize(
+    ("spec", "line"),
+    [
+        ("extruder", "ok T:201..3 /200.0 @:127"),
+        ("extruder", "ok T:201.3 /200.0.1 @:127"),
+        ("extruder", "ok T:201.3 /200.0 @:1-7"),
+        ("extruder", f"ok T:{'9' * 400} /200.0 @:127"),
+        ("extruder", f"ok T:201.3 /200.0 @:{'9' * 400}"),
+        ("oven", f"${PLOTTER.replace('20.50', 'nan')};"),
+        ("oven", f"${PLOTTER.replace('20.50', '2e999')};"),
+    ],
+    ids=range(7),
+)
+def test_a_damaged_line_tells_nothing(spec: str, line: str) -> None:
+    assert read(spec, None, line) == []
+
+
+def test_an_entry_has_a_time_and_a_gap_where_a_number_is_none() -> None:
+    lines = ("nan,20,20,0,,", "1e999,20,20,0,,", "60,1e999,20,0,,", "")
+    assert read("kiln", None, *lines) == [Reading(60, None, 20, 0)]
 
 
 def test_of_a_log_only_what_is_new_is_told_and_a_reset_goes_on() -> None:
@@ -94,6 +135,39 @@ def test_identify_records_a_line_first(heatwright: Heatwright) -> None:
     assert "--for how long" in heatwright(f"identify a.csv --port {port}", status=2).err
 
 
+def test_a_damaged_line_does_not_end_a_recording(heatwright: Heatwright) -> None:
+    reports = [b"ok T:201..3 /200.0 @:127\n", b"ok T:201.3 /200.0 @:127\n"]
+    copy(EXAMPLES / "extruder.yaml", ".")
+    with board(lambda count: reports[int(count) % 2]) as port:
+        words = f"identify a.csv --spec extruder.yaml --port {port} --for 0.3s"
+        assert "has the same temperature in every line" in heatwright(words, status=2).err
+    assert len(Path("a.csv").read_text().splitlines()) > 3
+
+
+@pytest.mark.parametrize("said", [b"", b"noise "])
+def test_a_line_that_never_ends_does_not_hold_a_recording_up(
+    heatwright: Heatwright, said: bytes
+) -> None:
+    with board(lambda _: said) as port, ends_within(10):
+        found = heatwright(f"identify a.csv --spec oven.yaml --port {port} --for 0.3s", status=2)
+    assert "holds no rows of numbers" in found.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--columns time,heat", "has no use for a column heat"),
+        ("--columns temperature=air", "has no column air; it has time_s, temperature_c,"),
+        ("--loop door", "has no loop door; there are air."),
+    ],
+)
+def test_what_cannot_be_read_is_not_recorded(heatwright: Heatwright, words: str, said: str) -> None:
+    with board(lambda _: b"$%s;\n" % PLOTTER.encode()) as port:
+        line = f"identify a.csv --spec oven.yaml --port {port} --for 0.3s {words}"
+        assert said in heatwright(line, status=2).err
+    assert not Path("a.csv").exists()
+
+
 def test_it_serves_and_records_until_ctrl_c(heatwright: Heatwright) -> None:
     with board(lambda _: b"$%s;\n" % PLOTTER.encode()) as port:
         words = [HEATWRIGHT, "plot", "oven.yaml", "--port", port, "--record", "out.csv", "--json"]
@@ -107,6 +181,56 @@ def test_it_serves_and_records_until_ctrl_c(heatwright: Heatwright) -> None:
             process.send_signal(signal.SIGINT)
             assert process.wait(timeout=60) == 0
     assert Path("out.csv").read_text().splitlines()[1].endswith(",20.5,60,100")
+
+
+def test_a_full_disk_ends_it(heatwright: Heatwright) -> None:
+    del heatwright
+    with board(lambda _: b"$%s;\n" % PLOTTER.encode()) as port:
+        words = [HEATWRIGHT, "plot", "oven.yaml", "--port", port, "--record", "out.csv"]
+        shell = ["sh", "-c", 'ulimit -f 1; exec "$@"', "sh", *words]
+        done = subprocess.run(shell, capture_output=True, text=True, timeout=30, check=False)
+    assert (done.returncode, done.stderr) == (2, "out.csv: cannot be written: file too large.\n")
+
+
+class Unplugged:
+    """A port whose line is gone at once."""
+
+    name = "/dev/ttyUSB9"
+    in_waiting = 0
+
+    def __enter__(self) -> "Unplugged":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def read(self, _: int) -> bytes:
+        raise OSError(5, "unplugged")
+
+
+def test_a_line_that_is_gone_at_once_ends_it(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(listener, "opened", lambda *_: Unplugged())
+    with ends_within(10):
+        found = heatwright("plot oven.yaml --port /dev/ttyUSB9", status=2)
+    assert "/dev/ttyUSB9: the line is gone: " in found.err
+
+
+@pytest.mark.parametrize("whose", ["hotend", "bed"])
+def test_a_log_is_drawn_as_its_live_line(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch, whose: str
+) -> None:
+    copy(EXAMPLES / "printer.yaml", ".")
+    lines = [f"ok T:{20 + at} /200.0 B:{30 + at} /60.0 @:{at} B@:{127 - at}" for at in range(9)]
+    Path("host.log").write_text("\n".join(lines), encoding="utf-8")
+    shown: list[Reading] = []
+    monkeypatch.setattr(Server, "run", lambda _: None)
+    monkeypatch.setattr(Shown, "tell", lambda _, readings: shown.extend(readings))
+    assert "http://127.0.0.1:" in heatwright(f"plot printer.yaml --log host.log --loop {whose}").out
+    live = [read("printer", whose, line)[0] for line in lines]
+    assert [each._replace(time_s=7.0) for each in shown] == [pytest.approx(each) for each in live]
+    assert [each.time_s for each in shown] == [*range(len(lines))]
 
 
 @pytest.mark.parametrize(
@@ -132,3 +256,23 @@ def test_tune_takes_the_machine_of_a_log(heatwright: Heatwright) -> None:
     assert found["model"] != own["model"]
     several = changed("printer", "heatwright: 1", "heatwright: 1")
     assert "has several loops" in heatwright(f"tune {several} --log run.csv", status=2).err
+
+
+def test_its_protections_are_of_that_machine_too(heatwright: Heatwright) -> None:
+    def record(resistance: float) -> None:
+        def warmed_k(for_s: float) -> float:
+            return 48 * resistance * (1 - math.exp(-max(0.0, for_s) / 700))
+
+        rows = ["time_s,temperature_c,power_w"]
+        for at_s in range(0, 9000, 10):
+            reading_c = 25 + warmed_k(at_s - 60) - warmed_k(at_s - 4500)
+            rows.append(f"{at_s},{reading_c:.4f},{48 * (60 <= at_s < 4500)}")
+        Path("step.csv").write_text("\n".join(rows), encoding="utf-8")
+
+    record(1.0)
+    told = heatwright("tune oven.yaml --log step.csv --method simc --at 65C")
+    assert "fault" not in told.out, "1 K/W holds 65 °C with less power than the spec's machine"
+    record(0.12)
+    told = heatwright("tune oven.yaml --log step.csv --method simc --at 40C")
+    assert "`check` would refuse this spec:\noven.yaml:" in told.err
+    assert "never reaches the highest setpoint" in told.err

@@ -52,7 +52,7 @@ def test_rows_without_names(text: str) -> None:
         ("temperature:20,duty:100\ntemperature:20.5,duty:100\nboot\nduty:0,temperature:21\n",
          ("temperature", "duty"), [[20, 100], [20.5, 100], [21, 0]], 1),
         ("ok T:20.1 /200.0 @:127\nok T:20.9 /200.0 @:64\necho:busy\n",  # a printer's reports
-         ("T", "@"), [[20.1, 127], [20.9, 64]], 1),
+         ("T", "@", "T target"), [[20.1, 127, 200], [20.9, 64, 200]], 1),
     ],
 )  # fmt: skip
 def test_a_header_or_labels_name_the_columns(

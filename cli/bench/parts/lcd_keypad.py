@@ -12,7 +12,8 @@ from heatwright.spec import Controller
 
 KEYS = tuple(key for key in CODES if key is not None)
 BRISK_S = 0.4
-"""A press that is shorter is one of a scenario's; the firmware takes a longer one for a hold."""
+"""A press that is shorter, s of the board, is one of a scenario's; the firmware takes a longer one
+for a hold."""
 LONGEST_HOLD_S = 60.0
 
 
@@ -48,14 +49,14 @@ class Shield(Seat):
             if not live.is_quick:
                 self._press(live, key)
             return
-        held_s = max(PRESS_S, number_of(order, "held_s", 0.0, LONGEST_HOLD_S))
+        finger_s = number_of(order, "held_s", 0.0, LONGEST_HOLD_S)
         if self._down is None or self._down[0] != key:
             self._press(live, key)
         _, since_s = self._down or (key, live.world.now_s)
         self._down = None
         gone_s = live.world.now_s - since_s
-        left_s = max(PRESS_S, held_s if live.is_quick else 0.0) - gone_s
-        live.later(max(0.0, left_s), lambda: live.world.device.press(None))
+        held_s = max(PRESS_S, gone_s, finger_s if live.is_quick else 0.0)
+        live.later(held_s - gone_s, lambda: live.world.device.press(None))
         held = {"held": f"{held_s:.2f} s"} if held_s >= BRISK_S else {}
         live.record({"at_s": since_s, "press": key, **held})
 

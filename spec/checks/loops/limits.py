@@ -135,7 +135,8 @@ def protections_in_range(controller: Controller) -> Findings:
         path = ("loops", name, "protection")
         with_type = f"with type {kind} " if kind else ""
         or_less = f", or take {kind} out of selectable" if kind else ""
-        or_wider = ", or give it a wider range" if "range_c" in type(sensor).model_fields else ""
+        has_range = "range_c" in type(sensor).model_fields
+        or_wider = f", or give sensor {loop.sensor} a wider range" if has_range else ""
         reaches_c = highest_c - sensor.error_k(highest_c)
         if loop.protection.maximum_c > reaches_c and not is_lowered(controller, loop, kind):
             implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
