@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from heatwright.sim.arrays.builtin import Each
+from heatwright.spec.facts import LoopFacts
 
 _NUMBERS = (bool, int, float, np.generic)
 ON_ARRAYS = " on arrays"
@@ -36,7 +37,7 @@ def stacked(objects: Sequence[Any]) -> Any:
 class Specs:
     """Parts of specifications that differ by numbers, read as one."""
 
-    def __init__(self, models: Sequence[BaseModel]) -> None:
+    def __init__(self, models: Sequence[BaseModel | LoopFacts]) -> None:
         """Store the parts, in the order of the lanes."""
         self.__dict__["_models"] = tuple(models)
 
@@ -132,7 +133,7 @@ def _others(values: tuple[Any, ...]) -> Any:
     """Return what is no part of the model: the same for all, or specifications."""
     if all(each == values[0] for each in values):
         return values[0]
-    if isinstance(values[0], BaseModel):
+    if isinstance(values[0], BaseModel | LoopFacts):
         return Specs(values)
     raise UnlikeError(f"{values[0]!r} and others")
 
