@@ -105,9 +105,8 @@ def _live(  # noqa: PLR0913, PLR0917 - handed on by the one caller
         source = f"{hearing.kind} on {line.name}, {hearing.line.baud} baud"
         shown = _shown(loaded, hearing.loop, source, live=True)
         try:
-            server = _announced(
-                shown, opens, as_json
-            )  # before listening: if the line fails, it is stopped
+            # Before listening: a line that fails at once stops the server.
+            server = _announced(shown, opens, as_json)
             shown.listen(line, hearing, file)
             with suppress(KeyboardInterrupt):
                 server.run()

@@ -36,7 +36,6 @@ RULES_OF_LOOP = (
 READY_WITHIN_K = 1.0
 """Where the spec does not say it: what Marlin's `M109` waits for (TEMP_WINDOW)."""
 
-
 RARE_S = 1.0
 """With longer steps the display does not wait for a step to show what is latched."""
 

@@ -2,7 +2,7 @@
 // The page: takes from the live line what is new, shows it, and sends what a hand does.
 
 import { Chart } from "./chart.js";
-import { element, moment, panelOf, roll } from "./panels.js";
+import { connect, element, figuresOf, moment, panelOf, roll } from "./panels.js";
 
 const find = (id) => document.getElementById(id);
 const FIRST_OPEN = ["sensor", "heater", "processor"];
@@ -51,16 +51,9 @@ const CURVES = [["temperature_c", "measured", "--measured", "°C"], ["machine_c"
 const loops = {};
 
 function buildLoop(loop) {
-  const cells = {};
-  const figures = element("dl", { class: "figures" });
-  for (const [key, text, color] of CURVES) {
-    const mark = element("i", { "aria-hidden": "true" });
-    mark.style.borderColor = `var(${color})`;
-    cells[key] = element("dd", {}, "–");
-    figures.append(element("div", {}, element("dt", {}, mark, text), cells[key]));
-  }
+  const { list, cells } = figuresOf(CURVES);
   const why = element("div", { class: "why" });
-  const place = element("section", { "aria-label": loop }, element("h2", {}, loop), figures, why);
+  const place = element("section", { "aria-label": loop }, element("h2", {}, loop), list, why);
   find("courses").append(place);
   charts[loop] = new Chart(place, loop);
   loops[loop] = { cells, why, said: "" };
@@ -243,16 +236,6 @@ function watch() {
   order({ do: "watch", variables: find("variables").open });
 }
 
-function connect() {
-  line = new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
-  line.addEventListener("open", () => { find("lost").hidden = true; });
-  line.addEventListener("message", (event) => took(JSON.parse(event.data)));
-  line.addEventListener("close", () => {
-    find("lost").hidden = false;
-    setTimeout(connect, 1000);
-  });
-}
-
 function draw() {
   for (const chart of Object.values(charts)) chart.draw();
   requestAnimationFrame(draw);
@@ -281,5 +264,5 @@ function asked(value) {
   return value === "full" ? value : Number(value);
 }
 
-connect();
+connect(took, (made) => { line = made; });
 draw();

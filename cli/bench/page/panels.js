@@ -12,6 +12,32 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
+// A list of figures, and the cell of each by its key. A curve: its key, name, color, and more.
+export function figuresOf(curves) {
+  const list = element("dl", { class: "figures" });
+  const cells = {};
+  for (const [key, text, color] of curves) {
+    const mark = element("i", { "aria-hidden": "true" });
+    mark.style.borderColor = `var(${color})`;
+    cells[key] = element("dd", {}, "–");
+    list.append(element("div", {}, element("dt", {}, mark, text), cells[key]));
+  }
+  return { list, cells };
+}
+
+// Keeps a line to the server: calls began(line) for each one, and took(what) with what it brings.
+export function connect(took, began = () => {}) {
+  const lost = document.getElementById("lost");
+  const line = new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
+  began(line);
+  line.addEventListener("open", () => { lost.hidden = true; });
+  line.addEventListener("message", (event) => took(JSON.parse(event.data)));
+  line.addEventListener("close", () => {
+    lost.hidden = false;
+    setTimeout(() => connect(took, began), 1000);
+  });
+}
+
 // Calls down(event) as a finger, or down() as Enter or Space, goes down on a button, and up(seconds)
 // as it leaves, wherever that is.
 export function holdable(button, down, up) {

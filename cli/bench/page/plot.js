@@ -2,7 +2,7 @@
 // The page of one loop's course, from a serial line or a log.
 
 import { Chart } from "./chart.js";
-import { element, roll } from "./panels.js";
+import { connect, element, figuresOf, roll } from "./panels.js";
 
 const find = (id) => document.getElementById(id);
 const FIGURES = [["temperature_c", "measured", "--measured", "°C"], ["setpoint_c", "setpoint", "--setpoint", "°C"],
@@ -17,15 +17,9 @@ function build(about) {
   find("subtitle").textContent = about.source;
   find("said").hidden = !about.live;
   find("lines").replaceChildren();
-  const figures = element("dl", { class: "figures" });
-  cells = {};
-  for (const [key, text, color] of FIGURES) {
-    const mark = element("i", { "aria-hidden": "true" });
-    mark.style.borderColor = `var(${color})`;
-    cells[key] = element("dd", {}, "–");
-    figures.append(element("div", {}, element("dt", {}, mark, text), cells[key]));
-  }
-  const place = element("section", { "aria-label": about.loop }, element("h2", {}, about.loop), figures);
+  const figures = figuresOf(FIGURES);
+  cells = figures.cells;
+  const place = element("section", { "aria-label": about.loop }, element("h2", {}, about.loop), figures.list);
   find("courses").replaceChildren(place);
   chart = new Chart(place, about.loop);
   if (!about.live) chart.show(Infinity, null);
@@ -45,20 +39,10 @@ function took(what) {
   for (const lines of Object.values(what.lines ?? {})) roll(find("lines"), lines, (text) => element("li", {}, text));
 }
 
-function connect() {
-  const line = new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
-  line.addEventListener("open", () => { find("lost").hidden = true; });
-  line.addEventListener("message", (event) => took(JSON.parse(event.data)));
-  line.addEventListener("close", () => {
-    find("lost").hidden = false;
-    setTimeout(connect, 1000);
-  });
-}
-
 function draw() {
   chart?.draw();
   requestAnimationFrame(draw);
 }
 
-connect();
+connect(took);
 draw();
