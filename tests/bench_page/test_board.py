@@ -71,6 +71,27 @@ def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path
     assert again.state["loops"]["chamber"]["setpoint_c"] == set_c
 
 
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_each_of_two_quick_presses_counts(speed: float) -> None:
+    """Between them passes less than a press takes on the board."""
+    seat = Seated("chamber")
+    seat.run(2.0)
+    seat.board.set_speed(speed)
+    for key, wait_s in (("up", 0.03), ("up", 0.15), ("down", 0.03), ("up", 1.0)):
+        seat.at("lcd_keypad", key=key, down=True)
+        seat.run(0.01)
+        seat.at("lcd_keypad", key=key, down=False, held_s=0.01)
+        seat.run(wait_s)
+    assert seat.of("lcd_keypad")["rows"][1].startswith("Set temp 40")
+    seat.at("lcd_keypad", key="up", down=True)
+    seat.at("lcd_keypad", key="down", down=True)  # the other hand: UP is let go for it
+    seat.at("lcd_keypad", key="down", down=False, held_s=0.3)
+    seat.run(1.0)
+    assert seat.of("lcd_keypad")["held"] is None
+    presses = [line for line in seat.board.scenario().splitlines() if "press:" in line]
+    assert len(presses) == {0.0: 5, 1.0: 6}[speed]
+
+
 @pytest.mark.parametrize(
     ("board_s", "finger_s", "saved"),
     [(0.3, 3.0, ""), (3.0, 3.0, ', held: "3.00 s"'), (3.0, 0.3, ', held: "3.00 s"')],

@@ -25,6 +25,7 @@ class Shield(Seat):
     def __init__(self, controller: Controller, number: int) -> None:
         super().__init__(controller, number)
         self._down: tuple[str, float] | None = None
+        self._free_s = 0.0
 
     def about(self) -> dict[str, Any]:
         """Return the keys."""
@@ -40,7 +41,8 @@ class Shield(Seat):
         """Press a key or let it go.
 
         At more than real time a finger is too slow: the key goes down when it is let go, for as
-        long as it was held.
+        long as it was held. A key waits until the one before has been up for as long as a
+        scenario leaves it up: the firmware sees each.
         """
         key = order.get("key")
         if key not in KEYS:
@@ -52,17 +54,31 @@ class Shield(Seat):
         finger_s = number_of(order, "held_s", 0.0, LONGEST_HOLD_S)
         if self._down is None or self._down[0] != key:
             self._press(live, key)
-        _, since_s = self._down or (key, live.world.now_s)
+        self._let_go(live, finger_s if live.is_quick else 0.0)
+
+    def _press(self, live: Live, key: str) -> None:
+        self._let_go(live)  # one finger: the other key goes up for it
+        since_s = max(live.world.now_s, self._free_s)
+        self._at(live, since_s, key)
+        self._down = key, since_s
+
+    def _let_go(self, live: Live, finger_s: float = 0.0) -> None:
+        if self._down is None:
+            return
+        key, since_s = self._down
+        held_s = max(PRESS_S, live.world.now_s - since_s, finger_s)
+        self._at(live, since_s + held_s, None)
         self._down = None
-        gone_s = live.world.now_s - since_s
-        held_s = max(PRESS_S, gone_s, finger_s if live.is_quick else 0.0)
-        live.later(held_s - gone_s, lambda: live.world.device.press(None))
+        self._free_s = since_s + held_s + PRESS_S
         held = {"held": f"{held_s:.2f} s"} if held_s >= BRISK_S else {}
         live.record({"at_s": since_s, "press": key, **held})
 
-    def _press(self, live: Live, key: str) -> None:
-        live.world.device.press(key)
-        self._down = key, live.world.now_s
+    def _at(self, live: Live, time_s: float, key: str | None) -> None:
+        device = live.world.device
+        if time_s <= live.world.now_s:
+            device.press(key)
+        else:
+            live.later(time_s - live.world.now_s, lambda: device.press(key))
 
 
 take = Shield
