@@ -153,6 +153,22 @@ def test_no_bit_of_the_record_of_a_fault_forgets_it(example: str) -> None:
     assert forgotten == []
 
 
+@pytest.mark.parametrize("example", DECIDING)
+def test_a_jump_to_what_restores_a_fault_at_the_start_clears_none(example: str) -> None:
+    """A drawn one did, on the extruder, with a register that pointed to zeros."""
+    site = site_of(example)
+    restores = site.program.function("fault_restore")
+    unused = site.program.static_ram[1] + 64
+    world = memory.latched(site)
+    avr = world.device.avr
+    for address in range(restores.start, restores.end, 2):
+        avr.write_ram(unused, bytes(64))
+        avr.write_ram(0, bytes(2) + 15 * unused.to_bytes(2, "little"))  # each pair but r1:r0
+        avr.jump(address)
+        world.run(3 * site.loop.period_s)
+        assert world.fault, f"0x{address:04X}"
+
+
 def test_a_relay_that_a_flipped_bit_closes_opens_in_the_next_tick() -> None:
     """The kiln went to 1,125 °C so, with its switch shorted."""
     site = site_of("kiln")

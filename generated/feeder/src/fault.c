@@ -22,8 +22,12 @@ static void set_code(uint8_t code)
 void fault_restore(const struct fault_state *latched)
 {
     fault = *latched;
-    set_code(latched->code > FAULT_LAST ? FAULT_SETTINGS_CORRUPT : latched->code);
     fault.acknowledgements = 0;
+    /* The complement tells of no fault since the start. It stays so here: a processor that jumps
+     * here later leaves a complement that does not match, and fault_judge trips. */
+    if (latched->code != FAULT_NONE) {
+        set_code(latched->code > FAULT_LAST ? FAULT_SETTINGS_CORRUPT : latched->code);
+    }
 }
 
 void fault_judge(bool settings_sound, float temperature_c)
