@@ -12,7 +12,7 @@ from host_current import current_problem
 from host_gate import gate_problem
 from host_inputs import inputs_problem
 from host_limits import limits_problem
-from host_lockout import lockout_problem
+from host_lockout import lockout_problem, restored_problem
 from host_on_time import on_time_problem
 from host_power import power_problem
 from host_proof import proof_problem
@@ -87,6 +87,7 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
         "inputs": inputs_problem,
         "limits": limits_problem,
         "lockout": lockout_problem,
+        "restored": restored_problem,
         "text": all_text_problems,
         "types": types_problem,
         "settings": lambda host: SettingsKept(host, short=True).problem(),

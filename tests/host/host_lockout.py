@@ -1,12 +1,24 @@
-"""Which trips are counted for the lock-out, from docs/control.md."""
+"""Which trips are counted for the lock-out, and that none is forgotten; from docs/control.md."""
 
 from heatwright.sim.host import Host
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import lockout_of
 
-HOT = 6
+HOT, MEMORY_DAMAGED = 6, 29
 UNCOUNTED = (14, 15, 16, 19, 23, 30)
 """Those of the controller, its supply, its host, and who has forgotten it."""
+
+
+def restored_problem(host: Host) -> str:
+    """Say whether a processor that jumps to where the start restores a fault clears the latch."""
+    library = host.library
+    host.power_up()
+    library.host_acknowledge()
+    library.fault_trip(HOT, 0.0)
+    library.fault_restore([{"code": 0}])
+    library.fault_judge(True, 0.0)
+    code = int(library.fault.code)
+    return "" if code == MEMORY_DAMAGED else f"nothing restored over {HOT} leaves {code} latched"
 
 
 def lockout_problem(host: Host) -> str:
