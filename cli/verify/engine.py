@@ -15,12 +15,11 @@ from heatwright.cli.verify.checks import (
     run_checks,
     upset_checks,
 )
-from heatwright.cli.verify.closed_loop import closed_loop
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.given import given_binary
 from heatwright.cli.verify.trials import program_of, try_all, try_upsets
 from heatwright.generator.toolchain import BuildResult
-from heatwright.sim.avr import Core, instructions_by
+from heatwright.sim.avr import Core
 from heatwright.sim.binary.elf import ElfError
 from heatwright.sim.chain import chain_errors
 from heatwright.spec import Spec
@@ -80,10 +79,9 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
     simulation = spec.controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
     program = program_of(built.elf)
-    with instructions_by(core):
-        loops = closed_loop(spec.controller, program, shown.begin("Simulating the closed loop"))
     chains = tuple(chain_errors(spec.controller, program))
     trials = try_all(spec.controller, built, core, shown)
+    loops = trials.loops
     flipped = try_upsets(spec.controller, built, core, *upsets, shown) if upsets.numbers else ()
     return Evidence(
         file=file,

@@ -1,18 +1,22 @@
-"""What is tried on the binary beside its closed loop: its timing, and every fault."""
+"""What is tried on the binary: its closed loop, its timing, and every fault."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 from heatwright.cli.pool import spread
 from heatwright.cli.talk import Counter, Job, Talk
+from heatwright.cli.verify.closed_loop import ClosedLoop, closed_loop
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core, instructions_by
 from heatwright.sim.binary.elf import Elf
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults import Fault, FaultResult, catalogue, try_fault
 from heatwright.sim.faults.controller.upsets import Outcome, draw, try_upset
+from heatwright.sim.plants import plant_module
 from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller
 
@@ -21,6 +25,7 @@ from heatwright.spec import Controller
 class Trials:
     """What was found."""
 
+    loops: ClosedLoop
     timing: Timing
     faults: tuple[FaultResult, ...]
 
@@ -30,27 +35,40 @@ class _Piece:
     controller: Controller
     elf: Path
     stack_bytes: int
-    fault: int | None
-    """Its number in the catalogue; None: the timing."""
+    what: int | Literal["closed loop", "timing"]
+    """A fault's number in the catalogue, or something else."""
     core: Core
     """The choice of the core: each worker is a process of its own, so it has to be passed on."""
 
 
 def try_all(controller: Controller, built: BuildResult, core: Core, shown: Talk) -> Trials:
-    """Measure the timing and try every fault there is for a controller, on all cores."""
+    """Run the closed loop, measure the timing and try every fault, on all cores.
+
+    Raises what `closed_loop` does.
+    """
+    _prepare(controller, built.elf)
     count = len(_faults(controller, built.elf))
+    begun = [shown.begin(what) for what in ("Simulating the closed loop", "Measuring the timing")]
     counter = Counter(shown.begin("Injecting faults"), count)
-    jobs: list[Job] = [shown.begin("Measuring the timing"), *[counter] * count]
-    timing, *faults = spread(
+    jobs: list[Job] = [*begun, *[counter] * count]
+    loops, timing, *faults = spread(
         _try,
         [
             _Piece(controller, built.elf, built.stack_bytes, each, core)
-            for each in (None, *range(count))
+            for each in ("closed loop", "timing", *range(count))
         ],
         jobs,
     )
-    assert isinstance(timing, Timing)  # noqa: S101 - the first piece of work
-    return Trials(timing, tuple(each for each in faults if isinstance(each, FaultResult)))
+    assert isinstance(loops, ClosedLoop)  # noqa: S101 - the first piece of work
+    assert isinstance(timing, Timing)  # noqa: S101 - the second
+    return Trials(loops, timing, tuple(each for each in faults if isinstance(each, FaultResult)))
+
+
+def _prepare(controller: Controller, elf: Path) -> None:
+    """Import and read what every worker needs: they are forked from this process."""
+    AvrDevice(controller, program_of(elf))
+    if controller.simulation is not None:
+        plant_module(controller.simulation.plant.kind)
 
 
 def try_upsets(  # noqa: PLR0913, PLR0917 - what is tried, and on what
@@ -75,14 +93,14 @@ def program_of(elf: Path) -> Elf:
     return Elf(elf)
 
 
-def _try(piece: _Piece, job: Job) -> Timing | FaultResult:
+def _try(piece: _Piece, job: Job) -> ClosedLoop | Timing | FaultResult:
+    controller, program = piece.controller, program_of(piece.elf)
     with instructions_by(piece.core):
-        if piece.fault is None:
-            program = program_of(piece.elf)
-            return measure(
-                piece.controller, program, static_stack_bytes=piece.stack_bytes, progress=job
-            )
-        return try_fault(_faults(piece.controller, piece.elf)[piece.fault])
+        if piece.what == "closed loop":
+            return closed_loop(controller, program, job)
+        if piece.what == "timing":
+            return measure(controller, program, static_stack_bytes=piece.stack_bytes, progress=job)
+        return try_fault(_faults(controller, piece.elf)[piece.what])
 
 
 @lru_cache(maxsize=1)

@@ -17,7 +17,7 @@ from heatwright.cli.running import run_model
 from heatwright.cli.scenario import with_scenario
 from heatwright.cli.talk import _PlainJob
 from heatwright.cli.verify.checks import replay_checks, run_checks
-from heatwright.cli.verify.closed_loop import ClosedLoop, long_enough
+from heatwright.cli.verify.closed_loop import ClosedLoop, closed_loop, long_enough
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.comparison import row_scenario
 from heatwright.sim.faults import FaultResult
@@ -255,12 +255,16 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
 
     def use(figure: Figure, fault: FaultResult) -> None:
         timing = Timing({"busy_us": figure}, (Cost("main", 1, 9, 0.1),), 0.99, 600.0)
-        trials = SimpleNamespace(timing=timing, faults=(fault,))
+
+        def try_all(controller: Controller, *_: object) -> Any:
+            loops = closed_loop(controller, Path(), _PlainJob(""))
+            return SimpleNamespace(loops=loops, timing=timing, faults=(fault,))
+
         built = BuildResult(Path("a.elf"), 6000, 200, 100, 32256, 2048, "")
         for name, stand_in in (
             ("engine.build_firmware", lambda *_: built),
             ("engine.program_of", lambda _: None),
-            ("engine.try_all", lambda *_: trials),
+            ("engine.try_all", try_all),
             ("closed_loop.run_binary", lambda controller, _, job: run_model(controller, job)),
         ):
             monkeypatch.setattr(f"heatwright.cli.verify.{name}", stand_in)
