@@ -12,6 +12,10 @@ from typing import NamedTuple
 from heatwright.cli.ends import Refused
 from heatwright.spec import Controller
 from heatwright.spec.interfaces import Line
+from heatwright.spec.registry import Layer, place_of
+
+LAYER = Layer("hearing", "heatwright.cli.plot", "way to read its lines", ("hearings",))
+"""A kind need not have it."""
 
 
 class Reading(NamedTuple):
@@ -62,7 +66,7 @@ def hearing_of(file_name: str, controller: Controller, loop: str | None) -> Hear
 def _all(controller: Controller) -> Iterator[Hearing]:
     """Ask the module of each interface's kind; a kind without one tells no course by itself."""
     for each in controller.interfaces:
-        name = f"{__package__}.{each.kind}"
+        name = place_of("interface", LAYER, each.kind)
         if find_spec(name) is not None:
             yield from import_module(name).hearings(controller, each)
 

@@ -23,6 +23,7 @@ from heatwright.cli.bench.server import Server
 from heatwright.cli.plot import listener
 from heatwright.cli.plot.hearing import Reading, hearing_of
 from heatwright.cli.plot.listener import Shown
+from heatwright.spec import registry
 
 HEATWRIGHT = Path(sys.executable).parent / "heatwright"
 PLOTTER = "20.50 60.00 1.00 2.00 3.00 6.00 10.00"
@@ -100,6 +101,20 @@ def test_a_printers_report_is_read(loop: str, found: tuple[float, ...]) -> None:
 )
 def test_a_damaged_line_tells_nothing(spec: str, line: str) -> None:
     assert read(spec, None, line) == []
+
+
+def test_a_kind_from_outside_tells_how_its_line_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "from_outside").mkdir()
+    (tmp_path / "from_outside" / "hearing.py").write_text(
+        "from heatwright.cli.plot.gcode import hearings as all_of\n"
+        "def hearings(controller, interface):\n"
+        "    return [each for each in all_of(controller, interface) if each.loop == 'bed']\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(registry, "brought", lambda _: {"gcode": registry.Brought("from_outside")})
+    assert read("printer", None, "ok T:201.3 /200.0 B:60.1 /60.0 @:127 B@:0")[0][1:3] == (60.1, 60)
 
 
 def test_an_entry_has_a_time_and_a_gap_where_a_number_is_none() -> None:
