@@ -135,14 +135,14 @@ def test_of_a_log_only_what_is_new_is_told_and_a_reset_goes_on() -> None:
 
 def test_identify_records_a_line_first(heatwright: Heatwright) -> None:
     def oven(count: float) -> bytes:
-        duty = 10 * (count % 60 >= 30)
+        duty = 10 * (count % 8 >= 4)
         return b"$%.2f 60.00 0.00 0.00 0.00 0.00 %.2f;\r\n" % (20 + count / 10, duty)
 
     with board(oven) as port:
-        done = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 1s --json").json
-        again = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 1s", status=2)
+        done = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s --json").json
+        again = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s", status=2)
     assert "step.csv: is there already" in again.err
-    assert done["readings"] > 20
+    assert done["readings"] > 8  # however slow this computer is
     assert done["steps"]
     head, *rows = Path("step.csv").read_text().splitlines()
     assert head == "time_s,temperature_c,setpoint_c,duty_percent"
@@ -154,7 +154,7 @@ def test_a_damaged_line_does_not_end_a_recording(heatwright: Heatwright) -> None
     reports = [b"ok T:201..3 /200.0 @:127\n", b"ok T:201.3 /200.0 @:127\n"]
     copy(EXAMPLES / "extruder.yaml", ".")
     with board(lambda count: reports[int(count) % 2]) as port:
-        words = f"identify a.csv --spec extruder.yaml --port {port} --for 0.3s"
+        words = f"identify a.csv --spec extruder.yaml --port {port} --for 2s"
         assert "has the same temperature in every line" in heatwright(words, status=2).err
     assert len(Path("a.csv").read_text().splitlines()) > 3
 
