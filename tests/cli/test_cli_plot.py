@@ -163,7 +163,7 @@ def test_a_damaged_line_does_not_end_a_recording(heatwright: Heatwright) -> None
 def test_a_line_that_never_ends_does_not_hold_a_recording_up(
     heatwright: Heatwright, said: bytes
 ) -> None:
-    with board(lambda _: said) as port, ends_within(10):
+    with board(lambda _: said) as port, ends_within(60):
         found = heatwright(f"identify a.csv --spec oven.yaml --port {port} --for 0.3s", status=2)
     assert "holds no rows of numbers" in found.err
 
@@ -227,7 +227,7 @@ def test_a_line_that_is_gone_at_once_ends_it(
     heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(listener, "opened", lambda *_: Unplugged())
-    with ends_within(10):
+    with ends_within(60):
         found = heatwright("plot oven.yaml --port /dev/ttyUSB9", status=2)
     assert "/dev/ttyUSB9: the line is gone: " in found.err
 
