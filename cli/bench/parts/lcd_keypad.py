@@ -26,6 +26,8 @@ class Shield(Seat):
         super().__init__(controller, number)
         self._down: tuple[str, float] | None = None
         self._free_s = 0.0
+        self._lifted: set[str] = set()
+        """Keys that a hand still holds, let go for another one."""
 
     def about(self) -> dict[str, Any]:
         """Return the keys."""
@@ -52,12 +54,18 @@ class Shield(Seat):
                 self._press(live, key)
             return
         finger_s = number_of(order, "held_s", 0.0, LONGEST_HOLD_S)
+        if key in self._lifted:
+            self._lifted.remove(key)
+            return
         if self._down is None or self._down[0] != key:
             self._press(live, key)
         self._let_go(live, finger_s if live.is_quick else 0.0)
 
     def _press(self, live: Live, key: str) -> None:
-        self._let_go(live)  # one finger: the other key goes up for it
+        if self._down is not None and self._down[0] != key:  # one finger: the other key goes up
+            self._lifted.add(self._down[0])
+        self._lifted.discard(key)
+        self._let_go(live)
         since_s = max(live.world.now_s, self._free_s)
         self._at(live, since_s, key)
         self._down = key, since_s
