@@ -142,10 +142,10 @@ def test_identify_records_a_line_first(heatwright: Heatwright) -> None:
         done = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s --json").json
         again = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s", status=2)
     assert "step.csv: is there already" in again.err
-    assert done["readings"] > 8  # however slow this computer is
     assert done["steps"]
     head, *rows = Path("step.csv").read_text().splitlines()
     assert head == "time_s,temperature_c,setpoint_c,duty_percent"
+    assert done["readings"] == len(rows) > 20
     assert {row.split(",", 2)[2] for row in rows} == {"60,0", "60,100"}
     assert "--for how long" in heatwright(f"identify a.csv --port {port}", status=2).err
 
