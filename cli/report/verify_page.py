@@ -24,7 +24,7 @@ from heatwright.spec.quantity import duration
 def verify_page(evidence: Evidence) -> str:
     """Print it."""
     controller = evidence.spec.controller
-    identity, run = controller.identity, evidence.loops.run
+    identity, run = controller.identity, evidence.trials.loops.run
     timing = evidence.trials.timing
     verified = f"{identity.name} on {identity.board}, verified against {evidence.spec.file_name}"
     return page(
@@ -64,8 +64,8 @@ def _mark(passed: bool) -> str:
 
 
 def _tiles(evidence: Evidence) -> list[dict[str, Any]]:
-    built, run = evidence.built, evidence.loops.run
-    replayed = replay_json(evidence.loops.replays.values())
+    built, run = evidence.built, evidence.trials.loops.run
+    replayed = replay_json(evidence.trials.loops.replays.values())
     used = built.ram_bytes + built.stack_bytes
     return [
         _tile(f"{built.flash_bytes}", f"of {built.flash_limit} bytes of flash",

@@ -81,7 +81,6 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
     program = program_of(built.elf)
     chains = tuple(chain_errors(spec.controller, program))
     trials = try_all(spec.controller, built, core, shown)
-    loops = trials.loops
     flipped = try_upsets(spec.controller, built, core, *upsets, shown) if upsets.numbers else ()
     return Evidence(
         file=file,
@@ -90,12 +89,11 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
         elf=elf,
         built=built,
         chains=chains,
-        loops=loops,
         checks=(
             *build_checks(built),
             *chain_checks(chains),
-            *replay_checks(loops),
-            *run_checks(loops, simulation),
+            *replay_checks(trials.loops),
+            *run_checks(trials.loops, simulation),
             *upset_checks(flipped),
         ),
         trials=trials,

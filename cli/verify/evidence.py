@@ -9,7 +9,6 @@ from typing import Any
 from heatwright.cli.figures import as_json, build_json, replay_json
 from heatwright.cli.results import speed
 from heatwright.cli.verify.checks import Check
-from heatwright.cli.verify.closed_loop import ClosedLoop
 from heatwright.cli.verify.rows import figure_cells
 from heatwright.cli.verify.trials import Trials
 from heatwright.generator.toolchain import BuildResult
@@ -32,7 +31,6 @@ class Evidence:
     built: BuildResult
     chains: tuple[ChainError, ...]
     """Errors of the analog sensors' measuring chains."""
-    loops: ClosedLoop
     checks: tuple[Check, ...]
     trials: Trials
     upsets: tuple[Outcome, ...] = ()
@@ -88,7 +86,7 @@ class Evidence:
         """The first few variables that differ from the model's, a line each."""
         return tuple(
             f"{loop}: {mismatch}"
-            for loop, replayed in self.loops.replays.items()
+            for loop, replayed in self.trials.loops.replays.items()
             for mismatch in replayed.first
         )
 
@@ -101,13 +99,13 @@ class Evidence:
             "elf": None if self.elf is None else str(self.elf),
             "build": build_json(self.built),
             "sensors": [chain.as_json() for chain in self.chains],
-            "replay": replay_json(self.loops.replays.values()),
+            "replay": replay_json(self.trials.loops.replays.values()),
             "loops": {
                 name: {
                     "closed_loop": as_json(figures),
-                    "replay": replay_json([self.loops.replays[name]]),
+                    "replay": replay_json([self.trials.loops.replays[name]]),
                 }
-                for name, figures in self.loops.run.figures.items()
+                for name, figures in self.trials.loops.run.figures.items()
             },
             "faults": [each.as_json() for each in self.trials.faults],
             "timing": self.trials.timing.as_json(),
@@ -115,6 +113,6 @@ class Evidence:
                 {**each.upset._asdict(), "result": each.result, "words": each.words}
                 for each in self.upsets
             ],
-            "speed": speed(self.loops.run),
+            "speed": speed(self.trials.loops.run),
             "passed": self.passed,
         }

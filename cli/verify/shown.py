@@ -28,7 +28,7 @@ from heatwright.spec.quantity import duration
 def print_evidence(evidence: Evidence) -> None:
     """Print everything, the verdict last."""
     identity = evidence.spec.controller.identity
-    run = evidence.loops.run
+    run = evidence.trials.loops.run
     heading(f"{identity.name}: {identity.title or ''}".rstrip(": "))
     click.echo(f"{speed_text(run, ' of the closed loop')}\n")
     for line in evidence.unusual:

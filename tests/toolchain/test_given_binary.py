@@ -93,18 +93,16 @@ def test_the_core_is_that_of_every_processor_made_meanwhile() -> None:
 def test_verify_hands_the_core_to_all_that_makes_a_device(
     core: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The closed loop here, the timing and the faults each in a process of its own."""
+    """The closed loop, the timing and the faults, each in a process of its own."""
     spec, elf = example("chamber"), whole("chamber")
     used: list[str] = []
-    monkeypatch.setattr(engine, "closed_loop", lambda *_: used.append(core_in_use()))
-    monkeypatch.setattr(engine, "replay_checks", lambda _: ())
-    monkeypatch.setattr(engine, "run_checks", lambda *_: ())
+    monkeypatch.setattr(trials, "closed_loop", lambda *_: used.append(core_in_use()))
     monkeypatch.setattr(trials, "measure", lambda *_, **__: used.append(core_in_use()))
     monkeypatch.setattr(trials, "try_fault", lambda _: used.append(core_in_use()))
     monkeypatch.setattr(trials, "_faults", lambda *_: (None,))
 
     def spread(work: Any, pieces: Any, jobs: Any) -> Any:
-        for piece in (pieces[0], pieces[1]):  # the timing, a fault
+        for piece in pieces[:3]:  # the closed loop, the timing, a fault
             work(piece, jobs[0])
         raise InterruptedError
 
