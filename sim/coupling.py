@@ -1,7 +1,7 @@
 """What goes from a device to its machine: heat, moving air, fed material."""
 
 import math
-from collections.abc import Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 from typing import Protocol
 
 from heatwright.spec import Controller
@@ -48,10 +48,16 @@ def metered_step_s(controller: Controller) -> float:
 class Coupling:
     """Reads a device's outputs once in each time step of the machine."""
 
-    def __init__(self, controller: Controller, device: Driver, step_s: float) -> None:
-        """Separate motors from loads."""
+    def __init__(
+        self,
+        controller: Controller,
+        device: Driver,
+        step_s: float,
+        loads: Iterable[str] | None = None,
+    ) -> None:
+        """Separate motors from loads; loads -- those that are read, None: all."""
         self._steppers = tuple(controller.steppers)
-        self.loads = tuple(controller.switches)
+        self.loads = tuple(controller.switches if loads is None else loads)
         heaters = {loop.heater for loop in controller.loops.values()}
         self.behind_relay: Set[str] = heaters if controller.safety.relay else frozenset()
         self._device = device

@@ -42,8 +42,6 @@ QUICKER = 0.98
 """A chip's time to convert, for the longest of its data sheet: in step with the loop it would hide
 how far two readings can be apart."""
 
-AFTER_S = 1e-6
-"""Added to the time at which something is due, so that it is done."""
 TOLD = ("time_s", "temperature_c", "setpoint_c")
 """The values of the step in which a rule trips that are reported."""
 
@@ -311,8 +309,7 @@ class _World:
             name: each.model_copy(update={"noise_k": 0.0}) if name in noise_k else each
             for name, each in machine.network.sense.items()
         }
-        self._device = ReferenceDevice(controller, noise_k, most_rows=1)
-        self._coupling = Coupling(controller, self._device, self.step_s)
+        self._device = ReferenceDevice(controller, noise_k, most_rows=1, feels=self)
         self._plant = plant_of(
             controller,
             machine.network.model_copy(update={"initial_c": machine.ambient_c, "sense": sense}),
@@ -323,6 +320,9 @@ class _World:
                 ambient_c=machine.ambient_c,
             ),
         )  # fmt: skip
+        self._fans = tuple(machine.network.fans)
+        loads = (*machine.network.heat, *self._fans)
+        self._coupling = Coupling(controller, self._device, self.step_s, loads)
         self._row = 0
         self._chips_s = {
             name: QUICKER * sensor.free_running_s
@@ -338,25 +338,22 @@ class _World:
         Sensors feel the machine one step late, on a straight line: periods need not be whole steps.
         A chip that converts without being asked has felt it when its last conversion began.
         """
-        device = self._device
         self._felt.append(self._plant.sensed_c() | self._plant.currents_a())
         self._row += 1
-        while (due_s := device.due_s) < self._row * self.step_s:
-            for sensor in self._felt[-1]:
-                every_s = self._chips_s.get(sensor)
-                at_s = due_s if every_s is None else due_s // every_s * every_s
-                device.sense(sensor, self._felt_at(sensor, at_s))
-            device.advance(due_s + AFTER_S)
-        device.advance(self._row * self.step_s)
-        given = dict(self._coupling.supplied(self._coupling.active()))
-        for fan in self._machine.network.fans:  # each share of a fan is another machine
-            given[fan] = round(given[fan] * FAN_SHARES) / FAN_SHARES
+        self._device.advance(self._row * self.step_s)
+        given = self._coupling.active()  # the model's relay is closed whenever a heater is on
+        if self._fans:  # each share of a fan is another machine
+            shares = {fan: round(given[fan] * FAN_SHARES) / FAN_SHARES for fan in self._fans}
+            given = {**given, **shares}
         self._plant.step(given, self._coupling.feed_mm_per_s())
         if self._device.fault:
             raise _TrippedError
 
-    def _felt_at(self, sensor: str, time_s: float) -> float:
-        """Return what a sensor felt at a time not long ago, °C or A."""
+    def __getitem__(self, sensor: str) -> float:
+        """Return what a sensor says now of what it felt, °C or A."""
+        time_s, every_s = self._device.now_s, self._chips_s.get(sensor)
+        if every_s is not None:
+            time_s = time_s // every_s * every_s
         place = max(0.0, time_s / self.step_s - self._row + len(self._felt) - 1)
         row = min(int(place), len(self._felt) - 2)
         before, after = self._felt[row][sensor], self._felt[row + 1][sensor]

@@ -89,10 +89,11 @@ class Plants:
 
     def _radiate(self, place: int, conductances: Numbers) -> None:
         """Set what a surface gives beside its conductance, W, and return this, W/K."""
-        for lane, plant in enumerate(self._plants):
-            conductances[lane], self._vectors[lane, self._radiant + place] = plant.surfaces[
-                place
-            ].now(self._vectors[lane])
+        for lane, (plant, now_c) in enumerate(
+            zip(self._plants, self._vectors.tolist(), strict=True)
+        ):
+            surface = plant.surfaces[place]
+            conductances[lane], self._vectors[lane, self._radiant + place] = surface.now(now_c)
 
     def _renew(self, lanes: NDArray[np.int64], keys: Numbers) -> None:
         """Select the matrices for the present fans, feed and surfaces."""

@@ -11,9 +11,6 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from heatwright.spec import Radiation
 
 STEFAN_BOLTZMANN = 5.670374419e-8
@@ -36,9 +33,9 @@ class Surface(NamedTuple):
         here, there = places
         return cls(here, there, STEFAN_BOLTZMANN * radiation.emissivity * radiation.area_m2)
 
-    def now(self, temperatures_c: NDArray[np.float64]) -> tuple[float, float]:
+    def now(self, temperatures_c: Sequence[float]) -> tuple[float, float]:
         """Return the conductance of the grid, W/K, and the heat towards `here` beside it, W."""
-        here_c, there_c = float(temperatures_c[self.here]), float(temperatures_c[self.there])
+        here_c, there_c = temperatures_c[self.here], temperatures_c[self.there]
         here_k, there_k = here_c + ZERO_C_K, there_c + ZERO_C_K
         exact = self.factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
         if exact <= 0:

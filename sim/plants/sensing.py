@@ -2,9 +2,9 @@
 
 import math
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heatwright.spec import Sense
 
@@ -44,10 +44,15 @@ class Feeler:
         self._noise: list[float] = []
         self.felt_c = initial_c + error_k + self.draw()
 
-    def feel(self, states: NDArray[np.float64]) -> None:
+    def feel(self, states: Sequence[float]) -> None:
         """Follow the plant by one step."""
-        self._past.append(float(states[self.state]))
-        self.felt_c = self._delayed() + self.error_k + self.draw()
+        past = self._past
+        past.append(states[self.state])
+        felt_c = past[0]
+        if len(past) > 1:
+            felt_c = self.older_share * felt_c + (1 - self.older_share) * past[1]
+        felt_c += self.error_k
+        self.felt_c = felt_c + self.draw() if self.noise_k else felt_c
 
     @property
     def past_c(self) -> list[float]:
@@ -62,13 +67,6 @@ class Feeler:
     def _drawn(self) -> list[float]:
         drawn: list[float] = self._random.normal(0.0, self.noise_k, NOISE_BLOCK).tolist()
         return drawn
-
-    def _delayed(self) -> float:
-        past = self._past
-        if len(past) == 1:
-            return past[0]
-        share = self.older_share
-        return share * past[0] + (1 - share) * past[1]
 
     def draw(self) -> float:
         """Return the noise of a step, K; each one once."""

@@ -137,24 +137,25 @@ class Plant:
         """
         for meter in self.ammeters.values():
             meter.follow((active if conducts is None else conducts)[meter.output])
-        vector, states = self.vector, self.states
-        for place, (name, power_w) in enumerate(self.heaters_w, states):
+        vector = self.vector
+        for place, (name, power_w) in enumerate(self.heaters_w, self.states):
             vector[place] = active[name] * power_w
-        fans = tuple(active[name] for name in self.fans)
+        fans = [active[name] for name in self.fans]
         radiates = self._radiate() if self.surfaces else ()
         matrix = self._matrices.get((feed_mm_per_s, *fans, *radiates))
         if matrix is None:
-            matrix = self._remember(fans, feed_mm_per_s, radiates)
+            matrix = self._remember(tuple(fans), feed_mm_per_s, radiates)
         np.dot(matrix, vector, out=self._next)
-        vector[:states] = self._next
+        vector[: self.states] = self._next
+        states = self._next.tolist()
         for feeler in self.feelers.values():
-            feeler.feel(vector)
+            feeler.feel(states)
 
     def _radiate(self) -> tuple[float, ...]:
         """Set what the surfaces give beside their conductances, and return these, W/K."""
-        found = []
+        found, temperatures_c = [], self.vector.tolist()
         for place, surface in enumerate(self.surfaces, self._radiant):
-            conductance, self.vector[place] = surface.now(self.vector)
+            conductance, self.vector[place] = surface.now(temperatures_c)
             found.append(conductance)
         return tuple(found)
 

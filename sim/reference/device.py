@@ -10,9 +10,9 @@ from heatwright.sim.reference.interfaces.master import Master
 from heatwright.sim.reference.interfaces.menu import MenuKeys
 from heatwright.sim.reference.interfaces.pages import Pages
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
-from heatwright.sim.reference.modelled_loop import SECOND_US, ModelledLoop
+from heatwright.sim.reference.modelled_loop import SECOND_US, Feels, ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.sim.reference.outputs.driven import Driven
+from heatwright.sim.reference.outputs.driven import Clock, Driven
 from heatwright.sim.reference.outputs.feed import Feed
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.protection.latch import Latch
@@ -41,21 +41,25 @@ class ReferenceDevice:
         controller: Controller,
         noise_k: Mapping[str, float] | None = None,
         most_rows: int | None = None,
+        feels: Feels | None = None,
     ) -> None:
         """Power up.
 
         noise_k -- by sensor: what each look at it adds to what it feels, K, where the machine makes
-        no noise of its own; most_rows -- how many steps of each loop are remembered, None: all.
+        no noise of its own; most_rows -- how many steps of each loop are remembered, None: all;
+        feels -- what sensors feel at `now_s`, None: what `sense` has told.
         """
         noise_k = noise_k or {}
+        self._felt = dict.fromkeys(controller.sensors, 0.0)
+        felt = self._felt if feels is None else feels
         self._loops = {
-            name: ModelledLoop(controller, name, noise_k.get(loop.sensor, 0.0), most_rows)
+            name: ModelledLoop(controller, name, felt, noise_k.get(loop.sensor, 0.0), most_rows)
             for name, loop in controller.loops.items()
         }
         self._due_us = min(loop.due_us for loop in self._loops.values())
         self._controller = controller
         self._latch = Latch(controller, self._loops)
-        self._driven, self._feeds = _outputs(controller)
+        self._driven, self._feeds = _outputs(controller, self._latch)
         self._host = Host(controller, self._loops, self._latch, self._driven, self._feeds)
         self._master = self._master_of(controller)
         self._display = self._display_of(controller)
@@ -116,9 +120,9 @@ class ReferenceDevice:
         return self._loops[loop].operator.is_off
 
     @property
-    def due_s(self) -> float:
-        """When there is something to do next, a look at a sensor or a step, s since power-up."""
-        return self._due_us / SECOND_US
+    def now_s(self) -> float:
+        """The time, s since power-up."""
+        return self._latch.now_us / SECOND_US
 
     @property
     def fault(self) -> int:
@@ -167,8 +171,7 @@ class ReferenceDevice:
 
     def sense(self, sensor: str, felt: float) -> None:
         """Give a sensor this temperature from now on, °C, or this current, A."""
-        for loop in self._loops.values():
-            loop.sense(sensor, felt)
+        self._felt[sensor] = felt
 
     def press(self, key: str | None) -> None:
         """Hold a key from now on."""
@@ -266,10 +269,8 @@ class ReferenceDevice:
                 while loop.due_us == due_us:
                     self._latch.now_us = due_us
                     if loop.do():
-                        self._go(due_us)
                         self._after_step(loop)
             self._due_us = min(loop.due_us for loop in loops)
-        self._go(until_us)
         self._latch.now_us = until_us
 
     def on_fraction(self, output: str) -> float:
@@ -293,12 +294,6 @@ class ReferenceDevice:
         """
         return self._loops[loop].steps()
 
-    def _go(self, to_us: int) -> None:
-        for driven in self._driven.values():
-            driven.advance(to_us)
-        for feed in self._feeds.values():
-            feed.advance(to_us)
-
     def _after_step(self, loop: ModelledLoop) -> None:
         """Hand on what a step has decided."""
         self._driven[loop.spec.heater].take(loop.reference.output.counts)
@@ -310,7 +305,7 @@ class ReferenceDevice:
         self._mind_fault()
         waited_for = [each for each in self._loops.values() if each.spec.ready_within_k]
         for feed in self._feeds.values():
-            feed.may_run = all(each.is_ready for each in waited_for)
+            feed.permit(may_run=all(each.is_ready for each in waited_for))
 
     def _mind_fault(self) -> None:
         """Close the gate to all heaters, and stop all motors, while a fault is latched."""
@@ -322,6 +317,6 @@ class ReferenceDevice:
             feed.forget()
 
 
-def _outputs(controller: Controller) -> tuple[dict[str, Driven], dict[str, Feed]]:
-    driven = {name: Driven(controller, name) for name in controller.switches}
-    return driven, {name: Feed(stepper) for name, stepper in controller.steppers.items()}
+def _outputs(controller: Controller, clock: Clock) -> tuple[dict[str, Driven], dict[str, Feed]]:
+    driven = {name: Driven(controller, name, clock) for name in controller.switches}
+    return driven, {name: Feed(stepper, clock) for name, stepper in controller.steppers.items()}

@@ -1,7 +1,7 @@
 """One loop of the reference device: its sensor, its operator, its model and its steps."""
 
 from collections import deque
-from typing import cast
+from typing import Protocol, cast
 
 import numpy as np
 
@@ -26,6 +26,13 @@ SECOND_US = 1_000_000
 DEFAULT_READY_K = 1.0
 
 
+class Feels(Protocol):
+    """What sensors feel now: a temperature, °C, or a current, A."""
+
+    def __getitem__(self, sensor: str) -> float:
+        """Return what one feels."""
+
+
 class ModelledLoop:
     """A loop with an ideal sensor, which does its control steps at whole multiples of its period.
 
@@ -33,12 +40,17 @@ class ModelledLoop:
     """
 
     def __init__(
-        self, controller: Controller, name: str, noise_k: float = 0.0, most_rows: int | None = None
+        self,
+        controller: Controller,
+        name: str,
+        felt: Feels,
+        noise_k: float = 0.0,
+        most_rows: int | None = None,
     ) -> None:
         """Power up.
 
-        noise_k -- what each look at the sensor adds, K; most_rows -- how many of its steps are
-        remembered, None: all.
+        felt -- what its sensors feel; noise_k -- what each look at the loop's own adds, K;
+        most_rows -- how many of its steps are remembered, None: all.
         """
         self.name = name
         self.spec = controller.loops[name]
@@ -54,9 +66,8 @@ class ModelledLoop:
         }
         own = (self.spec.sensor, Sampler(controller, self.spec.sensor, noise_k))
         self._samplers = (own, *self._monitors.values())
-        self._felt_c = {sensor: 0.0 for sensor, _ in self._samplers}
+        self._felt = felt
         self._ammeter = _ammeter(controller, self.spec.heater)
-        self._amperes = 0.0
         self._period_us = round(self.spec.period_s * SECOND_US)
         self._step_us = self._period_us
         self._rows: deque[tuple[object, ...]] = deque(maxlen=most_rows)
@@ -66,19 +77,12 @@ class ModelledLoop:
         """When there is something to do next: a look at a sensor, or a step."""
         self._plan()
 
-    def sense(self, sensor: str, felt: float) -> None:
-        """Give a sensor this temperature from now on, °C, or this current, A."""
-        if sensor in self._felt_c:
-            self._felt_c[sensor] = felt
-        elif self._ammeter is not None and sensor == self._ammeter[0]:
-            self._amperes = felt
-
     def do(self) -> bool:
         """Do what is due; return whether it was a step."""
         due_us = self.due_us
         for sensor, sampler in self._samplers:
             if not sampler.is_done and sampler.due_us(self._step_us) == due_us:
-                sampler.look(self._felt_c[sensor])
+                sampler.look(self._felt[sensor])
                 self._plan()
                 return False
         (status, raw), *others = [sampler.take() for _, sampler in self._samplers]
@@ -86,7 +90,8 @@ class ModelledLoop:
         if others:
             orders = orders._replace(monitors=dict(zip(self._monitors, others, strict=True)))
         if self._ammeter is not None:
-            orders = orders._replace(current_raw=self._ammeter[1].read(self._amperes)[1])
+            sensor, ideal = self._ammeter
+            orders = orders._replace(current_raw=ideal.read(self._felt[sensor])[1])
         record = self.reference.step(status, raw, self.operator.setpoint_c, orders=orders)
         self._rows.append((self._step_us / SECOND_US, *record.values(), *self._loaded()))
         self.operator.after_step()

@@ -1,16 +1,29 @@
 """An output of the reference device: its counts, and what its pin does in time."""
 
+from typing import Protocol
+
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.outputs.course import Course, course_of
 from heatwright.sim.reference.outputs.output import heater_of
 from heatwright.spec import Controller
 
 
-class Driven:
-    """An output with the time it was active since somebody last asked."""
+class Clock(Protocol):
+    """Tells the time."""
 
-    def __init__(self, controller: Controller, name: str) -> None:
+    now_us: int
+    """Since power-up."""
+
+
+class Driven:
+    """An output with the time it was active since somebody last asked.
+
+    It goes on only when it is asked, or told something else: most of the time it is neither.
+    """
+
+    def __init__(self, controller: Controller, name: str, clock: Clock) -> None:
         """Start off, or on if the output always runs."""
+        self._clock = clock
         self._output = heater_of(controller, name)
         self._course: Course = course_of(controller, name)
         self._asked_us = self._now_us = 0
@@ -20,20 +33,21 @@ class Driven:
     def set(self, percent: Single) -> None:
         """Ask for a duty."""
         self._output.apply(percent)
-        self._course.apply(self._output.counts)
+        self.take(self._output.counts)
 
     def take(self, counts: int) -> None:
         """Take over counts that are known already."""
+        self._go()
         self._course.apply(counts)
-
-    def advance(self, to_us: int) -> None:
-        """Advance to a time."""
-        self._active_us += self._course.advance(to_us)
-        self._now_us = to_us
 
     def on_fraction(self) -> float:
         """Return the mean active fraction since the last call, 0..1."""
+        self._go()
         elapsed_us = self._now_us - self._asked_us
         active_us, self._active_us = self._active_us, 0.0
         self._asked_us = self._now_us
         return active_us / elapsed_us if elapsed_us else 0.0
+
+    def _go(self) -> None:
+        self._now_us = self._clock.now_us
+        self._active_us += self._course.advance(self._now_us)

@@ -2,6 +2,7 @@
 
 from collections import deque
 
+from heatwright.sim.reference.outputs.driven import Clock
 from heatwright.spec import Stepper
 
 SECOND_US = 1_000_000
@@ -10,18 +11,20 @@ SECOND_US = 1_000_000
 class Feed:
     """Moves one after the other, each at its speed, while it may run."""
 
-    def __init__(self, stepper: Stepper) -> None:
+    def __init__(self, stepper: Stepper, clock: Clock) -> None:
         """Stand still."""
+        self._clock = clock
         self._fastest = stepper.maximum_mm_per_s
         self._moves: deque[list[float]] = deque()
         self._place_mm = self._end_mm = self._asked_mm = 0.0
         self._speed = stepper.maximum_mm_per_s
         self._absolute = True
         self._now_us = 0
-        self.may_run = False
+        self._may_run = False
 
     def command(self, command: str, to_mm: float | None, mm_per_min: float | None) -> None:
         """Do G1, G92, M82, M83 or M410."""
+        self._go()
         if command in ("M82", "M83"):
             self._absolute = command == "M82"
         elif command == "M410":
@@ -35,11 +38,18 @@ class Feed:
 
     def forget(self) -> None:
         """Forget all moves."""
+        self._go()
         self._moves = deque()
 
-    def advance(self, to_us: int) -> None:
-        """Advance to a time."""
-        left_s = (to_us - self._now_us) / SECOND_US if self.may_run else 0.0
+    def permit(self, *, may_run: bool) -> None:
+        """Let it move from now on, or stand still."""
+        self._go()
+        self._may_run = may_run
+
+    def _go(self) -> None:
+        """Go on to the present time."""
+        to_us = self._clock.now_us
+        left_s = (to_us - self._now_us) / SECOND_US if self._may_run else 0.0
         self._now_us = to_us
         while self._moves and left_s > 0:
             move = self._moves[0]
@@ -53,6 +63,7 @@ class Feed:
 
     def travel_mm(self) -> float:
         """Return the feed since the last call, mm; backwards it is negative."""
+        self._go()
         travel_mm = self._place_mm - self._asked_mm
         self._asked_mm = self._place_mm
         return travel_mm
