@@ -50,10 +50,10 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> None:
     """Draw a loop's course, from a serial line or a log.
 
-    It listens to what the firmware says by serial_plotter, or asks by G-code (M105) or for the
-    entries of a serial_log, at the speed of the spec. The chart is the bench's. What is recorded
-    can be given to identify, tune and plot. With --log it shows what was recorded before, in any
-    form that identify reads.
+    It listens to what the firmware says by serial_plotter, or asks by G-code (M105), for a Modbus
+    slave's registers, or for the entries of a serial_log, at the speed of the spec. The chart is
+    the bench's. What is recorded can be given to identify, tune and plot. With --log it shows what
+    was recorded before, in any form that identify reads.
 
     The page is for this computer alone, at an address that nobody can guess. Ctrl-C ends it. Most
     boards restart when their port is opened.

@@ -28,7 +28,17 @@ class Reading(NamedTuple):
 
 
 Read = Callable[[str, float], Iterator[Reading]]
-"""Reads a line that has come at a time, s since the port was opened."""
+"""Reads a message that has come at a time, s since the port was opened."""
+Cut = Callable[[bytes], tuple[list[str], bytes]]
+"""Cuts what has come into messages, as text, and the rest that waits for more."""
+LONGEST_LINE = 1024
+
+
+def lines(come: bytes) -> tuple[list[str], bytes]:
+    """Cut at the ends of lines; what is too long loses its beginning."""
+    *ended, rest = come.split(b"\n")
+    texts = [line[-LONGEST_LINE:].decode("ascii", errors="replace").strip() for line in ended]
+    return texts, rest[-LONGEST_LINE:]
 
 
 @dataclass(frozen=True)
@@ -42,6 +52,7 @@ class Hearing:
     asks: bytes = b""
     """Empty: the board speaks by itself."""
     every_s: float = 0.0
+    cut: Cut = lines
 
 
 def hearing_of(file_name: str, controller: Controller, loop: str | None) -> Hearing:

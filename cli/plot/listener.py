@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 HEAD = "time_s,temperature_c,setpoint_c,duty_percent\n"
 WAIT_S = 0.1
 """How long a read waits for bytes, so that the end is never far."""
-LONGEST_LINE = 1024
 LINES = "0"
 """The roll of what was said."""
 
@@ -43,9 +42,9 @@ def opened(port: str, hearing: Hearing) -> Serial:
 
 
 def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, list[Reading]]]:
-    """Yield each line of the board with what it tells, until `stop` is set.
+    """Yield each message of the board with what it tells, until `stop` is set.
 
-    While no complete line arrives, an empty one without readings is yielded after each read, so
+    While no complete one arrives, an empty one without readings is yielded after each read, so
     that the caller can look at the time.
 
     Raises Refused where the port is gone.
@@ -63,12 +62,11 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
         except (SerialException, OSError) as error:
             raise Refused(f"{port.name}: the line is gone: {error}") from None
         now_s = round(monotonic() - begun_s, 3)
-        *lines, rest = bytes(waiting).split(b"\n")
-        waiting = bytearray(rest[-LONGEST_LINE:])
-        for line in lines:
-            text = line[-LONGEST_LINE:].decode("ascii", errors="replace").strip()
+        messages, rest = hearing.cut(bytes(waiting))
+        waiting = bytearray(rest)
+        for text in messages:
             yield text, list(hearing.read(text, now_s))
-        if not lines:
+        if not messages:
             yield "", []
 
 

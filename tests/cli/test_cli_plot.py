@@ -17,6 +17,7 @@ from urllib.request import urlopen
 
 import pytest
 from rig.commands import Heatwright, changed
+from rig.live import simulated
 from rig.specs import EXAMPLES, controller_of
 
 from heatwright.cli.bench.server import Server
@@ -101,6 +102,71 @@ def test_a_printers_report_is_read(loop: str, found: tuple[float, ...]) -> None:
 )
 def test_a_damaged_line_tells_nothing(spec: str, line: str) -> None:
     assert read(spec, None, line) == []
+
+
+def answer(words: str) -> bytes:
+    """A slave's answer with the checksum that its standard shows how to make (bit by bit)."""
+    frame, register = bytes.fromhex(words), 0xFFFF
+    for byte in frame:
+        register ^= byte
+        for _ in range(8):
+            register = register >> 1 ^ 0xA001 * (register & 1)
+    return frame + register.to_bytes(2, "little")
+
+
+def told_by_modbus(*parts: bytes) -> list[Reading]:
+    """What is read of pieces that come one after the other."""
+    hearing, waiting = hearing_of("spec.yaml", controller_of("fabricator"), None), b""
+    found: list[Reading] = []
+    for part in parts:
+        messages, waiting = hearing.cut(waiting + part)
+        found += [each for text in messages for each in hearing.read(text, 7.0)]
+    return found
+
+
+GOOD = answer("01 04 06 07 dd 03 e8 07 d0")
+READ_OF_IT = Reading(7.0, pytest.approx(201.3), 200, 100)  # type: ignore[arg-type]
+
+
+def test_a_slave_is_asked_for_temperature_duty_and_setpoint() -> None:
+    hearing = hearing_of("spec.yaml", controller_of("fabricator"), "nozzle")
+    assert hearing.asks == answer("01 04 00 64 00 03")
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [(GOOD,), (GOOD[:4], GOOD[4:]), (answer("01 04 00 64 00 03"), GOOD), (b"\x01\x04\x06", GOOD)],
+    ids=["whole", "in pieces", "behind an echo of what was asked", "behind a piece of another"],
+)
+def test_a_slaves_answer_is_read(parts: tuple[bytes, ...]) -> None:
+    assert told_by_modbus(*parts, *parts) == [READ_OF_IT, READ_OF_IT]
+
+
+@pytest.mark.parametrize(
+    "come",
+    [
+        GOOD[:-1] + bytes([GOOD[-1] ^ 1]),
+        answer("02 04 06 07 dd 03 e8 07 d0"),
+        answer("01 84 02") + bytes(9),
+        answer("01 04 08 07 dd 03 e8 07 d0 00 00"),
+    ],
+    ids=["damaged", "another slave's", "refused", "longer than asked for"],
+)
+def test_what_is_no_answer_tells_nothing(come: bytes) -> None:
+    assert told_by_modbus(come, GOOD) == [READ_OF_IT]
+
+
+def test_before_the_first_reading_there_is_a_gap() -> None:
+    assert told_by_modbus(answer("01 04 06 80 00 00 00 01 2c")) == [Reading(7.0, None, 30, 0)]
+
+
+def test_the_firmware_of_a_slave_answers() -> None:
+    hearing, stop = hearing_of("spec.yaml", controller_of("fabricator"), None), Event()
+    with simulated("fabricator", 1.0) as (name, _), listener.opened(name, hearing) as port:
+        said = (each for _, found in listener.heard(port, hearing, stop) for each in found)
+        told = next(said), next(said)
+        stop.set()
+    assert all(15 < each.temperature_c < 25 and each[2:] == (30, 0) for each in told)
 
 
 def test_a_kind_from_outside_tells_how_its_line_is_read(

@@ -1,0 +1,63 @@
+"""The course of each loop of a Modbus slave, from the input registers that a master asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heatwright.cli.plot.hearing import Cut, Hearing, Read, Reading
+from heatwright.generator.plan.registers import NO_TEMPERATURE
+from heatwright.sim.interfaces.modbus_frames import answer_to, framed, read
+from heatwright.sim.interfaces.registers import Register, registers
+from heatwright.spec import Controller, ModbusRtu
+
+ASKED = ("temperature", "duty", "setpoint_in_force")
+"""They stand in a row in each loop's block: one request is enough."""
+INPUT_REGISTERS = 4
+EVERY_S = 1.0
+
+
+def hearings(controller: Controller, interface: ModbusRtu) -> Iterator[Hearing]:
+    """Yield how to ask for each loop."""
+    known = registers(controller)
+    for loop in controller.loops:
+        asked = [known[f"{loop}.{name}"] for name in ASKED]
+        pdu = read(INPUT_REGISTERS, asked[0].address, len(asked))
+        asks = framed(interface.address, pdu)
+        cut = _cut(interface.address, pdu, len(asked))
+        yield Hearing(loop, interface.kind, interface.line, _read(asked), asks, EVERY_S, cut)
+
+
+def _cut(address: int, pdu: bytes, words: int) -> Cut:
+    """Find the answers among what has come, and show them as hexadecimal numbers.
+
+    What is damaged, or another slave's, is passed over byte by byte.
+    """
+    size = len(framed(address, bytes(2 + 2 * words)))
+
+    def cut(come: bytes) -> tuple[list[str], bytes]:
+        found, at = [], 0
+        while len(come) - at >= size:
+            frame = come[at : at + size]
+            if answer_to(address, pdu, frame) is None:
+                at += 1
+            else:
+                found.append(frame.hex(" "))
+                at += size
+        return found, come[at:]
+
+    return cut
+
+
+def _read(asked: list[Register]) -> Read:
+    def read_words(text: str, time_s: float) -> Iterator[Reading]:
+        data = bytes.fromhex(text)[3:-2]  # behind address, function and size; before the checksum
+        words = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]
+        if len(words) != len(asked):
+            return
+        temperature_c, duty_percent, setpoint_c = (
+            register.value([word]) for register, word in zip(asked, words, strict=True)
+        )
+        none = temperature_c == asked[0].scale * NO_TEMPERATURE
+        yield Reading(time_s, None if none else temperature_c, setpoint_c, duty_percent)
+
+    return read_words
