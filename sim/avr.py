@@ -245,10 +245,14 @@ class Avr:
         value = self.read_ram(address, 1)[0] ^ 1 << bit
         self._lib.hw_poke(self._hw, address, value)
 
+    def read_flash(self, address: int, size: int) -> bytes:
+        """Return bytes of the flash."""
+        end = address + size
+        return bytes(self._ffi.buffer(self._lib.hw_flash(self._hw), end)[address:end])
+
     def flip_flash(self, address: int, bit: int) -> None:
         """Flip a bit of the flash."""
-        flash = self._ffi.buffer(self._lib.hw_flash(self._hw), address + 1)
-        self.put_flash(address, flash[address][0] ^ 1 << bit)
+        self.put_flash(address, self.read_flash(address, 1)[0] ^ 1 << bit)
 
     def put_flash(self, address: int, byte: int) -> None:
         """Set a byte of the flash."""

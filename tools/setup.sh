@@ -9,11 +9,12 @@ cd "$(dirname "$0")/.."
 
 LOG=.venv/setup.log
 
-# What the build and the simulator need, and a file or command by which each is known.
+# What the build, the simulator and `upload` need, and a file or command by which each is known.
 PACKAGES=(
     gcc-avr:avr-gcc avr-libc:/usr/lib/avr/include/avr/io.h binutils-avr:avr-objcopy
     libsimavr-dev:/usr/include/simavr/sim_avr.h
     gcc:cc libc6-dev:/usr/include/stdio.h
+    avrdude:avrdude
 )
 EXTRAS=
 

@@ -1,6 +1,18 @@
-"""`upload` and `monitor`: the words that avrdude and PlatformIO's monitor are given."""
+"""`upload` and `monitor`: what avrdude and PlatformIO's monitor are told, and what avrdude writes.
 
+It writes through the boot loaders of Arduino's core, on simulated chips.
+"""
+
+import os
+import pty
+import subprocess
+import time
+import tty
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Event, Thread
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pytest
@@ -8,6 +20,17 @@ from rig.commands import Heatwright, changed
 
 from heatwright.cli import ports
 from heatwright.cli.commands import monitor
+from heatwright.sim.avr import Avr
+from heatwright.sim.binary.elf import Elf
+
+BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
+"""Where Debian's arduino-core-avr puts them."""
+OPTIBOOT = 0x7C00
+"""A section twice as long as its own: see `optiboot`."""
+WINKS_S = 0.5
+"""After a reset Optiboot blinks; the others begin to listen at once."""
+BUSY_S = 0.05
+"""Longer than a boot loader takes for a request; a page is written in 4.5 ms."""
 
 
 class Port(NamedTuple):
@@ -92,6 +115,91 @@ def test_without_avrdude_it_is_one_line(
     monkeypatch.setattr("heatwright.cli.commands.upload.which", lambda *_, **__: None)
     told = heatwright("upload chamber.yaml", status=3).err
     assert told == "avrdude is missing: sudo apt-get install avrdude\n"
+
+
+def optiboot(folder: Path) -> Path:
+    """Compile the Uno's: what Debian's compiler made of it is longer than its boot section."""
+    source, made = BOOT_LOADERS / "optiboot", folder / "optiboot.elf"
+    words = ["-Os", "-w", "-mmcu=atmega328p", "-DF_CPU=16000000L", "-DBAUD_RATE=115200"]
+    words += ["-DLED_START_FLASHES=3", f"-I{source}", "-nostartfiles", "-Wl,--relax"]
+    words += [f"-Wl,--section-start=.text={OPTIBOOT:#x}", f"{source}/optiboot.c", "-o", f"{made}"]
+    subprocess.run(["avr-gcc", *words], check=True)
+    return made
+
+
+def image(loader: Path) -> bytes:
+    """The bytes of a boot loader's file."""
+    made = Path("loader.bin").resolve()
+    form = ["-I", "ihex"] if loader.suffix == ".hex" else ["-j", ".text"]
+    subprocess.run(["avr-objcopy", *form, "-O", "binary", loader, made], check=True)
+    return made.read_bytes()
+
+
+@contextmanager
+def waiting_board(mcu: str, loader: Path, start: int, baud: int) -> Iterator[tuple[str, Avr]]:
+    """A chip that has just been reset, as its port's opening does, and the name of its line.
+
+    Its time goes on only while there is something to answer: no computer is too slow for it.
+    """
+    avr = Avr(mcu, 16e6)
+    flash = b"\xff" * start + image(loader)
+    program: Any = SimpleNamespace(flash=flash, eeprom=b"", static_ram=(0, 0))
+    avr.load(program)
+    avr.reset("external")
+    avr.jump(start)
+    avr.run(WINKS_S)
+    ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+    os.set_blocking(ours, False)
+    done = Event()
+
+    def run() -> None:
+        busy_until_s = 0.0
+        while not done.is_set():
+            with suppress(BlockingIOError):
+                avr.uarts[0].send(os.read(ours, 4096), baud)
+            if avr.uarts[0].unsent:
+                busy_until_s = avr.time_s + BUSY_S
+            if avr.time_s >= busy_until_s:
+                time.sleep(0.0005)
+                continue
+            avr.run(0.001)
+            os.write(ours, bytes(avr.uarts.take()["value"]))
+
+    thread = Thread(target=run)
+    thread.start()
+    try:
+        yield os.ttyname(theirs), avr
+    finally:
+        done.set()
+        thread.join()
+        os.close(ours)
+        os.close(theirs)
+
+
+@pytest.mark.parametrize(
+    ("board", "mcu", "loader", "start", "baud"),
+    [
+        ("uno", "atmega328p", None, OPTIBOOT, 115200),
+        ("nano", "atmega328p", "atmega/ATmegaBOOT_168_atmega328.hex", 0x7800, 57600),
+        ("mega2560", "atmega2560", "stk500v2/stk500boot_v2_mega2560.hex", 0x3E000, 115200),
+    ],
+)
+def test_avrdude_writes_it_through_the_boards_boot_loader(  # noqa: PLR0917
+    heatwright: Heatwright,
+    tmp_path: Path,
+    board: str,
+    mcu: str,
+    loader: str | None,
+    start: int,
+    baud: int,
+) -> None:
+    name = changed("barrel", "board: uno", f"board: {board}")
+    file = optiboot(tmp_path) if loader is None else BOOT_LOADERS / loader
+    with waiting_board(mcu, file, start, baud) as (port, avr):
+        told = heatwright(f"upload {name} --port {port} --json").json
+        flash = Elf(Path(told["file"]).with_suffix(".elf")).flash
+        assert avr.read_flash(0, len(flash)) == flash
 
 
 @pytest.mark.parametrize("command", ["upload", "monitor"])
