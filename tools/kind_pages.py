@@ -11,6 +11,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,13 @@ from heatwright.generator import plan_firmware
 from heatwright.generator.plan.parts import Wiring
 from heatwright.generator.plan.protection.hazards import hazards
 from heatwright.generator.wiring import drawn
+from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults.catalogue import by_part
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.world import Site
+from heatwright.sim.plots.plot import run_figure
+from heatwright.sim.scenario import long_enough
 from heatwright.spec import Controller, Spec, load
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.rules import RULES
@@ -47,6 +51,10 @@ HAZARDS = {
     "plant": r"falls out|drifts|leaks|fan|part",
 }
 """The causes of a project's table of hazards that concern a role."""
+
+
+RUN = ("algorithm", "plant")
+"""Roles of what no wire leads to: a run shows what they do."""
 
 
 @dataclass(frozen=True)
@@ -90,20 +98,36 @@ def _entries(controller: Controller) -> Iterator[tuple[str, str, tuple[str | int
 
 def page(
     role: str, kind: str, use: Use | None, keys: Mapping[str, Any] | None, program: Elf
-) -> tuple[str, str]:
-    """Return a page, and its drawing ("" for none); keys -- the kind's part of the schema."""
+) -> tuple[str, dict[str, bytes]]:
+    """Return a page, and its picture by file name; keys -- the kind's part of the schema."""
     parts = [f"# {kind}", keys["description"] if keys else _board(BOARDS[kind])]
-    drawing = ""
+    pictures = {}
     if use is not None:
         rows = plan_firmware(use.spec).wiring.get(use.path, ())
         if rows:
             parts.append(f"## Wiring\n\n![{kind} at its board]({kind}.svg)\n\n{_wires(rows)}")
             drawing = drawn(kind, use.spec.controller.identity.board, rows, ())
+            pictures[f"{kind}.svg"] = drawing.encode()
+        elif role in RUN:
+            parts.append(
+                f"## A run\n\n![Temperature, setpoint and duty with {kind}]({kind}.png)\n\n"
+                f"The reference model on the machine of `{use.file.stem}`, through its scenario."
+            )
+            pictures[f"{kind}.png"] = _run(use)
     if keys is not None:
         parts.append(f"## Keys\n\n{_keys(keys)}")
     parts += _failing(role, use, program) if use is not None else []
     parts.append(_example(use) if use is not None else "## Example\n\nNo example has it.")
-    return "\n\n".join(parts) + "\n", drawing
+    return "\n\n".join(parts) + "\n", pictures
+
+
+def _run(use: Use) -> bytes:
+    """Draw a run of the example."""
+    controller = use.spec.controller
+    picture = BytesIO()
+    trace = bench(long_enough(controller), ReferenceDevice(controller))
+    run_figure(trace, controller).savefig(picture, format="png")
+    return picture.getvalue()
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -68,7 +68,7 @@ def _examples() -> None:
 
 
 def _write_kinds(described: dict[str, Any]) -> None:
-    """Write a page for each kind, with its drawing."""
+    """Write a page for each kind, with its picture."""
     folder = PAGES / "kinds"
     folder.mkdir()
     found, keys = uses(EXAMPLES), dict(_kinds(described))
@@ -81,10 +81,10 @@ def _write_kinds(described: dict[str, Any]) -> None:
         listed.append(f"## {role.capitalize()}s")
         listed.append("\n".join(f"- [{kind}]({kind}.md)" for kind in sorted(names)))
         for kind in names:
-            text, drawing = page(role, kind, found.get((role, kind)), keys.get(kind), program)
+            text, pictures = page(role, kind, found.get((role, kind)), keys.get(kind), program)
             (folder / f"{kind}.md").write_text(text, encoding="utf-8")
-            if drawing:
-                (folder / f"{kind}.svg").write_text(drawing, encoding="utf-8")
+            for name, picture in pictures.items():
+                (folder / name).write_bytes(picture)
     (folder / "README.md").write_text("\n\n".join(listed) + "\n", encoding="utf-8")
 
 

@@ -15,7 +15,8 @@ from heatwright.spec.loading.schema import schema
 
 ROOT = Path(__file__).parents[2]
 SITE, PAGES = ROOT / "build" / "site", ROOT / "build" / "site-pages"
-WIRED = ("sensor", "output", "interface")
+PICTURES = {"svg": ("sensor", "output", "interface"), "png": ("algorithm", "plant")}
+"""The roles whose pages show a wiring, and those that show a run."""
 MKDOCS = [sys.executable, "-m", "mkdocs", "build", "--strict"]
 
 
@@ -34,8 +35,9 @@ def test_it_is_built_strictly() -> None:
         (example,) = re.findall("```yaml\n(.*?)```", text, re.DOTALL)
         assert f"kind: {kind}" in example
         assert yaml.safe_load(example)
-    wired = {path.stem for path in (PAGES / "kinds").glob("*.svg")}
-    assert wired == {kind for role in WIRED for kind in kinds(UNIONS[role])}
+    for suffix, roles in PICTURES.items():
+        drawn = {path.stem for path in (PAGES / "kinds").glob(f"*.{suffix}")}
+        assert drawn == {kind for role in roles for kind in kinds(UNIONS[role])}
     sensor = (PAGES / "kinds" / "ds18b20.md").read_text("utf-8")
     assert "| `never_converts` | E01, E02, " in sensor
     assert "| `watchdog" not in sensor
