@@ -13,7 +13,9 @@ from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.facts import facts_of
 from heatwright.spec.outputs import Switch
+from heatwright.spec.sensing.budget import budget
 from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
+from heatwright.spec.sensors import Thermometer
 
 ROOM_C = 20.0
 USUAL_V = (12.0, 24.0, 120.0, 230.0)
@@ -121,18 +123,18 @@ def _board(controller: Controller) -> Iterator[Step]:
                 f"{_off_v(output)} all the time",
             )
     for name, sensor in controller.thermometers.items():
-        error_k = sensor.error_k(ROOM_C)
         yield Step(
             f"Read sensor `{name}` in a room of {quantity(ROOM_C, '°C')}",
-            f"{quantity(ROOM_C, '°C')} ± {error_k:.2g} K",
+            f"{quantity(ROOM_C, '°C')} ± {_off_by(controller, sensor, ROOM_C)}",
         )
     for name, chain in controller.adc_sensors.items():
         if not chain.measures_current:
             volts = chain.circuit(board.mcu).ratio(ROOM_C) * reference_v(chain, board.mcu)
             pin = label(board.pins[chain.pin])
-            yield Step(
-                f"Measure {pin} (`{name}`) at {quantity(ROOM_C, '°C')}", f"about {volts:.3g} V"
-            )
+            seen = f"about {volts:.3g} V"
+            if not chain.gives_voltage and chain.amplifier is not None:
+                seen += "; less: the element's current is not constant, and all readings too low"
+            yield Step(f"Measure {pin} (`{name}`) at {quantity(ROOM_C, '°C')}", seen)
     for name, loop in controller.loops.items():
         seconds = loop.protection.stale_after_s + loop.period_s + TICK_MS / 1000
         yield Step(
@@ -147,6 +149,15 @@ def _board(controller: Controller) -> Iterator[Step]:
     for name, each in controller.safety.inputs.items():
         tells = _codes(controller, "input_open") if each.trips else "the loops pause"
         yield Step(f"Open contact `{name}`", tells)
+
+
+def _off_by(controller: Controller, sensor: Thermometer, at_c: float) -> str:
+    """Say how far a sound reading may be off, K: what the parts of the chain cost, if it is one."""
+    if not sensor.on_adc:
+        return f"{sensor.error_k(at_c):.2g} K"
+    parts = budget(sensor, controller.board.mcu, (at_c,))
+    untold = f" and what is not told of its parts ({', '.join(parts.untold)})"
+    return f"{parts.worst[0]:.2g} K{untold if parts.untold else ''}"
 
 
 def _lamp(controller: Controller) -> Iterator[Step]:
@@ -196,10 +207,10 @@ def _heating(controller: Controller) -> Iterator[Step]:
                 f"at least {quantity(heating.rise_k, 'K')} more in every "
                 f"{quantity(heating.within_s, 's')}; else {_codes(controller, 'heating_failed')}",
             )
-        error_k = controller.thermometers[loop.sensor].error_k(loop.setpoint.maximum_c)
+        off_by = _off_by(controller, controller.thermometers[loop.sensor], loop.setpoint.maximum_c)
         yield Step(
             "At the setpoint: compare both thermometers",
-            f"they agree within {error_k:.2g} K and what your second one may be wrong by",
+            f"they are no further apart than {off_by} and what your second one may be wrong by",
         )
         yield Step("Take all power away for ten seconds", _after_power(controller, name))
     yield Step("Stay with it for the first runs", "no code, no smell, nothing hotter than it bears")

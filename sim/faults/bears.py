@@ -56,8 +56,8 @@ def room_c(controller: Controller, wished_c: float) -> float:
     loops = controller.loops.values()
     least_c = max(coldest_c(controller, name) for name in controller.loops)
     most_c = min(
-        *(each.protection.maximum_c - _away_k(controller, each.sensor) for each in loops),
-        *(each.limit_c - _away_k(controller, each.sensor) for each in controller.monitors.values()),
+        *(each.protection.maximum_c - away_k(controller, each.sensor) for each in loops),
+        *(each.limit_c - away_k(controller, each.sensor) for each in controller.monitors.values()),
         math.inf,
     )
     return max(least_c, min(most_c, wished_c))
@@ -66,10 +66,10 @@ def room_c(controller: Controller, wished_c: float) -> float:
 def coldest_c(controller: Controller, name: str) -> float:
     """Return from where on a loop that rests is not at fault, °C."""
     loop = controller.loops[name]
-    return loop.protection.minimum_c + _away_k(controller, loop.sensor)
+    return loop.protection.minimum_c + away_k(controller, loop.sensor)
 
 
-def _away_k(controller: Controller, sensor: str) -> float:
+def away_k(controller: Controller, sensor: str) -> float:
     """Return how far from its limits a machine rests: a step of its sensor, and its noise."""
     sense = controller.simulation.plant.sense[sensor] if controller.simulation else None
     noise_k = SIGMAS * sense.noise_k if sense else 0.0

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from heatwright.sim.faults.bears import coldest_c
+from heatwright.sim.faults.bears import away_k, coldest_c
 from heatwright.sim.faults.machine import sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place
 from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World, given
+from heatwright.sim.plants import profile_c
 
 COMMANDED_STEP_K = 10.0
 BELOW_K = 5.0
@@ -53,6 +54,30 @@ def highest_c(site: Place) -> float:
     most_c = usable_c(site, site.network, ambient_c=ambient_c(site))
     reached = [each for each in setpoints_c(site) if each <= most_c]
     return max(reached, default=min(setpoints_c(site)))
+
+
+@lru_cache(maxsize=16)
+def permitted_c(site: Place, start_c: float) -> float:
+    """Return a temperature to begin at, °C: this one, if no monitor and no other loop trips there.
+
+    Else the hottest below it: what else is measured becomes warm with the loop.
+    """
+    loops, around_c = site.controller.loops, ambient_c(site)
+    limits_c = [(each.sensor, each.limit_c) for each in site.controller.monitors.values()]
+    limits_c += [
+        (each.sensor, each.protection.maximum_c)
+        for name, each in loops.items()
+        if name != site.loop_name
+    ]
+    nodes_c = profile_c(site.controller, site.network, site.loop_name, start_c, ambient_c=around_c)
+    permitted = start_c
+    for sensor, limit_c in limits_c:
+        node_c = nodes_c.get(str(site.network.sense[sensor].node), around_c)
+        most_c = limit_c - away_k(site.controller, sensor)
+        if node_c > most_c > around_c:
+            share = (most_c - around_c) / (node_c - around_c)  # all rise in proportion
+            permitted = min(permitted, around_c + share * (start_c - around_c))
+    return permitted
 
 
 def setpoint_moved(world: World, expected_c: float) -> str:
@@ -106,7 +131,7 @@ def cold(site: Site) -> World:
 
 def resting(site: Site, start_c: float) -> World:
     """Begin with a machine at a temperature, asked for nothing."""
-    world = World(site, Weather(start_c, ambient_c(site)))
+    world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
     first_steps(world)
     return world
 
@@ -118,12 +143,12 @@ def resting_c(site: Site) -> float:
 
 
 def hot(site: Site) -> World:
-    """Begin just below the protection's maximum.
+    """Begin just below the protection's maximum, or where another limit lets the machine be.
 
     A safety relay is closed then: behind an open one nothing heats that is on the supply.
     """
     start_c = site.loop.protection.maximum_c - 1.0 - sensor_step_k(site)
-    world = World(site, Weather(start_c, ambient_c(site)))
+    world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
     first_steps(world)
     if site.facts.switched and site.controller.safety.relay is not None:
         world.switch(on=True)

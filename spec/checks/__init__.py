@@ -143,6 +143,7 @@ CHECKS: tuple[Check, ...] = (
     host.ready_is_asked_for,
     host.lines_have_a_host,
     host.lines_fit_the_host,
+    host.lines_name_served_loops,
     master.somebody_switches_on,
     master.masters_have_time,
     on_times.on_times_have_a_beginning,

@@ -135,7 +135,7 @@ class Amplifier(Model):
 
     gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Of the amplifier.")
     excitation_v: _Supply = Field(
-        alias="excitation", description="Voltage that feeds the bridge and the amplifier."
+        alias="excitation", description="Voltage that feeds the element and the amplifier."
     )
     series_ohm: Ohm = Field(
         alias="series", description="Resistor through which the element is fed."

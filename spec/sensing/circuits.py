@@ -93,7 +93,7 @@ class Divider:
 
 @dataclass(frozen=True)
 class Amplified:
-    """A bridge and a differential amplifier: what the element has above its zero, enlarged.
+    """A constant current and a differential amplifier: what the element has above its zero.
 
     V = gain · excitation · (R − R₀) / series. The amplifier runs from the excitation's supply and
     saturates there, and at ground. An open element drives it up.

@@ -81,3 +81,20 @@ def test_who_is_not_told_is_found(example: str, monkeypatch: pytest.MonkeyPatch)
     read = world.device.read
     monkeypatch.setattr(world.device, "read", lambda name: "warns" in name or read(name))
     assert len(list(untold(world))) == EXAMPLES[example][-1]
+
+
+@pytest.mark.parametrize("fault", ["switch_shorted_when_hot", "fire"])
+def test_a_monitor_that_trips_below_the_loops_maximum_lets_each_fault_begin(fault: str) -> None:
+    text = changed(
+        "chamber",
+        ("\nsensors:\n", f"\nsensors:\n  outlet: {DS18B20.replace('PIN', 'A2')}\n"),
+        (
+            "\nsafety:",
+            "\nmonitors:\n  outlet: {sensor: outlet, warning: 74 °C, limit: 78 °C}\n\nsafety:",
+        ),
+        ("    sense: {", "    sense: {outlet: {node: air, lag: 5 s}, "),
+    )
+    site = Site(controller_of(text), "air", whole(text))
+    (found,) = (each for each in catalogue(site.controller, site.program) if each.id == fault)
+    result = try_fault(found)
+    assert (result.detail, result.rule) == ("", "monitor_limit")

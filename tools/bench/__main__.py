@@ -23,6 +23,7 @@ from measure import ROOT, machine
 from page import PICTURE, page
 from picture import draw
 from proof import loops, verified
+from seat import seat
 from startup import startup
 
 KEPT = ROOT / "build" / "bench.json"
@@ -39,6 +40,7 @@ def main() -> None:
         "cores": lambda: cores(asked.times, tell, asked.share),
         "growth": lambda: growth(asked.times, tell),
         "campaigns": lambda: campaigns(asked.times, tell),
+        "seat": lambda: seat(tell),
     }
     found = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
     for part in asked.parts or parts:
@@ -56,7 +58,7 @@ def main() -> None:
 def arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="bench", description=__doc__.splitlines()[0])
-    names = ("startup", "verify", "loops", "cores", "growth", "campaigns")
+    names = ("startup", "verify", "loops", "cores", "growth", "campaigns", "seat")
     parser.add_argument("parts", nargs="*", choices=[*names, []], help="what to measure; all")
     parser.add_argument("--times", type=int, default=3, help="of which the quickest counts")
     parser.add_argument("--share", type=float, default=1.0, help="of the processor's usual run")

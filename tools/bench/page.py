@@ -29,9 +29,9 @@ def page(found: dict[str, Any]) -> str:
     text = f"Measured on: {host['processor']}, {host['cores']} cores, Python {host['python']}.\n\n"
     parts = {
         "startup": startup, "verify": verify, "loops": loops, "cores": cores, "growth": growth,
-        "campaigns": campaigns,
+        "campaigns": campaigns, "seat": seat,
     }  # fmt: skip
-    told = [write(found[part]) for part, write in parts.items() if part in found]
+    told = [write(found[part]) for part, write in parts.items() if found.get(part)]
     return f"{INTRODUCTION}{text}![The figures]({PICTURE})\n\n" + "\n".join(told)
 
 
@@ -156,6 +156,19 @@ def campaigns(found: dict[str, Any]) -> str:
 Random variants of the spec's chamber, 30 simulated minutes each: {runs} runs, scaled to 1,000.
 
 {table(heads, rows)}"""
+
+
+def seat(found: dict[str, Any]) -> str:
+    """Write how quick the bench's page is."""
+    ratio = found["simulated_s"] / found["watched_s"]
+    return f"""## The bench in a browser
+
+Headless Chromium shows the chamber at real time: from a key to its effect on the page's LCD pass \
+{found["key_median_ms"]:.0f} ms by the clock on the wall (median of {found["keys"]} keys; at most \
+{found["key_most_ms"]:.0f} ms). A firing of the kiln over {found["hours"]:.1f} h, at full speed \
+and watched, goes at {ratio:.2f} times the speed of `simulate`, by the processor time of the \
+command.
+"""
 
 
 def ratio(speeds: dict[str, float]) -> str:

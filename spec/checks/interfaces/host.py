@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import driven_by_loops, unknown
 from heatwright.spec.commands import countdown_of, gcode_of, modbus_of, nextion_of, placed
@@ -9,6 +11,10 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode
 from heatwright.spec.problems import Path
 
+HEATS = re.compile(r"M(104|109|140|190|141|191)\b(?:.*\b(T\d+))?")
+"""A line that sets a temperature, and the tool that it may name."""
+OWN = {"140": "B", "190": "B", "141": "C", "191": "C"}
+"""What commands of bed and chamber are for."""
 LONGEST_HOST_LINE = 80
 """Characters of a line that a host sends; the firmware's own limit is above it."""
 
@@ -127,6 +133,23 @@ def lines_fit_the_host(controller: Controller) -> Findings:
                 ("simulation", "scenario", index, "send"),
                 f"a line to a host's firmware has up to {LONGEST_HOST_LINE} characters",
                 "Shorten it",
+                (("interfaces",),),
+            )
+
+
+def lines_name_served_loops(controller: Controller) -> Findings:
+    """Find lines of the scenario that heat what the host does not command."""
+    gcode = gcode_of(controller)
+    if controller.simulation is None or gcode is None:
+        return
+    for index, event in enumerate(controller.simulation.scenario):
+        found = HEATS.match((event.send or "").upper())
+        called = found and (OWN.get(found[1]) or found[2])
+        if called and called not in gcode.loops:
+            yield Finding(
+                ("simulation", "scenario", index, "send"),
+                f"this host commands no loop {called}; such a line does nothing",
+                f"Use {', '.join(gcode.loops)}, or add {called} to the loops of the host",
                 (("interfaces",),),
             )
 
