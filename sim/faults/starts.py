@@ -150,8 +150,11 @@ def hot(site: Site) -> World:
     start_c = site.loop.protection.maximum_c - 1.0 - sensor_step_k(site)
     world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
     first_steps(world)
-    if site.facts.switched and site.controller.safety.relay is not None:
-        world.switch(on=True)
+    if site.controller.safety.relay is not None:
+        if site.facts.switched:
+            world.switch(on=True)
+        elif site.facts.hosted:
+            world.set_setpoint(setpoints_c(site)[0])
     return world
 
 
