@@ -120,9 +120,13 @@ def _narrowed(left: list[Choice], kind: str, name: str) -> list[Choice]:
     found = narrowed(left, kind, name)
     if found:
         return found
-    known = name in names(choices(), kind)
-    what = f"{name} does not go with the rest" if known else f"there is no such {kind} as {name}"
-    raise Refused(f"--{kind}: {what}. Use {', '.join(names(left, kind))}.")
+    able = ", ".join(names(left, kind))
+    if name not in names(choices(), kind):
+        raise Refused(f"--{kind}: there is no such {kind} as {name}. Use {able}.")
+    raise Refused(
+        f"--{kind}: init has no such machine with {name}. Use {able}; or write {name} into the "
+        "file afterwards, for the language knows more than init does."
+    )
 
 
 def _asked(left: list[Choice], kind: str) -> str:

@@ -4,9 +4,12 @@ from pathlib import Path
 
 import pytest
 from any_machine.drawing import machine
+from rig.avr import whole
+from rig.specs import controller_of
 from rig.verified import Verdict, rehearsed, verified
 from suite import amount
 
+from heatwright.sim.faults import catalogue, try_fault
 from heatwright.spec import SpecError, load_text
 
 MACHINES = {
@@ -35,6 +38,14 @@ def test_it_verifies(name: str) -> None:
     found = verified(load_text(MACHINES[name], name), amount("machine_faults"))
     assert found == Verdict(True, found.tried)
     assert found.tried
+
+
+def test_a_host_closes_the_safety_relay_before_a_switch_is_shorted() -> None:
+    """Behind an open relay a shorted switch would heat nothing."""
+    text = MACHINES["gluepot"]
+    faults = {each.id: each for each in catalogue(controller_of(text), whole(text))}
+    result = try_fault(faults["switch_shorted_when_hot"])
+    assert (result.detail, result.rule) == ("", "monitor_limit")
 
 
 @pytest.mark.parametrize("number", range(amount("drawn_verified")))

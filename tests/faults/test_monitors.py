@@ -98,20 +98,3 @@ def test_a_monitor_that_trips_below_the_loops_maximum_lets_each_fault_begin(faul
     (found,) = (each for each in catalogue(site.controller, site.program) if each.id == fault)
     result = try_fault(found)
     assert (result.detail, result.rule) == ("", "monitor_limit")
-
-
-def test_a_host_closes_the_safety_relay_before_a_switch_is_shorted() -> None:
-    """Behind an open relay a shorted switch would heat nothing."""
-    text = changed(
-        "extruder",
-        ("\noutputs:\n", "\noutputs:\n  contactor: {kind: digital, pin: D22}\n"),
-        ("  watchdog: ", "  relay: contactor\n  watchdog: "),
-    )
-    site = Site(controller_of(text), "nozzle", whole(text))
-    (found,) = (
-        each
-        for each in catalogue(site.controller, site.program)
-        if each.id == "switch_shorted_when_hot"
-    )
-    result = try_fault(found)
-    assert (result.detail, result.rule) == ("", "rise_rate")
