@@ -82,8 +82,8 @@ def test_an_example_is_written_whole(heatwright: Heatwright) -> None:
     ("words", "said"),
     [
         ("--machine oven", "--machine: there is no such machine as oven. Use chamber, sous_vide, "),
-        ("--machine kiln --sensor ds18b20", "init has no such machine with ds18b20. Use max31856, "),
-        ("--board nano --interface lcd_keypad", "init has no such machine with lcd_keypad. Use modbus_rtu, "),
+        ("--machine kiln --sensor ds18b20", "no such machine with ds18b20. Use max31856, "),
+        ("--board nano --interface lcd_keypad", "machine with lcd_keypad. Use modbus_rtu, "),
         ("--example toaster", "--example: there is no toaster. Use barrel, chamber, "),
         ("--example kiln --board uno", "leave out --board, or it."),
     ],
