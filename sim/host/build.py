@@ -21,7 +21,7 @@ from heatwright.sim.host.parts import (
 from heatwright.spec import Controller
 
 HERE = Path(__file__).parent
-INSTALL = "sudo apt install gcc libc6-dev"
+INSTALL = "sudo apt-get install gcc libc6-dev"
 
 FLAGS = ("-std=c11", "-ffp-contract=off", "-fPIC", "-fpack-struct=1", "-Wall", "-Wextra")
 # Packed, as the AVR has it, structures give pointers to members at odd addresses.

@@ -28,11 +28,17 @@ HERE = Path(__file__).parent
 MODULE = "_heatwright_native"
 TESTED = ("1.6",)
 HEADERS = (Path("/usr/include"), Path("/usr/local/include"))
-INSTALL = "sudo apt install libsimavr-dev gcc libc6-dev"
 
 
 class SimulatorMissing(RuntimeError):
     """The shim cannot be built or loaded; the message is one line with the remedy."""
+
+
+def _install() -> str:
+    """Return the command that installs all that the simulator needs: nobody is to be told twice."""
+    headers = Path(sysconfig.get_paths()["include"], "Python.h")
+    own = f" libpython{sys.version_info.major}.{sys.version_info.minor}-dev"
+    return f"sudo apt-get install libsimavr-dev gcc libc6-dev{'' if headers.is_file() else own}"
 
 
 def simavr_headers() -> tuple[Path, str]:
@@ -52,23 +58,20 @@ def simavr_headers() -> tuple[Path, str]:
                     "(Debian 12 has it: libsimavr-dev)."
                 )
             return folder, version
-    raise SimulatorMissing(f"simavr is not installed: {INSTALL}")
+    raise SimulatorMissing(f"simavr is not installed: {_install()}")
 
 
 def _compiler() -> str:
     found = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
     if not found:
-        raise SimulatorMissing(f"There is no C compiler: {INSTALL}")
+        raise SimulatorMissing(f"There is no C compiler: {_install()}")
     return found
 
 
 def _python_headers() -> Path:
     folder = Path(sysconfig.get_paths()["include"])
     if not (folder / "Python.h").is_file():
-        raise SimulatorMissing(
-            "Python's headers are not installed: sudo apt install "
-            f"libpython{sys.version_info.major}.{sys.version_info.minor}-dev"
-        )
+        raise SimulatorMissing(f"Python's headers are not installed: {_install()}")
     return folder
 
 
@@ -121,7 +124,9 @@ def _compile(folder: Path, includes: Path) -> Path:
     )
     if result.returncode:
         why = next((line for line in result.stderr.splitlines() if "error" in line), "")
-        raise SimulatorMissing(f"The simulator's shim does not compile ({why.strip()}): {INSTALL}")
+        raise SimulatorMissing(
+            f"The simulator's shim does not compile ({why.strip()}): {_install()}"
+        )
     return output
 
 
@@ -173,5 +178,5 @@ def load() -> Any:
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
     except ImportError as error:
-        raise SimulatorMissing(f"{path.name} does not load ({error}): {INSTALL}") from error
+        raise SimulatorMissing(f"{path.name} does not load ({error}): {_install()}") from error
     return module

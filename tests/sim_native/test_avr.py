@@ -205,14 +205,14 @@ REFUSED = {
     )
     for version in ("1.5", "1.7", "1.8", "1.60")
 } | {
-    "^simavr is not installed: sudo apt install .*simavr": lambda patch, folder: patch.setattr(
-        shim, "HEADERS", (folder,)
+    "^simavr is not installed: sudo apt-get install .*libc6-dev$": lambda patch, folder: (
+        patch.setattr(shim, "HEADERS", (folder,))
     ),
-    "^There is no C compiler: sudo apt install .*gcc": lambda patch, folder: patch.setenv(
+    "^There is no C compiler: sudo apt-get install .*gcc": lambda patch, folder: patch.setenv(
         "PATH", str(folder)
     ),
-    "sudo apt install libpython3": lambda patch, folder: patch.setattr(
-        shim.sysconfig, "get_paths", lambda: {"include": str(folder)}
+    "headers are not installed: sudo apt-get install .* libpython3": lambda patch, folder: (
+        patch.setattr(shim.sysconfig, "get_paths", lambda: {"include": str(folder)})
     ),
 }
 """By what is said with an empty cache; what is missing, or another version."""
