@@ -13,6 +13,11 @@ from heatwright.sim.identify.structure import AMBIENT_C, DELAY, LAG, Parameter, 
 from heatwright.sim.trace import Series
 from heatwright.spec.quantity import about
 
+FIRST = 5
+"""Rows whose median is where the record begins."""
+COLDER_K = 2.0
+"""A machine this much colder than its surroundings is not one that had been off for long."""
+
 
 class Found(NamedTuple):
     """A parameter, its 95 % interval, and whether the record tells it."""
@@ -70,6 +75,14 @@ def warnings(
 ) -> tuple[str, ...]:
     """Say what the user should know before believing the numbers."""
     said = [_untold(each) for each in found if not each.told]
+    begins_c = float(np.median(record.readings_c[:FIRST]))
+    said += [
+        f"the machine would have begun at {about(begins_c)} °C, colder than its surroundings of "
+        f"{about(each.value)} °C; if it began as cold as they were, say so (--cold), or give the "
+        "ambient (--ambient)"
+        for each in found
+        if each.parameter.key == AMBIENT_C and not each.given and each.low > begins_c + COLDER_K
+    ]
     rest_k = pattern(residuals_k)
     if rest_k > max(record.resolution_k, noise(residuals_k)):
         remedy = "try --bodies 2" if structure.bodies == 1 else "look at the picture (--plot)"

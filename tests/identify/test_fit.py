@@ -168,6 +168,15 @@ def test_two_bodies() -> None:
     holds(two, true)
 
 
+@pytest.mark.parametrize(("begins_c", "said"), [(20.0, 0), (8.0, 1)])
+def test_a_beginning_below_the_surroundings_is_doubted(begins_c: float, said: int) -> None:
+    network = machine(noise=0.3).model_copy(update={"initial_c": begins_c})
+    found = fit(recorded(network, steps()), Structure())
+    doubts = [each for each in found.warnings if "colder than its surroundings" in each]
+    assert len(doubts) == said
+    assert all("would have begun at 8" in each and "--cold" in each for each in doubts)
+
+
 def test_a_record_too_short_for_the_losses_says_so() -> None:
     record = recorded(machine(noise=0.3), steps(40, (20, 1.0)))
     found = fit(record, Structure())
