@@ -53,23 +53,32 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
 
 def room_c(controller: Controller, wished_c: float) -> float:
     """Return the temperature nearest to a wished one at which no loop is at fault at rest, °C."""
-    loops = controller.loops.values()
     least_c = max(coldest_c(controller, name) for name in controller.loops)
-    most_c = min(
-        *(each.protection.maximum_c - away_k(controller, each.sensor) for each in loops),
-        *(each.limit_c - away_k(controller, each.sensor) for each in controller.monitors.values()),
-        math.inf,
-    )
+    most_c = min(most_c for _, most_c in hottest_c(controller))
     return max(least_c, min(most_c, wished_c))
+
+
+def hottest_c(controller: Controller, without: str = "") -> list[tuple[str, float]]:
+    """List sensors, and up to where they may rest, °C: those of monitors, and of all loops but one.
+
+    without -- the name of that loop.
+    """
+    limits_c = [(each.sensor, each.limit_c) for each in controller.monitors.values()]
+    limits_c += [
+        (each.sensor, each.protection.maximum_c)
+        for name, each in controller.loops.items()
+        if name != without
+    ]
+    return [(sensor, limit_c - _away_k(controller, sensor)) for sensor, limit_c in limits_c]
 
 
 def coldest_c(controller: Controller, name: str) -> float:
     """Return from where on a loop that rests is not at fault, °C."""
     loop = controller.loops[name]
-    return loop.protection.minimum_c + away_k(controller, loop.sensor)
+    return loop.protection.minimum_c + _away_k(controller, loop.sensor)
 
 
-def away_k(controller: Controller, sensor: str) -> float:
+def _away_k(controller: Controller, sensor: str) -> float:
     """Return how far from its limits a machine rests: a step of its sensor, and its noise."""
     sense = controller.simulation.plant.sense[sensor] if controller.simulation else None
     noise_k = SIGMAS * sense.noise_k if sense else 0.0

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from heatwright.sim.faults.bears import away_k, coldest_c
+from heatwright.sim.faults.bears import coldest_c, hottest_c
 from heatwright.sim.faults.machine import sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place
 from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World, given
@@ -62,18 +62,13 @@ def permitted_c(site: Place, start_c: float) -> float:
 
     Else the hottest below it: what else is measured becomes warm with the loop.
     """
-    loops, around_c = site.controller.loops, ambient_c(site)
-    limits_c = [(each.sensor, each.limit_c) for each in site.controller.monitors.values()]
-    limits_c += [
-        (each.sensor, each.protection.maximum_c)
-        for name, each in loops.items()
-        if name != site.loop_name
-    ]
+    limits_c, around_c = hottest_c(site.controller, site.loop_name), ambient_c(site)
+    if not limits_c:
+        return start_c
     nodes_c = profile_c(site.controller, site.network, site.loop_name, start_c, ambient_c=around_c)
     permitted = start_c
-    for sensor, limit_c in limits_c:
+    for sensor, most_c in limits_c:
         node_c = nodes_c.get(str(site.network.sense[sensor].node), around_c)
-        most_c = limit_c - away_k(site.controller, sensor)
         if node_c > most_c > around_c:
             share = (most_c - around_c) / (node_c - around_c)  # all rise in proportion
             permitted = min(permitted, around_c + share * (start_c - around_c))

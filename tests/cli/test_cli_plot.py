@@ -3,22 +3,22 @@
 import json
 import math
 import os
-import pty
 import signal
 import subprocess
 import sys
-import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from shutil import copy
-from threading import Event, Thread
+from threading import Event
 from urllib.request import urlopen
 
 import pytest
 from rig.commands import Heatwright, changed
 from rig.live import simulated
 from rig.specs import EXAMPLES, controller_of
+from rig.terminal import answered
 
 from heatwright.cli.bench.server import Server
 from heatwright.cli.plot import listener
@@ -30,30 +30,16 @@ HEATWRIGHT = Path(sys.executable).parent / "heatwright"
 PLOTTER = "20.50 60.00 1.00 2.00 3.00 6.00 10.00"
 
 
-@contextmanager
-def board(answer: Callable[[float], bytes], every_s: float = 0.01) -> Iterator[str]:
+def board(answer: Callable[[float], bytes], every_s: float = 0.01) -> AbstractContextManager[str]:
     """A line at whose other end something speaks; gives its name."""
-    ours, theirs = pty.openpty()
-    tty.setraw(theirs)
-    os.set_blocking(ours, False)
-    done = Event()
+    turns = count()
 
-    def speak() -> None:
-        count = 0
-        while not done.wait(every_s):
+    def speak(line: int, done: Event) -> None:
+        if not done.wait(every_s):
             with suppress(BlockingIOError):  # nobody reads
-                os.write(ours, answer(count))
-            count += 1
+                os.write(line, answer(next(turns)))
 
-    thread = Thread(target=speak)
-    thread.start()
-    try:
-        yield os.ttyname(theirs)
-    finally:
-        done.set()
-        thread.join()
-        os.close(ours)
-        os.close(theirs)
+    return answered(speak)
 
 
 @contextmanager

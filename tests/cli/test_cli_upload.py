@@ -4,19 +4,18 @@ It writes through the boot loaders of Arduino's core, on simulated chips.
 """
 
 import os
-import pty
 import subprocess
 import time
-import tty
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pytest
 from rig.commands import Heatwright, changed
+from rig.terminal import answered
 
 from heatwright.cli import ports
 from heatwright.cli.commands import monitor
@@ -148,33 +147,22 @@ def waiting_board(mcu: str, loader: Path, start: int, baud: int) -> Iterator[tup
     avr.reset("external")
     avr.jump(start)
     avr.run(WINKS_S)
-    ours, theirs = pty.openpty()
-    tty.setraw(theirs)
-    os.set_blocking(ours, False)
-    done = Event()
+    busy_until_s = 0.0
 
-    def run() -> None:
-        busy_until_s = 0.0
-        while not done.is_set():
-            with suppress(BlockingIOError):
-                avr.uarts[0].send(os.read(ours, 4096), baud)
-            if avr.uarts[0].unsent:
-                busy_until_s = avr.time_s + BUSY_S
-            if avr.time_s >= busy_until_s:
-                time.sleep(0.0005)
-                continue
+    def turn(line: int, _: Event) -> None:
+        nonlocal busy_until_s
+        with suppress(BlockingIOError):
+            avr.uarts[0].send(os.read(line, 4096), baud)
+        if avr.uarts[0].unsent:
+            busy_until_s = avr.time_s + BUSY_S
+        if avr.time_s >= busy_until_s:
+            time.sleep(0.0005)
+        else:
             avr.run(0.001)
-            os.write(ours, bytes(avr.uarts.take()["value"]))
+            os.write(line, bytes(avr.uarts.take()["value"]))
 
-    thread = Thread(target=run)
-    thread.start()
-    try:
-        yield os.ttyname(theirs), avr
-    finally:
-        done.set()
-        thread.join()
-        os.close(ours)
-        os.close(theirs)
+    with answered(turn) as port:
+        yield port, avr
 
 
 @pytest.mark.parametrize(

@@ -205,7 +205,7 @@ REFUSED = {
     )
     for version in ("1.5", "1.7", "1.8", "1.60")
 } | {
-    "^simavr is not installed: sudo apt-get install .*libc6-dev$": lambda patch, folder: (
+    "^simavr is not installed: sudo apt-get install .*simavr.*libc6-dev$": lambda patch, folder: (
         patch.setattr(shim, "HEADERS", (folder,))
     ),
     "^There is no C compiler: sudo apt-get install .*gcc": lambda patch, folder: patch.setenv(
