@@ -106,9 +106,10 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 
     relay is the experiment that the firmware does by command, here on the simulated machine; simc
     and lambda are rules for the machine's model. Each is judged by the margins of the sampled loop
-    and tried from cold on the bench, beside the spec's own gains. The gains of the first method are
-    printed as YAML to paste. The exit status is 1 if it found none. Of several loops one is tuned
-    after the other, each while the others are as after the power-up.
+    and tried from cold on the bench, beside the spec's own gains. Printed as YAML to paste are the
+    gains of the first method whose Ms is at most 2 and whose trial trips nothing. The exit status
+    is 1 if no method found gains. Of several loops one is tuned after the other, each while the
+    others are as after the power-up.
 
     --log takes the machine from a recorded step, as identify finds it: one body.
 
@@ -165,17 +166,17 @@ def _wish(machines: int, spread_percent: float, seed: int) -> Wish:
 
 
 def _tuned(job: Job, wish: Wish | None, shown: Talk) -> _Tuned:
-    from heatwright.cli.tune.methods import Judged, find, try_all  # noqa: PLC0415
+    from heatwright.cli.tune.methods import Judged, find, proposed, try_all  # noqa: PLC0415
 
-    rows, trade, first = find(job.task, job.methods, shown), None, job.first
+    rows, trade, able = find(job.task, job.methods, shown), None, job.methods
     if wish is not None:
         from heatwright.cli.tune.robust import robust  # noqa: PLC0415
 
         row, trade = robust(job.task, rows, wish, shown)
-        rows, first = [*rows, row], row.method
+        rows, able = [*rows, row], (row.method,)
     good = [row for row in rows if isinstance(row, Judged)]
     tried = try_all(job.task, good, shown)
-    chosen = next((row for row in good if row.method == first), None)
+    chosen = proposed([row for row in good if row.method in able], tried)
     return _Tuned(job.task, rows, good, tried, chosen, trade)
 
 
@@ -192,7 +193,7 @@ def _print_loop(found: _Tuned, *, named: bool) -> None:
     from heatwright.cli.results import fault_text  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
     from heatwright.cli.tune.methods import Failed  # noqa: PLC0415
-    from heatwright.cli.tune.tabled import COLUMNS, block, legend, line  # noqa: PLC0415
+    from heatwright.cli.tune.tabled import COLUMNS, block, legend, line, unsound  # noqa: PLC0415
 
     task, tried = found.task, found.tried
     heading(f"{task.controller.identity.name}, loop {task.loop}")
@@ -207,6 +208,8 @@ def _print_loop(found: _Tuned, *, named: bool) -> None:
                 click.secho(f"  {row.method}: {fault_text(fault)}", fg="red")
     if found.trade is not None:
         _print_trade(task, found.trade)
+    if found.chosen is not None and (doubt := unsound(found.chosen)):
+        click.secho(f"  {doubt}", fg="yellow")
     if found.chosen is not None:
         click.echo(f"\n{block(found.chosen, task.loop if named else '')}" + "\n" * named, nl=False)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from heatwright.cli.ends import Refused
@@ -122,6 +122,14 @@ def try_all(task: Task, rows: Sequence[Judged], shown: Talk) -> dict[str, Tried]
     slow_s = max((each.gains.kp / each.gains.ki for each in rows if each.gains.ki), default=0.0)
     length_s = task.warm_s + SETTLING * max(slow_s, task.warm_s)
     return {each.method: _tried(task, each, length_s, shown) for each in rows}
+
+
+def proposed(rows: Sequence[Judged], tried: Mapping[str, Tried]) -> Judged | None:
+    """Return the first whose loop is sound and whose trial trips nothing; if none is, the first."""
+    for row in rows:
+        if row.margins.sound and not tried[row.method].faults:
+            return row
+    return next(iter(rows), None)
 
 
 def _tried(task: Task, row: Judged, length_s: float, shown: Talk) -> Tried:

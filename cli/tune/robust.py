@@ -14,10 +14,9 @@ from heatwright.cli.talk import Job, Talk
 from heatwright.cli.tune.methods import ROBUST, SETTLING, Failed, Judged, Task, judged
 from heatwright.cli.tune.task import warm_s
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.margins import margins
+from heatwright.sim.tuning.margins import SOUND, margins
 from heatwright.sim.tuning.process import process_of
 from heatwright.sim.tuning.robust import (
-    SOUND,
     Course,
     Machine,
     Outcome,

@@ -10,7 +10,7 @@ from heatwright.cli.figures import NONE, rounded
 from heatwright.cli.figures import as_json as figures_json
 from heatwright.cli.tune.methods import Failed, Judged, Task, Tried
 from heatwright.sim.tuning.disturbed import LOAD_PERCENT, Load
-from heatwright.sim.tuning.margins import Margins
+from heatwright.sim.tuning.margins import SOUND, Margins
 from heatwright.spec.quantity import about, celsius, duration
 
 COLUMNS = (
@@ -90,6 +90,15 @@ def legend(task: Task) -> list[str]:
         f"Model of the rules: {about(model.gain)} K/%, lags {about(model.lag_s)} s{second}, dead "
         f"time {about(model.dead_s)} s; sampled every {duration(task.period_s)}.",
     ]
+
+
+def unsound(row: Judged) -> str:
+    """Say why gains are near to instability; nothing if they are not."""
+    found = row.margins
+    if found.sound:
+        return ""
+    ms = f"an Ms of {found.sensitivity:.2f}" if found.stable else "an unstable loop"
+    return f"{row.method}: {ms}; sound is at most {SOUND:g}. Try simc, or lambda with a --lambda."
 
 
 def block(row: Judged, loop: str = "") -> str:

@@ -37,8 +37,6 @@ class Job:
 
     task: Task
     methods: tuple[str, ...]
-    first: str
-    """The method whose gains are proposed."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +69,7 @@ def plan_of(  # noqa: PLR0913 - one for each option
     for loop in dict.fromkeys(loops or spec.controller.loops):
         try:
             task = task_of(spec, loop, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s)
-            methods = methods_of(task, asked, every)
-            first = next(each for each in asked or methods if each in methods)
-            jobs.append(Job(task, methods, first))
+            jobs.append(Job(task, methods_of(task, asked, every)))
         except Refused as error:
             if loops:
                 raise
@@ -128,8 +124,7 @@ def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[
             f"Loop {task.loop} does not tune itself: the relay needs `autotune: {{}}` in the loop, "
             "the algorithm pid, and an interface gcode or modbus_rtu that serves it."
         )
-    wanted = asked or every
-    return tuple(method for method in every if method in wanted and (possible or method != "relay"))
+    return tuple(each for each in dict.fromkeys(asked or every) if possible or each != "relay")
 
 
 def _check_output(spec: Spec, name: str, loop: Loop) -> None:

@@ -19,6 +19,10 @@ POINTS = 1500
 DECADES = 3
 """Below the slowest corner of the loop."""
 
+SOUND = 2.0
+"""Largest Ms that gains may have (Åström & Hägglund, Advanced PID Control, 2006, section 4.6). It
+leaves a gain margin of at least 2 and a phase margin of at least 29°."""
+
 
 @dataclass(frozen=True)
 class Margins:
@@ -36,6 +40,11 @@ class Margins:
     """Ms: the most by which the loop amplifies an error; its reciprocal is the distance to −1."""
     crossover: float
     """Frequency at which the open loop's gain is 1, rad/s; 0 if it never is."""
+
+    @property
+    def sound(self) -> bool:
+        """Whether the loop is stable with an Ms of at most `SOUND`."""
+        return self.stable and self.sensitivity <= SOUND
 
 
 @dataclass(frozen=True)

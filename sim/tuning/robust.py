@@ -18,16 +18,13 @@ from heatwright.sim.arrays.world import step_logs
 from heatwright.sim.judges.metrics import overshoot, response_of, settling
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.margins import open_loop
+from heatwright.sim.tuning.margins import SOUND, open_loop
 from heatwright.sim.tuning.orders import heat
 from heatwright.sim.tuning.process import Process
 from heatwright.sim.tuning.trial import Progress, at_setpoint, ending, with_gains
 from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 
-SOUND = 2.0
-"""Largest Ms that gains may have on a machine (Åström & Hägglund, Advanced PID Control, 2006,
-section 4.6)."""
 BETTER = 0.999
 """A new cost must be below this share of the old one; otherwise the search does not move."""
 GENERATIONS = 12

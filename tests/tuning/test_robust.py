@@ -11,16 +11,17 @@ from click.testing import CliRunner, Result
 from rig.specs import changed, spec_of
 
 from heatwright.cli.main import cli
+from heatwright.cli.tune.methods import Judged, Tried, proposed
+from heatwright.cli.tune.tabled import unsound
 from heatwright.cli.tune.task import task_of
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.judges.metrics import metrics
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.margins import margins
+from heatwright.sim.tuning.margins import SOUND, Margins, margins
 from heatwright.sim.tuning.orders import heat
 from heatwright.sim.tuning.process import process_of
 from heatwright.sim.tuning.robust import (
     LAST,
-    SOUND,
     Course,
     Machine,
     Spread,
@@ -176,6 +177,29 @@ def test_the_command_finds_gains_for_machines_it_has_not_seen(tmp_path: Path) ->
             assert shown == pytest.approx(overshoots, abs=1.01 * task.step_k)
     for machine in machines(3):
         assert margins(machine.process, found["robust"], task.period_s).sensitivity <= SOUND * 1.001
+
+
+def test_unsound_gains_are_not_proposed_before_sound_ones() -> None:
+    """A relay leaves an Ms of 2.43 on a machine with a long lag, and simc one of 1.7."""
+
+    def judged(method: str, ms: float, *, stable: bool = True) -> Judged:
+        found = Margins(stable, gain=3, phase_deg=31, delay_s=8, sensitivity=ms, crossover=0.1)
+        return Judged(method, Gains(1, 1, 0, 0), found, None, 0)
+
+    def tried(*trips: str) -> dict[str, Tried]:
+        faults = {each: [(1.0, 6)] if each in trips else [] for each in ("relay", "simc", "lambda")}
+        return {name: Tried(None, None, found) for name, found in faults.items()}
+
+    relay, simc, slow = judged("relay", 2.43), judged("simc", 1.7), judged("lambda", 1.3)
+    assert proposed([relay, simc, slow], tried()) is simc
+    assert proposed([slow, simc], tried()) is slow
+    assert proposed([relay, simc, slow], tried("simc")) is slow
+    assert proposed([judged("relay", 1.5, stable=False), simc], tried()) is simc
+    assert proposed([relay], tried()) is relay
+    assert proposed([], {}) is None
+    assert unsound(simc) == ""
+    assert unsound(relay).startswith("relay: an Ms of 2.43; sound is at most 2. ")
+    assert unsound(judged("relay", 1.5, stable=False)).startswith("relay: an unstable loop; ")
 
 
 def test_what_cannot_be_asked_for(tmp_path: Path) -> None:
