@@ -168,6 +168,19 @@ class Heated:
 
         Exact for conduction; what radiates is taken for its tangent about a state.
         """
+        matrix = self._rates(time_s, about)
+        matrix[self._heated][-1] += power_w / self._capacities[self._heated] * time_s
+        return exponential(matrix)
+
+    def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
+        """Matrix that takes a state on without power, and what a watt adds to the new state."""
+        matrix = [[*row, 0.0] for row in self._rates(time_s, about)]
+        matrix[self._heated][-1] = time_s / self._capacities[self._heated]
+        *found, _ = exponential([*matrix, [0.0] * len(matrix[0])])
+        return [row[:-1] for row in found], [row[-1] for row in found]
+
+    def _rates(self, time_s: float, about: Vector) -> Matrix:
+        """Matrix of the state's rates of change without power, times a time."""
         size = len(self._capacities)
         states = size + bool(self.lag_s) + 1
         conductances, constants = self._flows.about(about)
@@ -176,17 +189,10 @@ class Heated:
             for j in range(size):
                 matrix[i][j] = -conductances[i][j] / capacity * time_s
             matrix[i][-1] = -constants[i] / capacity * time_s
-        matrix[self._heated][-1] += power_w / self._capacities[self._heated] * time_s
         if self.lag_s:
             matrix[size][self._sensed] = time_s / self.lag_s
             matrix[size][size] = -time_s / self.lag_s
-        return exponential(matrix)
-
-    def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
-        """Matrix that takes a state on without power, and what a watt adds to the new state."""
-        without, with_one = (self.step(power_w, time_s, about) for power_w in (0.0, 1.0))
-        added = [one[-1] - none[-1] for none, one in zip(without, with_one, strict=True)]
-        return without, added
+        return matrix
 
     def bent(self, about: Vector, state: Vector) -> bool:
         """Return whether a state is too far from another for what was made about that one."""
