@@ -295,14 +295,26 @@ def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, floa
     }
 
 
+def _step_s(controller: Controller) -> float:
+    """Return the time step, s.
+
+    Where a current is measured it is short, but if all periods are multiples of it: then the duty
+    has not changed in the last step before a reading.
+    """
+    periods_s = [loop.period_s for loop in controller.loops.values()]
+    step_s = min(STEP_S, *periods_s)
+    if all(math.isclose(each / step_s, round(each / step_s)) for each in periods_s):
+        return step_s
+    return min(step_s, metered_step_s(controller))
+
+
 class _World:
     """The reference model on a machine, and somebody who asks for setpoints."""
 
     def __init__(self, place: Place, machine: Healthy) -> None:
         controller = place.controller
         self.site = place
-        periods_s = (loop.period_s for loop in controller.loops.values())
-        self.step_s = min(STEP_S, metered_step_s(controller), *periods_s)
+        self.step_s = _step_s(controller)
         self._machine = machine
         noise_k = _summed_k(controller, machine.network)
         sense = {
@@ -330,6 +342,7 @@ class _World:
             if sensor.free_running_s
         }
         steps = math.ceil(max(self._chips_s.values(), default=0.0) / self.step_s)
+        self._currents = frozenset(self._plant.currents_a())
         self._felt = deque([self._plant.sensed_c() | self._plant.currents_a()], steps + 2)
 
     def step(self) -> None:
@@ -350,7 +363,9 @@ class _World:
             raise _TrippedError
 
     def __getitem__(self, sensor: str) -> float:
-        """Return what a sensor says now of what it felt, °C or A."""
+        """Return what a sensor says now of what it felt, °C or A, a current's in the last step."""
+        if sensor in self._currents:
+            return self._felt[-1][sensor]
         time_s, every_s = self._device.now_s, self._chips_s.get(sensor)
         if every_s is not None:
             time_s = time_s // every_s * every_s
