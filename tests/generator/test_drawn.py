@@ -12,7 +12,7 @@ import pytest
 from jinja2 import Environment, FunctionLoader, StrictUndefined, nodes
 from rig.avr import whole
 from rig.bad_specs import cases
-from rig.controllers import Drawn, attempt, drawings, drawn
+from rig.controllers import Drawn, attempts, drawings, drawn
 from rig.specs import EXAMPLES, files_of
 from suite import SEED, amount
 
@@ -41,9 +41,8 @@ KINDS = [(folder, kind) for folder, union in FOLDERS.items() for kind in kinds(u
 
 def test_most_of_what_is_drawn_is_accepted() -> None:
     """And no reason keeps much out: what is refused again and again would never be tried."""
-    random = Random(f"attempts {SEED}")  # noqa: S311 - no secret
     count = amount("drawn_attempts")
-    found = [attempt(random.randint) for _ in range(count)]
+    found = attempts(count)
     assert sum(isinstance(each, Drawn) for each in found) >= 0.8 * count
     reasons: Counter[str] = Counter()
     for each in found:

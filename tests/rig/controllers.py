@@ -8,6 +8,7 @@ it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import cache
+from itertools import count as naturals
 from itertools import islice
 from random import Random
 from typing import Any, NamedTuple
@@ -93,11 +94,24 @@ def drawings(random: Random, loops: Sequence[int] = (1, 2, 3)) -> Iterator[Drawn
             yield found
 
 
+_RANDOM = Random(f"controllers {SEED}")  # noqa: S311 - no secret
+_ATTEMPTS: list[Drawn | SpecError | None] = []
+
+
+def attempts(count: int) -> list[Drawn | SpecError | None]:
+    """Attempt a number of them, the same ones for the same SUITE_SEED."""
+    while len(_ATTEMPTS) < count:
+        _ATTEMPTS.append(attempt(_RANDOM.randint))
+    return _ATTEMPTS[:count]
+
+
 @cache
 def drawn(count: int) -> tuple[Drawn, ...]:
-    """Draw a number of them, the same ones for the same SUITE_SEED."""
-    random = Random(f"controllers {SEED}")  # noqa: S311 - no secret
-    return tuple(islice(drawings(random), count))
+    """Draw a number of them: the first of the attempts that are accepted."""
+    accepted = (
+        each for number in naturals(1) for each in attempts(number)[-1:] if isinstance(each, Drawn)
+    )
+    return tuple(islice(accepted, count))
 
 
 class _Controller:
