@@ -126,7 +126,7 @@ class Address(Checked):
     def read_address(self, value: Any) -> str:
         """Accept a name of the pattern."""
         if not isinstance(value, str) or not re.fullmatch(self._pattern, value):
-            raise refuse(f"a host does not call {self._what} so", f"Write {self._examples}")
+            raise refuse(f"a host has no such name for {self._what}", f"Write {self._examples}")
         return value
 
 
