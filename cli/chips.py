@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 from heatwright.sim.avr import CAUSES
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.indicators import Indicators as Leds
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.judges.interlock import overlaps
 from heatwright.spec import Controller, Indicators
@@ -35,6 +37,21 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
             placed(controller, Indicators).values(), device.parts(Leds), strict=True
         )
     }
+
+
+def refusals(device: AvrDevice) -> tuple[tuple[float, str], ...]:
+    """Return what the board has not done for a host or a master: when, s, and its answer."""
+    found = [
+        *((line.time_s, line.text.removeprefix("echo:"))
+          for host in device.parts(GcodeHost) for line in host.refusals),
+        *((each.time_s, f"{each.name}: {_answer(each.exception)}")
+          for master in device.parts(ModbusMaster) for each in master.refusals),
+    ]  # fmt: skip
+    return tuple(sorted(found))
+
+
+def _answer(exception: int) -> str:
+    return f"exception {exception}" if exception else "no answer"
 
 
 def complaints(device: AvrDevice) -> tuple[str, ...]:

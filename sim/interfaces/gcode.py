@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 RESEND = re.compile(r"(?:Resend|rs)\D*(\d+)", re.IGNORECASE)
 TEMPERATURE = re.compile(r"T:(-?\d+\.?\d*) /(-?\d+\.?\d*)")
+REFUSED = re.compile(r"echo:.*(nothing was changed$| refused: |Unknown command|Invalid )")
 TALK_S = 0.02
 """How often it listens while it talks: so long the board takes to answer at most."""
 POLL_S = 5.0
@@ -140,6 +141,11 @@ class GcodeHost:
     def texts(self, start: str = "") -> list[str]:
         """Return the lines that begin with `start`."""
         return [line.text for line in self.lines if line.text.startswith(start)]
+
+    @property
+    def refusals(self) -> list[HostLine]:
+        """Return the lines in which the board says that it has not done what was asked."""
+        return [line for line in self.lines if REFUSED.match(line.text)]
 
     @property
     def temperatures(self) -> list[HostTemperature]:

@@ -128,6 +128,22 @@ def test_what_leds_show_is_told(heatwright: Heatwright) -> None:
     assert "LEDs of nozzle: enabled lit, heating lit, cooling dark, communicating lit\n" in told
 
 
+def test_what_the_board_refuses_is_told(heatwright: Heatwright) -> None:
+    """A master's write is answered by an exception, a host's line by a text."""
+    lines = "{at: 2 s, send: M104 S400}, {at: 4 s, send: M104 S200}"
+    Path("host.yaml").write_text(f"scenario: [{lines}, {{for: 6 s}}]", encoding="utf-8")
+    words = f"simulate {EXAMPLES}/feeder.yaml --scenario host.yaml"
+    (refused,) = heatwright(f"{words} --json").json["refused"]
+    assert refused["answer"] == "M104 is outside its limits; nothing was changed"
+    assert 2 < refused["time_s"] < 2.1
+    assert "refused after 2.0 s: M104 is outside its limits; nothing" in heatwright(words).out
+    written = "{at: 2 s, write: {air.manual: true}}"  # of a loop that is off
+    Path("master.yaml").write_text(f"scenario: [{written}, {{for: 6 s}}]", encoding="utf-8")
+    words = f"simulate {EXAMPLES}/dryer.yaml --scenario master.yaml --json"
+    (refused,) = heatwright(words).json["refused"]
+    assert refused["answer"] == "air.manual: exception 3"
+
+
 def test_labels_of_events_a_second_apart_cover_no_other(tmp_path: Path) -> None:
     pressed = [*range(1, 8), *range(590, 599)]
     events = [f"{{at: {at} s, press: {'up' if at % 2 else 'select'}}}" for at in pressed]
