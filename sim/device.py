@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -97,7 +97,8 @@ class AvrDevice:
     recorded is read at the latest; sensors, outputs, interfaces -- what is wired to it, by the
     spec's names; relay -- what is in series with the heaters, if anything is; proofs -- what proves
     that fans turn, by the fan; contacts -- at the machine's inputs, by their names; looked_at --
-    the variables that were read; who asks clears it; crystal_hz -- from the next power-up on.
+    the variables that were read; who asks clears it; edged -- the outputs whose changes are logged;
+    crystal_hz -- from the next power-up on.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -109,6 +110,11 @@ class AvrDevice:
         self.variables = Variables(self.elf)
         self.looked_at: dict[str, Variable] = {}
         check_digest(self.elf, digest(controller))
+        self.edged = {
+            name
+            for loop in controller.loops.values() if loop.cooler is not None
+            for name in (loop.heater, loop.cooler)
+        }  # fmt: skip
         self.crystal_hz = controller.board.clock_hz
         self._start_s = 0.0
         self._recorders: list[Any] = []
@@ -127,6 +133,7 @@ class AvrDevice:
             self.avr.eeprom.contents = eeprom
         self.sensors = self._attach("sensor", self._controller.sensors)
         self.outputs: dict[str, Switch] = self._attach("output", self._controller.outputs)
+        self.log_edges(self.edged)
         if self.relay is not None:
             self.relay.power_on(self.avr, self._controller)
         for part in (*self.proofs.values(), *self.contacts.values()):
@@ -370,6 +377,12 @@ class AvrDevice:
         """Give a recorder everything from now on (see heatwright.sim.plots.vcd)."""
         self.feed()
         self._recorders.append(recorder)
+
+    def log_edges(self, outputs: Collection[str]) -> None:
+        """Log the changes of these outputs' pins from now on, also after a loss of power."""
+        self.edged |= set(outputs)
+        for name in outputs:
+            self.outputs[name].log_edges()
 
     def take_resets(self) -> NDArray[Any]:
         """Return the resets since the last call (RESET_EVENT), but for those a start waits for."""

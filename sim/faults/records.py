@@ -102,6 +102,7 @@ class HeaterLog:
 
     def __init__(self, device: AvrDevice, heaters: set[str]) -> None:
         self._device = device
+        device.log_edges(heaters)
         outputs = [device.outputs[name] for name in heaters]
         self._active = {pin_number(each.pin): each.active == "high" for each in outputs}
         self._on = dict.fromkeys(self._active, False)

@@ -82,6 +82,7 @@ class Stepper(Switch):
             avr.pins.pull(name, "low")  # the driver's own
         step, direction = (avr.pins.watch(name) for name in names)
         self._step, self._direction = _Line(step, False), _Line(direction, False)
+        self.log_edges()
         self._enable = _Line(self.number, self._inactive == "high")
         self._steps: list[NDArray[Any]] = [np.zeros(0, STEP)]
         self._last = np.zeros(0, np.int64)

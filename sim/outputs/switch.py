@@ -20,9 +20,13 @@ class Switch:
         self.active = active
         self._inactive: Level = "low" if active == "high" else "high"
         avr.pins.pull(self.pin, self._inactive)
-        self.number = avr.pins.watch(self.pin)
+        self.number = avr.pins.watch(self.pin, logged=False)
         self._cycle = avr.cycle
         self._high = avr.pins.high_cycles(self.number)
+
+    def log_edges(self) -> None:
+        """Log its changes from now on, for who reads them: of a PWM there are many."""
+        self._avr.pins.watch(self.pin)
 
     def on_fraction(self) -> float:
         """Return the share of time it was on since the last call, 0..1; 0 if no time has passed."""

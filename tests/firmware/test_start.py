@@ -34,6 +34,7 @@ def program() -> Elf:
 def power_on(eeprom: bytes = b"", felt_c: float = ROOM_C, elf: Elf | None = None) -> AvrDevice:
     """Return the chamber's controller at time 0, its sensor at a temperature."""
     device = AvrDevice(CHAMBER, elf or program())
+    device.log_edges(["heater"])
     device.avr.eeprom.contents = eeprom
     device.sense("air", felt_c)
     return device

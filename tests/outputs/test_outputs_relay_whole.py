@@ -50,6 +50,7 @@ def device(request: pytest.FixtureRequest) -> AvrDevice:
 
 def powered(text: str, elf: Elf | None = None) -> AvrDevice:
     made = AvrDevice(spec_of(text).controller, elf or whole(text))
+    made.log_edges(made.outputs)
     for sensor in ("left", "right"):
         made.sense(sensor, 20.0)
     made.advance(5.0)

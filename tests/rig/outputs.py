@@ -287,6 +287,8 @@ class OutputBoard(Board):
             for name, output in self.controller.outputs.items()
             if name in dict(place.outputs) and not isinstance(output, Stepper)
         }
+        for switch in self.outputs.values():
+            switch.log_edges()
 
     def ask(self, name: str, percent: float) -> None:
         """Ask for a share: the program takes it in the next tick, behind the interrupt."""
@@ -305,6 +307,7 @@ class Recorded:
         self.found: list[Change] = []
         self._on = dict.fromkeys(names, False)
         self._switches = {name: device.outputs[name] for name in names}
+        device.log_edges(names)
         device.record(self)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
