@@ -24,8 +24,9 @@ class Machine(NamedTuple):
     """A drawn spec with a machine to try it on; refused -- what `check` told of others before it.
 
     told -- what `check` told of this one when it ran it, and what was written then as it proposed.
-    Those that have no machine are passed over: there is nothing to verify. So are those with a
-    period so long that a few steps of it take minutes to simulate, but in the largest suite.
+    Those that have no machine are passed over: there is nothing to verify. So are, but in the
+    largest suite, those that take many minutes to simulate: with hours between a few steps, or with
+    pulses of a heater whose edges come more often than what the program does.
     """
 
     text: str
@@ -52,7 +53,12 @@ def machine(number: int) -> Machine:
 
 def _is_tried(controller: Controller) -> bool:
     slowest_s = max(loop.period_s for loop in controller.loops.values())
-    return controller.simulation is not None and slowest_s <= amount("drawn_period_s")
+    pulses_hz = [getattr(each, "frequency_hz", 0) for each in controller.outputs.values()]
+    return (
+        controller.simulation is not None
+        and slowest_s <= amount("drawn_period_s")
+        and max(pulses_hz) <= amount("drawn_pwm_hz")
+    )
 
 
 def _good(text: str, spec: Spec, told: list[str]) -> tuple[str, Spec] | None:
