@@ -66,7 +66,7 @@ pytest: $(TESTS_READY)
 mutation: $(TESTS_READY) ## break the generated C in every small way (ARGS="host/pid_hold --file guard_air.c")
 	@cd tests && ../$(BIN)/python -m mutation $(ARGS)
 
-drawn: $(TESTS_READY) ## draw machines from the whole language, and verify each (N=200)
+drawn: $(TESTS_READY) ## draw machines from nearly the whole language, and verify each (N=200; SUITE_SIZE=full: from all of it)
 	@cd tests && ../$(BIN)/python -m any_machine --count $(N) $(ARGS)
 
 bench: $(READY) ## how fast it is, in ratios (ARGS=--page: and docs/benchmarks.md, with its picture)

@@ -298,8 +298,8 @@ def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, floa
 def _step_s(controller: Controller) -> float:
     """Return the time step, s.
 
-    Where a current is measured it is short, but if all periods are multiples of it: then the duty
-    has not changed in the last step before a reading.
+    Where a current is measured it is a tenth of the shortest period, unless all periods are whole
+    multiples of the usual step: then the duty is constant in the step before a reading.
     """
     periods_s = [loop.period_s for loop in controller.loops.values()]
     step_s = min(STEP_S, *periods_s)

@@ -107,9 +107,9 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     relay is the experiment that the firmware does by command, here on the simulated machine; simc
     and lambda are rules for the machine's model. Each is judged by the margins of the sampled loop
     and tried from cold on the bench, beside the spec's own gains. Printed as YAML to paste are the
-    gains of the first method whose Ms is at most 2 and whose trial trips nothing. The exit status
-    is 1 if no method found gains. Of several loops one is tuned after the other, each while the
-    others are as after the power-up.
+    gains of the first method whose Ms is at most 2 and whose trial trips nothing; if none is so,
+    the nearest, with a warning. The exit status is 1 if a loop gets no proposal. Of several loops
+    one is tuned after the other, each while the others are as after the power-up.
 
     --log takes the machine from a recorded step, as identify finds it: one body.
 
@@ -155,6 +155,8 @@ class _Tuned(NamedTuple):
     good: Sequence[Judged]
     tried: Mapping[str, Tried]
     chosen: Judged | None
+    doubt: str | None
+    """Why the chosen gains should not be used as they are."""
     trade: Trade | None
 
 
@@ -167,6 +169,7 @@ def _wish(machines: int, spread_percent: float, seed: int) -> Wish:
 
 def _tuned(job: Job, wish: Wish | None, shown: Talk) -> _Tuned:
     from heatwright.cli.tune.methods import Judged, find, proposed, try_all  # noqa: PLC0415
+    from heatwright.cli.tune.tabled import doubt  # noqa: PLC0415
 
     rows, trade, able = find(job.task, job.methods, shown), None, job.methods
     if wish is not None:
@@ -177,7 +180,8 @@ def _tuned(job: Job, wish: Wish | None, shown: Talk) -> _Tuned:
     good = [row for row in rows if isinstance(row, Judged)]
     tried = try_all(job.task, good, shown)
     chosen = proposed([row for row in good if row.method in able], tried)
-    return _Tuned(job.task, rows, good, tried, chosen, trade)
+    warned = None if chosen is None else doubt(chosen, tried[chosen.method])
+    return _Tuned(job.task, rows, good, tried, chosen, warned, trade)
 
 
 def _print(found: Sequence[_Tuned], plan: Plan, plot: Path | None) -> None:
@@ -193,7 +197,7 @@ def _print_loop(found: _Tuned, *, named: bool) -> None:
     from heatwright.cli.results import fault_text  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
     from heatwright.cli.tune.methods import Failed  # noqa: PLC0415
-    from heatwright.cli.tune.tabled import COLUMNS, block, legend, line, unsound  # noqa: PLC0415
+    from heatwright.cli.tune.tabled import COLUMNS, block, legend, line  # noqa: PLC0415
 
     task, tried = found.task, found.tried
     heading(f"{task.controller.identity.name}, loop {task.loop}")
@@ -208,9 +212,9 @@ def _print_loop(found: _Tuned, *, named: bool) -> None:
                 click.secho(f"  {row.method}: {fault_text(fault)}", fg="red")
     if found.trade is not None:
         _print_trade(task, found.trade)
-    if found.chosen is not None and (doubt := unsound(found.chosen)):
-        click.secho(f"  {doubt}", fg="yellow")
     if found.chosen is not None:
+        if found.doubt:
+            click.secho(f"  {found.doubt}", fg="yellow")
         click.echo(f"\n{block(found.chosen, task.loop if named else '')}" + "\n" * named, nl=False)
 
 
@@ -237,6 +241,7 @@ def _print_json(spec: Path, loaded: Spec, found: Sequence[_Tuned], plan: Plan) -
                     "model": model_json(each.task),
                     "methods": rows_json(each.rows, each.tried),
                     "chosen": None if each.chosen is None else each.chosen.method,
+                    "doubt": each.doubt,
                     "yaml": None if each.chosen is None else block(each.chosen),
                     "robust": each.trade and robust.as_json(each.trade),
                 }

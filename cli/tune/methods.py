@@ -125,11 +125,20 @@ def try_all(task: Task, rows: Sequence[Judged], shown: Talk) -> dict[str, Tried]
 
 
 def proposed(rows: Sequence[Judged], tried: Mapping[str, Tried]) -> Judged | None:
-    """Return the first whose loop is sound and whose trial trips nothing; if none is, the first."""
-    for row in rows:
-        if row.margins.sound and not tried[row.method].faults:
-            return row
-    return next(iter(rows), None)
+    """Return the first whose loop is sound and whose trial trips nothing; None: there are no rows.
+
+    If none is, a stable loop counts most, then a trial that trips nothing, then the least Ms.
+    """
+
+    def doubts(row: Judged) -> tuple[bool, bool, float]:
+        found = row.margins
+        return (
+            not found.stable,
+            bool(tried[row.method].faults),
+            0.0 if found.sound else found.sensitivity,
+        )
+
+    return min(rows, key=doubts, default=None)
 
 
 def _tried(task: Task, row: Judged, length_s: float, shown: Talk) -> Tried:

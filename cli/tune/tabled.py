@@ -92,13 +92,18 @@ def legend(task: Task) -> list[str]:
     ]
 
 
-def unsound(row: Judged) -> str:
-    """Say why gains are near to instability; nothing if they are not."""
+def doubt(row: Judged, tried: Tried) -> str | None:
+    """Say why gains should not be used as they are; None: they may be."""
     found = row.margins
-    if found.sound:
-        return ""
-    ms = f"an Ms of {found.sensitivity:.2f}" if found.stable else "an unstable loop"
-    return f"{row.method}: {ms}; sound is at most {SOUND:g}. Try simc, or lambda with a --lambda."
+    if not found.stable:
+        reason = "its loop is unstable"
+    elif not found.sound:
+        reason = f"its Ms of {found.sensitivity:.2f} is above {SOUND:g}, near to instability"
+    elif tried.faults:
+        reason = "a protection trips in its trial"
+    else:
+        return None
+    return f"{row.method}: {reason}. Try a longer --tauc or --lambda, or other protections."
 
 
 def block(row: Judged, loop: str = "") -> str:

@@ -44,6 +44,8 @@ def chain_cells(chains: Iterable[ChainError]) -> list[tuple[str, ...]]:
 def fault_cells(result: FaultResult) -> tuple[str, ...]:
     """Return a fault's row in the order of FAULT_COLUMNS."""
     nothing = "nothing, as it must" if result.calm else "no rule is met"
+    if not result.passed:
+        nothing = "nothing"
     others = [rule for rule in result.counting if rule != result.rule]
     return (
         result.fault.replace("_", " "),

@@ -1,4 +1,4 @@
-"""Draw machines from the whole language, and verify each that `check` calls good.
+"""Draw machines, and verify each that `check` calls good.
 
     python -m any_machine --count 200        draw 200 (run it in tests/; or: make drawn N=200)
     python -m any_machine --only 17          the 17th alone: its spec, each check as it comes
@@ -6,8 +6,10 @@
     python -m any_machine --faults 5         some faults of each, drawn always alike, not all
     python -m any_machine --json drawn.json  write each machine and what was found of it
 
-A machine is the same one whenever its number is drawn, unless SUITE_SEED says otherwise; nothing is
-kept from run to run. Ctrl-C ends it with the counts so far. The exit status is 1 if one is red.
+A machine is the same one whenever its number is drawn, unless SUITE_SEED says otherwise. Those that
+take many minutes to simulate are drawn with SUITE_SIZE=full alone; a number is then another
+machine. Nothing is kept from run to run. Ctrl-C ends it with the counts so far. The exit status is
+1 if one is red.
 """
 
 import argparse

@@ -7,7 +7,7 @@ from any_machine.drawing import machine
 from rig.avr import whole
 from rig.specs import controller_of
 from rig.verified import Verdict, rehearsed, verified
-from suite import SIZE, amount
+from suite import SEED, SIZE, amount
 
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.spec import SpecError, load_text
@@ -53,4 +53,4 @@ def test_drawn_ones_verify(number: int) -> None:
     """`make drawn` verifies more of them."""
     spec = machine(number).spec
     found = verified(spec, amount("machine_faults"))
-    assert found.red == (), f"SUITE_SIZE={SIZE} make drawn ARGS='--only {number}'"
+    assert found.red == (), f"SUITE_SEED={SEED} SUITE_SIZE={SIZE} make drawn ARGS='--only {number}'"

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rig.avr import CLOCK_HZ, began_s, whole
+from rig.outputs import Recorded
 from rig.specs import example
 
 from heatwright.sim.bench import ReferenceDevice
@@ -97,16 +98,16 @@ def test_the_watchdog_is_armed_no_pin_floats_and_the_setpoint_is_the_first() -> 
 
 def test_the_fan_runs_before_the_heater_and_always() -> None:
     device = power_on()
-    device.advance(2.5)
+    recorded = Recorded(device, "heater")
+    device.advance(3.5)
     device.sensors["air"].unplug()  # type: ignore[attr-defined]
     device.advance(20.0)
     assert device.read("fault.code") == 1
-    events = device.avr.pins.take()
-    heater = events[(events["pin"] == HEATER) & (events["state"] & 1 == 1)]
+    device.feed()
     assert device.outputs["fan"].on
     on_cycles = device.avr.pins.high_cycles(FAN)
     assert device.avr.cycle - on_cycles < (device.steps("air")["time_s"][0] - 1.0) * CLOCK_HZ
-    assert heater["cycle"].min(initial=device.avr.cycle) > device.avr.cycle - on_cycles
+    assert recorded.cycles("heater")[0] > device.avr.cycle - on_cycles
 
 
 def test_no_heat_before_the_first_reading() -> None:

@@ -12,7 +12,7 @@ from rig.specs import changed, spec_of
 
 from heatwright.cli.main import cli
 from heatwright.cli.tune.methods import Judged, Tried, proposed
-from heatwright.cli.tune.tabled import unsound
+from heatwright.cli.tune.tabled import doubt
 from heatwright.cli.tune.task import task_of
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.judges.metrics import metrics
@@ -190,16 +190,23 @@ def test_unsound_gains_are_not_proposed_before_sound_ones() -> None:
         faults = {each: [(1.0, 6)] if each in trips else [] for each in ("relay", "simc", "lambda")}
         return {name: Tried(None, None, found) for name, found in faults.items()}
 
+    def doubted(row: Judged, *trips: str) -> str | None:
+        return doubt(row, tried(*trips)[row.method])
+
     relay, simc, slow = judged("relay", 2.43), judged("simc", 1.7), judged("lambda", 1.3)
     assert proposed([relay, simc, slow], tried()) is simc
     assert proposed([slow, simc], tried()) is slow
     assert proposed([relay, simc, slow], tried("simc")) is slow
     assert proposed([judged("relay", 1.5, stable=False), simc], tried()) is simc
-    assert proposed([relay], tried()) is relay
+    wild = judged("relay", 9.0, stable=False)
+    barely = judged("lambda", 2.05)
+    assert proposed([wild, relay, barely], tried()) is barely
+    assert proposed([wild, relay, barely], tried("lambda")) is relay
     assert proposed([], {}) is None
-    assert unsound(simc) == ""
-    assert unsound(relay).startswith("relay: an Ms of 2.43; sound is at most 2. ")
-    assert unsound(judged("relay", 1.5, stable=False)).startswith("relay: an unstable loop; ")
+    assert doubted(simc) is None
+    assert "its Ms of 2.43 is above 2" in str(doubted(relay))
+    assert "unstable" in str(doubted(wild))
+    assert "trips" in str(doubted(simc, "simc"))
 
 
 def test_what_cannot_be_asked_for(tmp_path: Path) -> None:
