@@ -25,8 +25,8 @@ class Machine(NamedTuple):
 
     told -- what `check` told of this one when it ran it, and what was written then as it proposed.
     Those that have no machine are passed over: there is nothing to verify. So are, but in the
-    largest suite, those that take many minutes to simulate: with a period above a minute, or with a
-    heater's PWM above 20 kHz, of which each edge is simulated.
+    largest suite, those that take many minutes to simulate: with a period above a minute or below
+    50 ms, or with a heater's PWM above 20 kHz, of which each edge is simulated.
     """
 
     text: str
@@ -56,6 +56,7 @@ def _is_tried(controller: Controller) -> bool:
     pulses_hz = [getattr(controller.outputs[each.heater], "frequency_hz", 0.0) for each in loops]
     return (
         controller.simulation is not None
+        and min(each.period_s for each in loops) >= amount("drawn_period_ms") / 1000
         and max(each.period_s for each in loops) <= amount("drawn_period_s")
         and max(pulses_hz) <= amount("drawn_pwm_hz")
     )
