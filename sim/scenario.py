@@ -5,11 +5,15 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from heatwright.spec import Controller, Event, ProgramOrder, Simulation, Write
+from heatwright.spec.commands import gcode_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.simulation import LEAST_VERIFIED_S
 
 PRESS_S = 0.1
 """A brisk press: this long down, then at least as long up."""
+
+ASKS = Event.model_validate({"at": "1 s", "send": "M105"})
+"""A host that is there asks for the temperatures, as soon as the controller has started."""
 
 STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
 """A host's line that stops all, which is a fault that is latched."""
@@ -52,13 +56,20 @@ class Action(NamedTuple):
 
 
 def long_enough(controller: Controller) -> Controller:
-    """Draw a short scenario out."""
+    """Draw a short scenario out; a host that says nothing in it asks for the temperatures then.
+
+    A host that is there does so by itself; one that never does is lost before the longer end.
+    """
     simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
+    if not any(map(_is_short, simulation.scenario)):
+        return controller
     scenario = tuple(
         event.model_copy(update={"for_s": LEAST_VERIFIED_S}) if _is_short(event) else event
         for event in simulation.scenario
     )
+    if gcode_of(controller) is not None and not any(event.send for event in scenario):
+        scenario = (ASKS, *scenario)
     longer = simulation.model_copy(update={"scenario": scenario})
     return controller.model_copy(update={"simulation": longer})
 

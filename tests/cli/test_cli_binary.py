@@ -261,6 +261,21 @@ def test_a_short_scenario_is_drawn_out_a_long_one_stays(length_s: float, drawn_s
     assert found.scenario[-1].for_s == drawn_s
 
 
+@pytest.mark.parametrize(
+    ("event", "sent"),
+    [("extrude: 1 mm/s", ["M105", None, None]), ("send: M104 S200", ["M104 S200", None])],
+)
+def test_a_silent_host_is_not_lost_where_a_scenario_is_drawn_out(
+    tmp_path: Path, event: str, sent: list[str | None]
+) -> None:
+    """Keys may have switched the loop on, and 30 min are longer than its host may be silent."""
+    file = tmp_path / "short.yaml"
+    file.write_text(f"scenario: [{{at: 2 s, {event}}}, {{for: 60 s}}]", encoding="utf-8")
+    found = long_enough(with_scenario(example("feeder"), file, None)).simulation
+    assert found is not None
+    assert [each.send for each in found.scenario] == sent
+
+
 GOOD_FIGURE = Figure("busy waiting", "µs", 40.0, 100.0, "send_cell")
 GOOD_FAULT = FaultResult("unplugged", "air", False, "sensor_no_answer", (), 4.9, 6.0, 0.9, 65)
 
