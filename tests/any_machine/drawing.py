@@ -56,7 +56,7 @@ def _is_tried(controller: Controller) -> bool:
     pulses_hz = [getattr(controller.outputs[each.heater], "frequency_hz", 0.0) for each in loops]
     return (
         controller.simulation is not None
-        and min(each.period_s for each in loops) >= amount("drawn_period_ms") / 1000
+        and 1 / min(each.period_s for each in loops) <= amount("drawn_steps_per_s")
         and max(each.period_s for each in loops) <= amount("drawn_period_s")
         and max(pulses_hz) <= amount("drawn_pwm_hz")
     )
