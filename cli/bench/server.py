@@ -275,6 +275,7 @@ class Server:
                 server_header=False,
                 timeout_graceful_shutdown=1,
                 ws_max_size=LONGEST_ORDER,
+                ws_per_message_deflate=False,  # it goes no further than to this computer
             )
         )
         board.when_failed = self.stop

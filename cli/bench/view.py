@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heatwright.cli.bench.parts.seat import Seat
 from heatwright.cli.bench.store import Point, Store, as_told
@@ -133,7 +134,7 @@ class View:
         """Return the loops' courses since the last call: s, °C, °C, °C, %."""
         self._world.forget()
         return {
-            loop: [tuple(_plain(each, 3) for each in row) for row in zip(*course, strict=True)]
+            loop: list(zip(*map(_column, course), strict=True))
             for loop, course in self._world.take_courses().items()
         }
 
@@ -169,6 +170,14 @@ def _plain(value: Any, digits: int) -> Any:
     if not math.isfinite(number):
         return None
     return round(number, digits) if isinstance(value, float | np.floating) else int(value)
+
+
+def _column(values: NDArray[np.float64]) -> list[float | None]:
+    """Return many numbers as JSON has them."""
+    found: list[float | None] = np.round(values, 3).tolist()
+    if not np.isfinite(values).all():
+        return [each if each is not None and math.isfinite(each) else None for each in found]
+    return found
 
 
 def _scalars(world: LiveWorld) -> Iterator[tuple[str, Variable]]:

@@ -98,7 +98,7 @@ class Memory:
         """Begin anew, as at power-up; no page is shown yet."""
         self.variables = VARIABLES | {"baud": self.kept_baud, "bauds": self.kept_baud}
         self.parts: tuple[dict[str, Part], ...] = tuple(
-            {component.name: Part(component) for component in (_ground(page), *page.components)}
+            {component.name: Part(component) for component in _from_back(page)}
             for page in self._pages
         )
         self.page = 0
@@ -124,7 +124,7 @@ class Memory:
 
     def shown(self) -> Iterator[Part]:
         """List the components of the page that is shown, from the back to the front."""
-        yield from sorted(self.parts[self.page].values(), key=lambda part: part.component.id)
+        yield from self.parts[self.page].values()
 
     def part(self, which: Value | Name) -> Part:
         """Find a component of the page that is shown, by its name or number."""
@@ -190,9 +190,10 @@ class Memory:
         return part
 
 
-def _ground(page: Page) -> Component:
-    """Return the page itself, its component 0: it is behind all others."""
-    return Component("page", page.name, 0, attributes={"bco": page.bco})
+def _from_back(page: Page) -> list[Component]:
+    """List a page's components by their numbers: 0 is the page itself, behind all others."""
+    ground = Component("page", page.name, 0, attributes={"bco": page.bco})
+    return sorted((ground, *page.components), key=lambda component: component.id)
 
 
 def _joined(operator: str, left: Value, right: Value) -> Value:

@@ -40,7 +40,7 @@ def main() -> None:
         "cores": lambda: cores(asked.times, tell, asked.share),
         "growth": lambda: growth(asked.times, tell),
         "campaigns": lambda: campaigns(asked.times, tell),
-        "seat": lambda: seat(tell),
+        "seat": lambda: seat(asked.times, tell),
     }
     found = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
     for part in asked.parts or parts:

@@ -167,7 +167,7 @@ Headless Chromium shows the chamber at real time: from a key to its effect on th
 {found["key_median_ms"]:.0f} ms by the clock on the wall (median of {found["keys"]} keys; at most \
 {found["key_most_ms"]:.0f} ms). A firing of the kiln over {found["hours"]:.1f} h, at full speed \
 and watched, goes at {ratio:.2f} times the speed of `simulate`, by the processor time of the \
-command.
+command (the least of {found["times"]} each).
 """
 
 

@@ -16,6 +16,7 @@ from heatwright.cli.bench.parts.seat import (
 )
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.sim.interfaces.nextion import Nextion
+from heatwright.sim.interfaces.nextion_screen import draw
 from heatwright.spec import Controller
 from heatwright.spec.nextion import HEIGHT, WIDTH
 
@@ -69,8 +70,6 @@ class TouchDisplay(Seat):
         if drawn == self._drawn:
             return None
         self._drawn = drawn
-        from heatwright.sim.interfaces.nextion_screen import draw  # noqa: PLC0415 - see Nextion
-
         return draw(display.display)
 
     def act(self, live: Live, order: Order) -> None:
