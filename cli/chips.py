@@ -39,7 +39,7 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
     }
 
 
-def refusals(device: AvrDevice) -> tuple[tuple[float, str], ...]:
+def not_done(device: AvrDevice) -> tuple[tuple[float, str], ...]:
     """Return what the board has not done for a host or a master: when, s, and its answer."""
     found = [
         *((line.time_s, line.text.removeprefix("echo:"))

@@ -64,9 +64,9 @@ def print_run_json(file: str, spec: Spec, run: Run, device: str) -> None:
             },
             "display": None if run.display is None else list(run.display),
             "lights": {loop: dict(shown) for loop, shown in run.lights.items()},
-            "refused": [
-                {"time_s": rounded(time_s), "answer": text} for time_s, text in run.refusals
-            ],
+            "not_done": None
+            if run.not_done is None
+            else [{"time_s": rounded(time_s), "answer": text} for time_s, text in run.not_done],
             "speed": speed(run),
         }
     )
@@ -114,8 +114,8 @@ def print_run(run: Run, spec: Spec, device: str) -> None:
         click.echo("  display  |{}|\n           |{}|".format(*run.display))
     for loop, shown in run.lights.items():
         click.echo(f"  LEDs of {loop}: {', '.join(' '.join(each) for each in shown.items())}")
-    for time_s, text in run.refusals:
-        click.secho(f"  refused after {time_s:.1f} s: {text}", fg="yellow")
+    for time_s, text in run.not_done or ():
+        click.secho(f"  not done after {time_s:.1f} s: {text}", fg="yellow")
     click.echo(f"  {speed_text(run)}")
 
 

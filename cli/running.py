@@ -43,8 +43,9 @@ class Run:
     """What the touch display shows at the end, as a PNG."""
     lights: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     """What the LEDs of each loop show at the end, by meaning."""
-    refusals: tuple[tuple[float, str], ...] = ()
-    """What the binary has not done for a host or a master: when, s, and its answer."""
+    not_done: tuple[tuple[float, str], ...] | None = None
+    """What the binary has not done for a host or a master: when, s, and its answer; None without a
+    binary, for nobody speaks to the model."""
     complaints: tuple[str, ...] = ()
     """What the chips at the binary's pins, and the processor, had to object to."""
     limit: Limit | None = None
@@ -65,7 +66,7 @@ def run_binary(
     controller: Controller, elf: Path | Elf, progress: Progress, vcd: Path | None = None
 ) -> Run:
     """Run the binary in the simulated processor; `vcd`: write the activity of its pins there."""
-    from heatwright.cli.chips import complaints, display, lights, refusals, screen  # noqa: PLC0415
+    from heatwright.cli.chips import complaints, display, lights, not_done, screen  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
     from heatwright.sim.judges.limit import limit_of  # noqa: PLC0415
 
@@ -80,7 +81,7 @@ def run_binary(
         display=display(device),
         screen=screen(device),
         lights=lights(controller, device),
-        refusals=refusals(device),
+        not_done=not_done(device),
         complaints=complaints(device),
         limit=limit_of(device.avr, controller.board.mcu, device.elf),
     )

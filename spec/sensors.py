@@ -147,7 +147,7 @@ class Rtd(AnalogSensor):
     )
     divider: Divider | None = Field(None, description="The resistor beside the element.")
     amplifier: Amplifier | None = Field(
-        None, description="In the place of a divider: a constant current and an amplifier."
+        None, description="In the place of a divider: a feed and an amplifier."
     )
     least: ClassVar[Least] = Least(250, 5)
     curve: ClassVar[None] = None

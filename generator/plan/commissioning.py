@@ -132,7 +132,8 @@ def _board(controller: Controller) -> Iterator[Step]:
             volts = chain.circuit(board.mcu).ratio(ROOM_C) * reference_v(chain, board.mcu)
             pin = label(board.pins[chain.pin])
             seen = f"about {volts:.3g} V"
-            if not chain.gives_voltage and chain.amplifier is not None:
+            amplifier = None if chain.gives_voltage else chain.amplifier
+            if amplifier is not None and amplifier.feed == "constant_current":
                 seen += "; less: the element's current is not constant, and all readings too low"
             yield Step(f"Measure {pin} (`{name}`) at {quantity(ROOM_C, '°C')}", seen)
     for name, loop in controller.loops.items():

@@ -108,10 +108,18 @@ def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
 
 
 def _amplified_v(element: str, amplifier: Amplifier, seen_ohm: Array) -> Array:
-    """Return gain · excitation · (R − R₀) / series, between ground and the amplifier's supply."""
-    current_a = amplifier.excitation_v / amplifier.series_ohm
-    above_ohm = seen_ohm - {"pt100": 100.0, "pt1000": 1000.0}[element]
-    return _within(amplifier.gain * current_a * above_ohm, amplifier.excitation_v)
+    """Return gain times what the element has above R₀, between ground and the supply.
+
+    Through plain resistors flows what Ohm's law gives for both in series.
+    """
+    full_v, series_ohm = amplifier.excitation_v, amplifier.series_ohm
+    zero_ohm: Array = np.asarray({"pt100": 100.0, "pt1000": 1000.0}[element])
+    if amplifier.feed == "resistors":
+        dropped_v, zero_v = (
+            full_v * series_ohm / (series_ohm + ohm) for ohm in (seen_ohm, zero_ohm)
+        )
+        return _within(amplifier.gain * (zero_v - dropped_v), full_v)
+    return _within(amplifier.gain * full_v / series_ohm * (seen_ohm - zero_ohm), full_v)
 
 
 def _given_v(sensor: Analog, temperature_c: Array, wiring: Wiring) -> Array:

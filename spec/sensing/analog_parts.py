@@ -131,7 +131,7 @@ class Divider(Model):
 
 
 class Amplifier(Model):
-    """A differential amplifier: V = gain · excitation · (R − R0) / series."""
+    """A differential amplifier: `gain` times what the element has above an equal feed of R₀."""
 
     gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Of the amplifier.")
     excitation_v: _Supply = Field(
@@ -139,6 +139,11 @@ class Amplifier(Model):
     )
     series_ohm: Ohm = Field(
         alias="series", description="Resistor through which the element is fed."
+    )
+    feed: Literal["constant_current", "resistors"] = Field(
+        "constant_current",
+        description="What flows through element and R₀: `excitation` / `series` whatever they "
+        "have, or what plain resistors of `series` let through.",
     )
 
 

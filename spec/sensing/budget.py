@@ -136,7 +136,6 @@ class _Bridge:
     """
 
     true: Amplified
-    gain: float
     series: float = 1.0
     zero_series: float = 1.0
     zero: float = 1.0
@@ -146,11 +145,11 @@ class _Bridge:
     plus_input: float = 1.0
 
     def ratio(self, celsius: float) -> float:
-        each = self.true.per_ohm / self.gain
-        plus = each * self.true.curve.ohm(celsius) / self.series
-        minus = each * self.true.curve.zero_ohm * self.zero / self.zero_series
-        below = self.gain * self.feedback / self.input
-        divided = self.gain * self.ground / (self.gain * self.ground + self.plus_input)
+        curve, gain = self.true.curve, self.true.gain
+        plus = self.true.across(curve.ohm(celsius), self.series)
+        minus = self.true.across(curve.zero_ohm * self.zero, self.zero_series)
+        below = gain * self.feedback / self.input
+        divided = gain * self.ground / (gain * self.ground + self.plus_input)
         return (1 + below) * divided * plus - below * minus
 
 
@@ -207,7 +206,7 @@ def _parts(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
     if isinstance(chain, Linear):
         yield from _voltage(sensor, mcu, chain)
     elif told.resistors_percent is not None:
-        yield from _resistors(sensor, chain, told.resistors_percent)
+        yield from _resistors(chain, told.resistors_percent)
     yield from _feeds(sensor, mcu, chain)
 
 
@@ -258,13 +257,13 @@ def _voltage(sensor: Any, mcu: str, chain: Linear) -> Iterator[_Part]:
         yield _Part("offset", f"± {_volts(told.offset_v)}", off)
 
 
-def _resistors(sensor: Any, chain: Any, percent: float) -> Iterator[_Part]:
+def _resistors(chain: Any, percent: float) -> Iterator[_Part]:
     tolerance, by = f"{number(percent)} %", percent / 100
     if isinstance(chain, Divider):
         ohm = chain.resistor_ohm
         yield _both("resistor", tolerance, lambda each: replace(chain, resistor_ohm=each * ohm), by)
         return
-    bridge = _Bridge(chain, sensor.amplifier.gain)
+    bridge = _Bridge(chain)
     for field, name in BRIDGE.items():
         yield _both(
             name,

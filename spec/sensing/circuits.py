@@ -93,33 +93,53 @@ class Divider:
 
 @dataclass(frozen=True)
 class Amplified:
-    """A constant current and a differential amplifier: what the element has above its zero.
+    """A differential amplifier: what the element has above R₀, both fed alike.
 
-    V = gain · excitation · (R − R₀) / series. The amplifier runs from the excitation's supply and
-    saturates there, and at ground. An open element drives it up.
+    With a constant current of excitation / series V = gain · excitation · (R − R₀) / series; with
+    plain resistors V = gain · excitation · (R / (R + series) − R₀ / (R₀ + series)). The amplifier
+    runs from the excitation's supply and saturates there, and at ground. An open element drives it
+    up.
     """
 
     curve: Platinum | LinearPlatinum
-    per_ohm: float
-    """Share of the reference for each ohm above R₀."""
-    saturation: float
-    """The excitation as a multiple of the reference."""
+    gain: float
+    series_ohm: float
+    excitation: float
+    """As a multiple of the reference."""
+    is_constant: bool
+    """Whether the current is."""
 
     lowest = 0.0
     open_is_high = True
 
     @property
     def highest(self) -> float:
-        """Where the amplifier saturates, or as much of it as the reference shows."""
-        return min(1.0, self.saturation)
+        """Where the amplifier saturates, or what an open element gives, if that is less."""
+        highest = min(1.0, self.excitation)
+        if self.is_constant:
+            return highest
+        return min(highest, self.gain * (self.excitation - self.across(self.curve.zero_ohm)))
+
+    def across(self, ohm: float, series: float = 1.0) -> float:
+        """Voltage across a resistor that is fed, as a share of the reference.
+
+        series -- its series resistor as a multiple of what it should be.
+        """
+        series_ohm = series * self.series_ohm
+        return self.excitation * ohm / (series_ohm if self.is_constant else series_ohm + ohm)
 
     def ratio(self, celsius: float) -> float:
         """Share of the reference at a temperature."""
-        return self.per_ohm * (self.curve.ohm(celsius) - self.curve.zero_ohm)
+        ohm, zero_ohm = self.curve.ohm(celsius), self.curve.zero_ohm
+        if self.is_constant:  # one product: the difference of two would cost digits
+            return self.gain * self.across(ohm - zero_ohm)
+        return self.gain * (self.across(ohm) - self.across(zero_ohm))
 
     def celsius(self, ratio: float) -> float:
         """Temperature at a share of the reference."""
-        return self.curve.celsius(self.curve.zero_ohm + ratio / self.per_ohm)
+        across = ratio / self.gain + self.across(self.curve.zero_ohm)
+        rest = self.excitation if self.is_constant else self.excitation - across
+        return self.curve.celsius(self.series_ohm * across / rest)
 
 
 @dataclass(frozen=True)
@@ -171,7 +191,8 @@ def of_platinum(sensor: Any, mcu: str) -> Circuit:
         return _divider(platinum, sensor.divider, full_v)
     amplifier = sensor.amplifier
     supply = amplifier.excitation_v / full_v
-    return Amplified(platinum, amplifier.gain * supply / amplifier.series_ohm, supply)
+    is_constant = amplifier.feed == "constant_current"
+    return Amplified(platinum, amplifier.gain, amplifier.series_ohm, supply, is_constant)
 
 
 def _divider(curve: Curve, divider: Any, full_v: float) -> Divider:

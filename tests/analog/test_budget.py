@@ -59,8 +59,10 @@ def amplified(part: Rtd, ohm: float, off: int | None = None, by: float = 1.0) ->
         whole[off] = by
     fed, fed_zero, zero = (*whole[:2], whole[2] * zero)
     feedback, first, ground, second = np.array([amplifier.gain, 1, amplifier.gain, 1]) * whole[3:]
-    current = amplifier.excitation_v / amplifier.series_ohm
-    plus, minus = current / fed * ohm, current / fed_zero * zero
+    full, series = amplifier.excitation_v, amplifier.series_ohm
+    plus, minus = full / series / fed * ohm, full / series / fed_zero * zero
+    if amplifier.feed == "resistors":
+        plus, minus = full * ohm / (ohm + series * fed), full * zero / (zero + series * fed_zero)
     # Kirchhoff at both inputs, which have one voltage: unknown are that and the output.
     conductances = [[1 / second + 1 / ground, 0.0], [1 / first + 1 / feedback, -1 / feedback]]
     return float(np.linalg.solve(conductances, [plus / second, minus / first])[1])

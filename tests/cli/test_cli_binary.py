@@ -133,15 +133,16 @@ def test_what_the_board_refuses_is_told(heatwright: Heatwright) -> None:
     lines = "{at: 2 s, send: M104 S400}, {at: 4 s, send: M104 S200}"
     Path("host.yaml").write_text(f"scenario: [{lines}, {{for: 6 s}}]", encoding="utf-8")
     words = f"simulate {EXAMPLES}/feeder.yaml --scenario host.yaml"
-    (refused,) = heatwright(f"{words} --json").json["refused"]
+    (refused,) = heatwright(f"{words} --json").json["not_done"]
     assert refused["answer"] == "M104 is outside its limits; nothing was changed"
     assert 2 < refused["time_s"] < 2.1
-    assert "refused after 2.0 s: M104 is outside its limits; nothing" in heatwright(words).out
+    assert "not done after 2.0 s: M104 is outside its limits; nothing" in heatwright(words).out
     written = "{at: 2 s, write: {air.manual: true}}"  # of a loop that is off
     Path("master.yaml").write_text(f"scenario: [{written}, {{for: 6 s}}]", encoding="utf-8")
     words = f"simulate {EXAMPLES}/dryer.yaml --scenario master.yaml --json"
-    (refused,) = heatwright(words).json["refused"]
+    (refused,) = heatwright(words).json["not_done"]
     assert refused["answer"] == "air.manual: exception 3"
+    assert heatwright(f"{words} --model").json["not_done"] is None
 
 
 def test_labels_of_events_a_second_apart_cover_no_other(tmp_path: Path) -> None:

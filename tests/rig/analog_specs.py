@@ -54,6 +54,12 @@ CIRCUITS = {
     "linear_amplified": "kind: rtd, pin: A1, element: pt100, alpha: 3850 ppm/K, reference: 3.3 V, "
     "amplifier: {gain: 33.33, excitation: 3.3 V, series: 3.3 kΩ}, "
     "range: 2 °C .. 250 °C, oversample: 16",
+    "bridge": "kind: rtd, pin: A1, element: pt1000, reference: 4 V, "
+    "amplifier: {gain: 13, excitation: 5 V, series: 10 kΩ, feed: resistors}, "
+    "range: 2 °C .. 190 °C, oversample: 16",
+    "bridge_of_low_gain": "kind: rtd, pin: A1, element: pt100, alpha: 3850 ppm/K, "
+    "amplifier: {gain: 1, excitation: 4 V, series: 470 Ω, feed: resistors}, "
+    "range: 5 °C .. 400 °C, oversample: 16",
     "lm35": "kind: analog, pin: A1, scale: 10 mV/K, reference: internal, "
     "range: 2 °C .. 100 °C, oversample: 8",
     "tmp36": "kind: analog, pin: A1, scale: 10 mV/K, offset: 500 mV, reference: 3.3 V, "

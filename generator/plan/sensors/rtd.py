@@ -7,6 +7,7 @@ from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Rtd
+from heatwright.spec.sensing.circuits import ZERO_OHM
 
 
 def plan(source: Source, name: str, sensor: Rtd, use: UseOfSensor) -> Part:
@@ -21,7 +22,10 @@ def _circuit(sensor: Rtd) -> str:
     if sensor.amplifier is None:
         return divider_words(element, sensor.divider)
     amplifier = sensor.amplifier
+    fed = f"{amplifier.excitation_v:g} V through {amplifier.series_ohm:g} ohm"
+    if amplifier.feed == "constant_current":
+        fed = f"a constant current of {amplifier.excitation_v:g} V / {amplifier.series_ohm:g} ohm"
     return (
-        f"{element} fed from {amplifier.excitation_v:g} V through {amplifier.series_ohm:g} ohm, "
-        f"amplified {amplifier.gain:g} times"
+        f"{element} and {ZERO_OHM[sensor.element]:g} ohm to ground, each fed from {fed}; the "
+        f"difference amplified {amplifier.gain:g} times"
     )
