@@ -141,10 +141,10 @@ def must_release(controller: Controller) -> bool:
 
 
 def starts_enabled(controller: Controller, loop_name: str) -> bool:
-    """Return whether a loop is on from the power-up: one that people switch on is not."""
+    """Return whether a loop is on from the power-up: one that somebody can switch on is not."""
     starts = controller.loops[loop_name].starts
     if starts is None:
-        return not by_hand(controller, loop_name)
+        return not switched(controller, loop_name)
     return starts == "enabled"
 
 

@@ -37,6 +37,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         "far": controller.board.flash_bytes > NEAR_BYTES,
         "loops": list(controller.loops),
         "read_back": read_back(controller),
+        "pulses": any(controller.switches[name].is_windowed for name in read_back(controller)),
         "watchdog": f"WDTO_{WATCHDOG_NAMES[controller.safety.watchdog_s]}",
         "released": [name for name in controller.outputs if name in lets_go],
     }

@@ -95,8 +95,11 @@ def sights(controller: Controller) -> Iterator[str]:
             "effort_low": f"from {seen_c['effort_low'][0]} °C on" if seen_c["effort_low"] else "",
         }
         ends = {"effort_high": effort.high_percent, "effort_low": effort.low_percent}
-        words = [f"{rule} sees readings {told[rule]}" for rule in ends if ends[rule] and told[rule]]
-        yield f"{name}: {', '.join(words) or 'the rules of effort see nothing'}"
+        words = [
+            f"{rule} sees {f'readings {told[rule]}' if ends[rule] and told[rule] else 'nothing'}"
+            for rule in ends
+        ]
+        yield f"{name}: {', '.join(words)}"
 
 
 class _Corner(NamedTuple):

@@ -43,7 +43,10 @@ def solve(matrix: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[N
 def product(left: Matrix, right: Matrix) -> Matrix:
     """Multiply two square matrices."""
     columns = list(zip(*right, strict=True))
-    return [[sum(map(mul, row, column)) for column in columns] for row in left]
+    empty = [0.0] * len(columns)
+    return [
+        [sum(map(mul, row, column)) for column in columns] if any(row) else empty for row in left
+    ]
 
 
 def apply(matrix: Matrix, vector: Vector) -> Vector:
@@ -71,23 +74,26 @@ def _exponential(matrix: tuple[tuple[float, ...], ...]) -> Matrix:
     powers = [[[value * scale for value in row] for row in matrix]]
     for _ in range(3):
         powers.append(product(powers[-1], powers[0]))
-    total = _group(powers, TERMS)
+    total = [[_FACTORS[TERMS] * value for value in row] for row in powers[-1]]
     for first in range(TERMS - GROUP, -1, -GROUP):
-        total = _sum(product(total, powers[-1]), _group(powers, first))
+        total = _sum(total, _group(powers, first))
+        if first:
+            total = product(total, powers[-1])
     for _ in range(halvings):
         total = product(total, total)
     return total
 
 
 def _group(powers: Sequence[Matrix], first: int) -> Matrix:
-    """Sum the terms of the series from one to the next group's, over the power it begins with."""
-    size = range(len(powers[0]))
-    total = [[_FACTORS[first] * (i == j) for j in size] for i in size]
-    for power, factor in zip(powers, _FACTORS[first + 1 : first + GROUP], strict=False):
-        total = [
-            [a + factor * b for a, b in zip(*rows, strict=True)]
-            for rows in zip(total, power, strict=True)
-        ]
+    """Sum four terms of the series over the power that they begin with."""
+    one, single, square, cube = _FACTORS[first : first + GROUP]
+    total = [
+        [single * a + square * b + cube * c for a, b, c in zip(*rows, strict=True)]
+        for rows in zip(*powers[:3], strict=True)
+    ]
+    for i, (row, *rows) in enumerate(zip(total, *powers[:3], strict=True)):
+        a, b, c = (each[i] for each in rows)
+        row[i] = one + single * a + square * b + cube * c
     return total
 
 

@@ -16,7 +16,9 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import Fault, FaultResult, catalogue, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
+from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.processor import hang
+from heatwright.sim.faults.operation import notices
 from heatwright.sim.faults.operation.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.records import Change, TripLog
@@ -354,3 +356,16 @@ def test_whoever_acknowledges_over_a_slow_line_waits_until_it_is_done() -> None:
         world.device.write("barrel.setpoint", celsius)
     world.acknowledge()
     assert world.trips.acknowledged_s() > 0
+
+
+@pytest.mark.parametrize(("dark_s", "told"), [(0.3, 0), (1.0, 1)])
+def test_a_display_that_is_started_anew_is_waited_for(
+    dark_s: float, told: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its second line is dark for less than a millisecond then, which may be at any look."""
+    world = memory.latched(site_of("chamber"))
+    shown, until_s = world.screen, world.now_s + dark_s
+    monkeypatch.setattr(
+        World, "screen", property(lambda now: shown if now.now_s > until_s else ("", ""))
+    )
+    assert len(list(notices.complaints(world, world.fault))) == told

@@ -37,6 +37,8 @@ EXTRF = 1
 MCUSR = 0x54
 """In the data space."""
 CHAMBER = "chamber"
+BURST = "window: 1 s, resolution: 10 ms"
+"""The kiln's pulses."""
 
 
 def safety_bytes(site: Site, example: str) -> list[int]:
@@ -371,18 +373,28 @@ def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:
     assert not device.outputs["heater"].driven
 
 
-def test_a_heater_s_pin_that_is_held_on_is_told_and_the_relay_opens() -> None:
-    """By whatever holds it: the switch at it conducts, and nothing but the relay ends the heat."""
-    world = starts.heating(site_of("kiln"))
+@pytest.mark.parametrize("level", ["high", "low"])
+@pytest.mark.parametrize(
+    ("pulses", "windows"),
+    [(BURST, 1), ("window: 2 s, resolution: 20 ms, distribution: spread", 2)],
+)
+def test_a_heater_s_pin_that_is_held_is_told_and_the_relay_opens(
+    pulses: str, windows: int, level: str
+) -> None:
+    """By whatever holds it: nothing but the relay ends the heat of one that is held on.
+
+    Pulses of two ticks never show three looks in turn at one level.
+    """
+    world = starts.heating(site_of(changed("kiln", (BURST, pulses))))
     device, name = world.device, world.site.loop.heater
     switch = device.outputs[name]
-    device.avr.pins.drive(switch.pin, switch.active)
-    window_s = world.site.controller.switches[name].window_s
-    assert world.until(OfState(lambda now: now.fault != 0), window_s + memory.HELD_S)
+    device.avr.pins.drive(switch.pin, level)
+    within_s = windows * world.site.controller.switches[name].window_s + memory.HELD_S
+    assert world.until(OfState(lambda now: now.fault != 0), within_s)
     assert world.fault == CODES["pin_held"]
     world.run(0.1)
     assert device.relay is not None
-    assert switch.on
+    assert switch.on == (level == switch.active)
     assert not device.relay.closed
 
 

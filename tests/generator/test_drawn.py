@@ -3,7 +3,7 @@ and run in step with the reference."""
 
 import re
 from collections import Counter
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -12,7 +12,7 @@ import pytest
 from jinja2 import Environment, FunctionLoader, StrictUndefined, nodes
 from rig.avr import whole
 from rig.bad_specs import cases
-from rig.controllers import Drawn, attempts, drawings, drawn
+from rig.controllers import Drawn, accepted, attempts, drawings
 from rig.specs import EXAMPLES, files_of
 from suite import SEED, amount
 
@@ -65,6 +65,11 @@ class Noting(Environment):
         self.seen: set[tuple[str, bool]] = set()
         self.globals["noted"] = self._noted
 
+    @property
+    def unseen(self) -> set[tuple[str, bool]]:
+        """Values that no condition has had yet."""
+        return set(product(self.places, (True, False))) - self.seen
+
     def _noted_text(self, template: str) -> str:
         self.loaded.add(template)
         return _load(template)
@@ -87,16 +92,19 @@ class Noting(Environment):
 
 def test_every_kind_template_and_condition_is_drawn() -> None:
     """Of each condition of each template, wherever one stands in it, both values."""
-    pool = drawn(amount("drawn_planned"))
-    noting = Noting()
-    for each in pool:
+    noting, found = Noting(), set[str]()
+    files = [path for path in TEMPLATES.glob("*/**/*") if path.suffix in {*CODE, ".j2", ".py"}]
+    templates = {path.relative_to(TEMPLATES).as_posix() for path in files}
+    every = {*BOARDS, *(kind for _, kind in KINDS)}
+    for each in islice(accepted(), amount("drawn_planned")):
         for file in plan_firmware(each.spec).files:
             noting.get_template(file.template).render(file.context)
-    files = [path for path in TEMPLATES.glob("*/**/*") if path.suffix in {*CODE, ".j2", ".py"}]
-    assert noting.loaded == {path.relative_to(TEMPLATES).as_posix() for path in files}
-    assert set(product(noting.places, (True, False))) - noting.seen == set()
-    found = frozenset().union(*(kinds_in(each.spec.controller) for each in pool))
-    assert found == {*BOARDS, *(kind for _, kind in KINDS)}
+        found |= kinds_in(each.spec.controller)
+        if noting.loaded == templates and not noting.unseen and found == every:
+            break  # more of them would show no more
+    assert noting.loaded == templates
+    assert noting.unseen == set()
+    assert found == every
 
 
 def kinds_in(controller: Controller) -> set[str]:

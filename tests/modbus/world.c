@@ -306,7 +306,7 @@ static void do_one(int command)
 
 int main(void)
 {
-    air.enabled = bed.enabled = true;
+    air.enabled = bed.enabled = false;
     settings.air_setpoint_c = LOOP_AIR_SETPOINT_INITIAL_C;
     settings.bed_setpoint_c = LOOP_BED_SETPOINT_INITIAL_C;
     settings_defaults();

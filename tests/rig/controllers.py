@@ -105,13 +105,18 @@ def attempts(count: int) -> list[Drawn | SpecError | None]:
     return _ATTEMPTS[:count]
 
 
+def accepted() -> Iterator[Drawn]:
+    """Draw one after the other: the attempts that are accepted."""
+    for number in naturals(1):
+        found = attempts(number)[-1]
+        if isinstance(found, Drawn):
+            yield found
+
+
 @cache
 def drawn(count: int) -> tuple[Drawn, ...]:
-    """Draw a number of them: the first of the attempts that are accepted."""
-    accepted = (
-        each for number in naturals(1) for each in attempts(number)[-1:] if isinstance(each, Drawn)
-    )
-    return tuple(islice(accepted, count))
+    """Draw a number of them."""
+    return tuple(islice(accepted(), count))
 
 
 class _Controller:

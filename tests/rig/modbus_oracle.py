@@ -84,7 +84,7 @@ class Oracle:
             for word in range(register.words):
                 self._tables[register.table][register.address + word] = register, word
         self.loops = {
-            name: Control(single(loop.setpoint.initial_c), loop.starts != "disabled",
+            name: Control(single(loop.setpoint.initial_c), loop.starts == "enabled",
                           self._default_gains(name))
             for name, loop in controller.loops.items()
         }  # fmt: skip

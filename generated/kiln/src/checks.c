@@ -18,7 +18,7 @@
 #include "flash.h" /* flash_is_sound, flash_start, flash_tick */
 #include "gate.h"  /* gate_has_run, gate_renew_main */
 #include "loop_chamber.h" /* loop_chamber_is_in_order */
-#include "pins.h"  /* pin_output_*_release, pin_output_*_obeys */
+#include "pins.h"  /* pin_output_*_release, pin_output_*_obeys, pin_output_*_is_on */
 #include "ram.h"   /* ram_start, ram_tick */
 #include "reset.h" /* reset_clock_is_right */
 
@@ -40,17 +40,31 @@ static bool eeprom_has_kept_it(void)
     return EEDR == held;
 }
 
+/* A pin that is held at one level is right whenever that level is asked for, so between pulses it
+ * would be forgiven: each level, off and on, has a count of its own. */
+static bool is_free(bool is_on, bool obeys, uint8_t ticks_held[2])
+{
+    uint8_t *const ticks = &ticks_held[is_on == obeys]; /* of the level that was written */
+
+    if (obeys) {
+        *ticks = 0;
+    } else if (*ticks < PIN_HELD_TICKS) {
+        (*ticks)++;
+    }
+    return *ticks < PIN_HELD_TICKS;
+}
+
 /* What the tick has written to the pins is there; kiln.yaml:67 safety.self_checks (default). */
 static bool pins_are_free(void)
 {
-    static uint8_t ticks_held;
+    static uint8_t element_held[2];
+    static uint8_t safety_relay_held[2];
 
-    if (pin_output_element_obeys() && pin_output_safety_relay_obeys()) {
-        ticks_held = 0;
-    } else if (ticks_held < PIN_HELD_TICKS) {
-        ticks_held++;
-    }
-    return ticks_held < PIN_HELD_TICKS;
+    const bool element_is_free =
+        is_free(pin_output_element_is_on(), pin_output_element_obeys(), element_held);
+    const bool safety_relay_is_free =
+        is_free(pin_output_safety_relay_is_on(), pin_output_safety_relay_obeys(), safety_relay_held);
+    return element_is_free && safety_relay_is_free;
 }
 
 /* The first rule that is broken, or FAULT_NONE. */

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,7 +16,7 @@ from heatwright.generator.plan.protection.relay import CONTACT_TICKS
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.rules import Rule
-from heatwright.spec.self_checks import FLASH_BYTES_A_TICK
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, read_back
 
 TICK_S = TICK_MS / 1000
 MAIN_PERMIT_S = GATE_MAIN_PERMIT_TICKS * TICK_S
@@ -251,9 +252,13 @@ def within(controller: Controller, rule: Rule) -> str:
     """Say how long after its condition begins a rule has switched the heater off, at the latest."""
     if rule.id in {"brown_out", "settings_corrupt", "flash_unsealed", "clock_wrong"}:
         return "at the next start"
-    return quantity(
-        round(max(_off_after(controller, name, rule.id) for name in controller.loops), 2), "s"
-    )
+    slowest_s = max(_off_after(controller, name, rule.id) for name in controller.loops)
+    told = quantity(round(slowest_s, 2), "s")
+    if rule.id == "watchdog_reset":
+        told += (
+            f", with interrupts off the watchdog's {quantity(controller.safety.watchdog_s, 's')}"
+        )
+    return told
 
 
 def _off_after(controller: Controller, name: str, rule: str) -> float:
@@ -264,7 +269,7 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
         "watchdog_reset": MAIN_PERMIT_S + TICK_S,
         "sequence_broken": MAIN_PERMIT_S + TICK_S,
         "stack_overrun": 2 * TICK_S,
-        "pin_held": (PIN_HELD_TICKS + 1) * TICK_S,
+        "pin_held": (PIN_HELD_TICKS + 1) * TICK_S + _asked_within_s(controller),
         "eeprom_worn": 2 * TICK_S,
         "adc_wrong": WRONG_TICKS * TICK_S + 2 * TICK_S,
         "ram_damaged": controller.board.ram_bytes * TICK_S,
@@ -278,6 +283,20 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
         ahead = 2 if rule == "sensor_frozen" else 1
         return (steps(lasts_s[rule], loop.period_s) + ahead) * loop.period_s + TICK_S
     return _waits(controller, loop).get(rule, 0.0) + 2 * loop.period_s + TICK_S
+
+
+def _asked_within_s(controller: Controller) -> float:
+    """How long it takes at most until a pin was asked often enough for the other level, s.
+
+    Each window has a pulse, and a pulse a tick at least.
+    """
+    asked_s = [0.0]
+    for name in read_back(controller):
+        output = controller.switches[name]
+        if output.is_windowed:
+            shortest_s = max(output.pulse_s(0.0), output.shortest_pulse_s, TICK_S)
+            asked_s.append(math.ceil(PIN_HELD_TICKS * TICK_S / shortest_s) * output.cycle_s)
+    return max(asked_s)
 
 
 def _lasting(loop: Loop) -> dict[str, float]:

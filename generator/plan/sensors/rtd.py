@@ -25,7 +25,8 @@ def _circuit(sensor: Rtd) -> str:
     fed = f"{amplifier.excitation_v:g} V through {amplifier.series_ohm:g} ohm"
     if amplifier.feed == "constant_current":
         fed = f"a constant current of {amplifier.excitation_v:g} V / {amplifier.series_ohm:g} ohm"
+    inputs = "" if amplifier.feed == "constant_current" else ", by inputs that take no current"
     return (
         f"{element} and {ZERO_OHM[sensor.element]:g} ohm to ground, each fed from {fed}; the "
-        f"difference amplified {amplifier.gain:g} times"
+        f"difference amplified {amplifier.gain:g} times{inputs}"
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
@@ -33,7 +35,8 @@ BYTES = 7
 REFERENCE_OFF = 0.6
 WRONG_S = 1.0 + 2 * TICK_S
 """A second, and the ticks before and after it."""
-HELD_S = 5 * TICK_S
+LOOKS = 3
+HELD_S = (LOOKS + 2) * TICK_S
 """Three looks at a pin, one of them when it is switched, and a tick about them."""
 SLOW = 0.5
 """Factor of the frequency: a crystal of 8 MHz instead of 16 MHz."""
@@ -184,7 +187,7 @@ def _held_pins(site: Site) -> Iterator[Fault]:
     output = relay if relay in able else site.loop.heater
     if output not in able:
         return
-    window_s = getattr(site.controller.outputs[output], "window_s", 0.0)
+    window_s = _asked_within_s(site.controller.switches[output])
     yield Fault(
         "pin_held",
         lambda: starts.heating(site),
@@ -193,6 +196,14 @@ def _held_pins(site: Site) -> Iterator[Fault]:
         trip=Trip(("pin_held",), HELD_S + window_s),
         floats=True,
     )
+
+
+def _asked_within_s(output: Any) -> float:
+    """Return how long three ticks that ask for one level may take, s: pulses may be shorter."""
+    if not output.is_windowed:
+        return 0.0
+    pulse_ticks = round(output.resolution_s / TICK_S) if output.distribution == "spread" else LOOKS
+    return float(math.ceil(LOOKS / pulse_ticks) * output.window_s)
 
 
 def hold_off(world: World, output: str) -> None:
