@@ -9,7 +9,6 @@ from typing import Any
 from heatwright.cli.figures import NONE, rounded
 from heatwright.cli.figures import as_json as figures_json
 from heatwright.cli.tune.methods import Failed, Judged, Task, Tried
-from heatwright.cli.tune.task import relay_is_possible
 from heatwright.sim.tuning.disturbed import LOAD_PERCENT, Load
 from heatwright.sim.tuning.margins import SOUND, Margins
 from heatwright.spec.quantity import about, celsius, duration
@@ -84,14 +83,12 @@ def legend(task: Task) -> list[str]:
     """Say what the columns are, and what the rules have seen of the machine."""
     model, target = task.model, celsius(task.target_c)
     second = f" and {about(model.second_s)} s" if model.second_s else ""
-    tunes = relay_is_possible(task.controller, task.loop)
     return [
         f"{GIVEN}. From cold to {target}; error: the largest of the last third.",
         f"dip: what a load of {LOAD_PERCENT:g} % of the power does; step: what one step of the "
         "sensor does to the duty.",
         f"Model of the rules: {about(model.gain)} K/%, lags {about(model.lag_s)} s{second}, dead "
         f"time {about(model.dead_s)} s; sampled every {duration(task.period_s)}.",
-        *([] if tunes else [f"Without relay: {task.loop} does not tune itself (`autotune`)."]),
     ]
 
 

@@ -23,10 +23,14 @@ void fault_restore(const struct fault_state *latched)
 {
     fault = *latched;
     fault.acknowledgements = 0;
-    /* The complement tells of no fault since the start. It stays so here: a processor that jumps
-     * here later leaves a complement that does not match, and fault_judge trips. */
-    if (latched->code != FAULT_NONE) {
-        set_code(latched->code > FAULT_LAST ? FAULT_SETTINGS_CORRUPT : latched->code);
+    /* The complement tells of no fault since the start. It stays so here, and no code is written
+     * with a complement that follows from it: a processor that jumps here later leaves two that do
+     * not match, and fault_judge trips. */
+    if (fault.code > FAULT_LAST) {
+        fault.code = FAULT_SETTINGS_CORRUPT;
+        fault_complement = (uint8_t)~FAULT_SETTINGS_CORRUPT;
+    } else if (fault.code != FAULT_NONE) {
+        fault_complement = (uint8_t)~fault.code;
     }
 }
 
