@@ -36,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Look for garbage seldom, and not in what lives as long as the run: it took up to a tenth."""
+    """Look for garbage seldom, and not in what lives as long as the run: 3 % of its time."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(10_000, 10, 10)

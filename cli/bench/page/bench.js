@@ -101,7 +101,7 @@ function buildAround() {
 }
 
 function slider(text, unit, min, max, step, read, write) {
-  let touched = 0;
+  let touched = -Infinity; // a page that is just loaded has a clock near 0
   let waiting = null;
   const id = `slider-${++number}`;
   const output = element("output", { for: id });
