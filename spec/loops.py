@@ -304,8 +304,8 @@ class Loop(Model):
     )
     starts: Literal["enabled", "disabled"] | None = Field(
         None,
-        description="State after the power-up of a loop that is switched; left out: `disabled` "
-        "under keys, a display or programs, `enabled` under a master alone.",
+        description="State after the power-up of a loop that somebody can switch on; left out: "
+        "`disabled`.",
     )
     period_s: _Time = Field(
         alias="period", description="Time between control steps; a multiple of the 10 ms tick."

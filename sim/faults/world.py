@@ -439,6 +439,15 @@ class World:
         """The display's two lines."""
         return self.device.shield.lcd.text
 
+    def read_display(self) -> tuple[str, str]:
+        """Return what somebody reads there.
+
+        It is started anew every so often, and its second line is dark for less than a millisecond.
+        """
+        if not self.screen[1].strip():
+            self.step()
+        return self.screen
+
     # -- the controller ------------------------------------------------------------------------
 
     @property

@@ -112,6 +112,8 @@ def test_time_stands_goes_on_by_a_step_and_flies(opened: Open, chamber: Bench) -
     page.get_by_role("button", name="Pause").click()
     clock = page.locator("#clock")
     expect(clock).to_contain_text("paused")
+    other = opened(chamber.address)  # to which nothing new comes
+    expect(other.locator("#around output").first).to_have_text("20 °C")
     stood_s = chamber.board.world.now_s
     for _ in range(3):
         page.get_by_role("button", name="Step").click()

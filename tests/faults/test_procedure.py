@@ -358,14 +358,16 @@ def test_whoever_acknowledges_over_a_slow_line_waits_until_it_is_done() -> None:
     assert world.trips.acknowledged_s() > 0
 
 
-@pytest.mark.parametrize(("dark_s", "told"), [(0.3, 0), (1.0, 1)])
-def test_a_display_that_is_started_anew_is_waited_for(
-    dark_s: float, told: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("text", "for_s", "told"), [("", 0.001, 0), ("", 1.0, 1), ("E01 NO ANSWER?", 0.001, 1)]
+)
+def test_a_display_that_is_started_anew_is_read_once_more(
+    text: str, for_s: float, told: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its second line is dark for less than a millisecond then, which may be at any look."""
+    """Its second line is dark then, for less than a millisecond."""
     world = memory.latched(site_of("chamber"))
-    shown, until_s = world.screen, world.now_s + dark_s
+    shown, until_s = world.screen, world.now_s + for_s
     monkeypatch.setattr(
-        World, "screen", property(lambda now: shown if now.now_s > until_s else ("", ""))
+        World, "screen", property(lambda now: shown if now.now_s > until_s else ("", text))
     )
     assert len(list(notices.complaints(world, world.fault))) == told

@@ -282,10 +282,9 @@ class Sensors:
             series = {"pt1000": "10 kΩ", "pt100": "1 kΩ"}[element]
             excitation = text(self._full_v(), "V")
             part = {"amplifier": {"gain": 10, "excitation": excitation, "series": series}}
-        line = self.draws.maybe({"alpha": "3925 ppm/K"})
-        if line and "amplifier" in part:
+        part = {"element": element} | self.draws.maybe({"alpha": "3925 ppm/K"}) | part
+        if "amplifier" in part and own_draws(part).some():
             part["amplifier"]["feed"] = "resistors"
-        part = {"element": element} | line | part
         return self._ranged("rtd", part, -190.0, 840.0)
 
     def _divider(self, *resistors: str) -> Part:

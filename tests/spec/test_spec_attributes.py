@@ -208,6 +208,9 @@ CHANGED = {
     "the chamber, off at first": re.sub(".*starts: enabled.*\n", "", changed("chamber")),
     "the chamber and a host": changed("chamber", (PLOTTER, "kind: gcode, loops: {T0: air}")),
     "the chamber and a master": changed("chamber", (PLOTTER, "kind: modbus_rtu")),
+    "the incubator and a master": changed(
+        "incubator", ("{kind: serial_plotter, loop: air, baud: 9600}", "{kind: modbus_rtu}")
+    ),
     "the kiln and a master": changed(
         bases()["kiln"], ("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
     ),
@@ -224,6 +227,7 @@ CHANGED = {
         ("the chamber, off at first", "commanded switched"),
         ("the chamber and a host", "commanded zero_is_off starts_enabled gcode_of"),
         ("the chamber and a master", "commanded switched starts_enabled must_release modbus_of"),
+        ("the incubator and a master", "commanded switched tunable must_release modbus_of"),
         ("extruder", "commanded tunable zero_is_off starts_enabled gcode_of"),
         ("the extruder, on or off", "commanded zero_is_off starts_enabled gcode_of"),
         ("feeder", "commanded tunable zero_is_off starts_enabled gcode_of"),

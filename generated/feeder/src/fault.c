@@ -23,9 +23,9 @@ void fault_restore(const struct fault_state *latched)
 {
     fault = *latched;
     fault.acknowledgements = 0;
-    /* The complement tells of no fault since the start. It stays so here, and no code is written
-     * with a complement that follows from it: a processor that jumps here later leaves two that do
-     * not match, and fault_judge trips. */
+    /* The complement tells of no fault since the start, and stays so where there is none. No store
+     * of a code and its complement takes both from one register: a processor that jumps here later
+     * leaves two that do not match, and fault_judge trips. */
     if (fault.code > FAULT_LAST) {
         fault.code = FAULT_SETTINGS_CORRUPT;
         fault_complement = (uint8_t)~FAULT_SETTINGS_CORRUPT;

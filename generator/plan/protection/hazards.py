@@ -288,13 +288,15 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
 def _asked_within_s(controller: Controller) -> float:
     """How long it takes at most until a pin was asked often enough for the other level, s.
 
-    Each window has a pulse, and a pulse a tick at least.
+    Each window has a pulse and a pause, and both a step of the window at least.
     """
     asked_s = [0.0]
     for name in read_back(controller):
         output = controller.switches[name]
         if output.is_windowed:
-            shortest_s = max(output.pulse_s(0.0), output.shortest_pulse_s, TICK_S)
+            shortest_s = output.resolution_s
+            if output.distribution == "burst":
+                shortest_s = max(shortest_s, min(output.minimum_on_s, output.minimum_off_s))
             asked_s.append(math.ceil(PIN_HELD_TICKS * TICK_S / shortest_s) * output.cycle_s)
     return max(asked_s)
 

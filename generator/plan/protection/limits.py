@@ -57,7 +57,7 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
             "the heaters' gate has not run",
             "stack_overrun": "the bytes between stack and variables have changed",
             "flash_unsealed": "no checksum in the program, at the start",
-            "pin_held": "a pin that was set to a level and is not at it, three times in turn",
+            "pin_held": "a pin that is not at its level, at three looks in turn at that level",
         }
     )
 

@@ -22,11 +22,11 @@ def _circuit(sensor: Rtd) -> str:
     if sensor.amplifier is None:
         return divider_words(element, sensor.divider)
     amplifier = sensor.amplifier
-    fed = f"{amplifier.excitation_v:g} V through {amplifier.series_ohm:g} ohm"
-    if amplifier.feed == "constant_current":
-        fed = f"a constant current of {amplifier.excitation_v:g} V / {amplifier.series_ohm:g} ohm"
-    inputs = "" if amplifier.feed == "constant_current" else ", by inputs that take no current"
+    volts, ohms = f"{amplifier.excitation_v:g} V", f"{amplifier.series_ohm:g} ohm"
+    fed, inputs = f"with a constant current of {volts} / {ohms}", ""
+    if amplifier.feed == "resistors":
+        fed, inputs = f"from {volts} through {ohms}", ", by inputs that take no current"
     return (
-        f"{element} and {ZERO_OHM[sensor.element]:g} ohm to ground, each fed from {fed}; the "
+        f"{element} and {ZERO_OHM[sensor.element]:g} ohm to ground, each fed {fed}; the "
         f"difference amplified {amplifier.gain:g} times{inputs}"
     )

@@ -162,9 +162,9 @@ class _AtPanel(_AtKeys):
             world.press("left")
             return
         for _ in range(PAGES):
-            if not world.screen[1].startswith(("Set temp ", *OFF)):
+            if not world.read_display()[1].startswith(("Set temp ", *OFF)):
                 world.press("right")  # from the time, or a number, to the setpoint
-        if world.screen[1].startswith(OFF):
+        if world.read_display()[1].startswith(OFF):
             world.press("up")
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:

@@ -8,17 +8,14 @@ from heatwright.sim.faults.world import World
 from heatwright.spec import modbus_of, nextion_of
 from heatwright.spec.rules import RULES
 
-REDRAWN_S = 0.5
-"""Longer than a display is dark that is started anew, as it is every so often."""
-
 
 def complaints(world: World, code: int) -> Iterator[str]:
     """Yield who was told something else, or nothing."""
     site, rule = world.site, RULES[code]
     wanted = f"E{rule.code:02d} {rule.display}"
     shown = f"E{rule.code:02d} HOLD SELECT" if world.is_locked_out else wanted
-    if site.has_keys and not world.until(lambda now: now.screen[1].rstrip() == shown, REDRAWN_S):
-        yield f"the display says {world.screen[1]!r}, not {shown!r},"
+    if site.has_keys and (line := world.read_display()[1]).rstrip() != shown:
+        yield f"the display says {line!r}, not {shown!r},"
     if world.device.crystal_hz != site.controller.board.clock_hz:
         return  # all lines run at another speed: nothing on them is understood
     if site.facts.hosted and not world.device.host.texts(f"Error:{wanted}"):

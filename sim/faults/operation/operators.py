@@ -171,7 +171,7 @@ def _unplug_and_plug(world: World) -> None:
 
 def _shows_again(world: World) -> str:
     """Check that the display shows both lines, and that nothing waited for it."""
-    first, second = world.screen
+    first, second = world.read_display()
     controller, keypad = world.site.controller, keypad_of(world.site.controller)
     if keypad is not None and facts_of(controller, keypad.loop).programmed:
         on = "on" if world.device.steps(keypad.loop)["enabled"][-1] else "off"
