@@ -107,6 +107,7 @@ class DigitalOutput(Model):
     feeds: ClassVar[bool] = False
     frequency_hz: ClassVar[float] = 0.0
     shortest_pulse_s: ClassVar[float] = 0.0
+    shortest_level_s: ClassVar[float] = 0.0
     rated_v: ClassVar[None] = None
     full_share: ClassVar[float] = 1.0
     mean_of_rms: ClassVar[float] = 1.0
@@ -177,6 +178,7 @@ class PwmOutput(Model):
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     shortest_pulse_s: ClassVar[float] = 0.0
+    shortest_level_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
 
     kind: Literal["pwm"]
@@ -266,6 +268,13 @@ class TimeProportionalOutput(Model):
     def shortest_pulse_s(self) -> float:
         """Shortest pulse that is made, s; a shorter one is omitted."""
         return self.minimum_on_s
+
+    @property
+    def shortest_level_s(self) -> float:
+        """Shortest time at one level, s: of a pulse, or of a pause."""
+        if self.distribution == "spread":
+            return self.resolution_s
+        return max(self.resolution_s, min(self.minimum_on_s, self.minimum_off_s))
 
     def pulse_s(self, share: float) -> float:
         """Return the length of a pulse at a share of the time, s: a step where they are spread."""

@@ -162,12 +162,13 @@ def test_a_jump_to_what_restores_a_fault_at_the_start_clears_none(example: str) 
     unused = site.program.static_ram[1] + 64
     world = memory.latched(site)
     avr = world.device.avr
-    for address, pointer in product(range(restores.start, restores.end, 2), (unused, 0)):
+    for address, r24 in product(range(restores.start, restores.end, 2), (unused & 0xFF, 0)):
         avr.write_ram(unused, bytes(64))
-        avr.write_ram(0, bytes(2) + 15 * pointer.to_bytes(2, "little"))  # each pair but r1:r0
+        avr.write_ram(0, bytes(2) + 15 * unused.to_bytes(2, "little"))  # each pair but r1:r0
+        avr.write_ram(24, bytes([r24]))
         avr.jump(address)
         world.run(3 * site.loop.period_s)
-        assert world.fault, f"0x{address:04X}, registers of 0x{pointer:04X}"
+        assert world.fault, f"0x{address:04X}, r24 = {r24}"
 
 
 def test_a_relay_that_a_flipped_bit_closes_opens_in_the_next_tick() -> None:

@@ -294,10 +294,8 @@ def _asked_within_s(controller: Controller) -> float:
     for name in read_back(controller):
         output = controller.switches[name]
         if output.is_windowed:
-            shortest_s = output.resolution_s
-            if output.distribution == "burst":
-                shortest_s = max(shortest_s, min(output.minimum_on_s, output.minimum_off_s))
-            asked_s.append(math.ceil(PIN_HELD_TICKS * TICK_S / shortest_s) * output.cycle_s)
+            windows = math.ceil(PIN_HELD_TICKS * TICK_S / output.shortest_level_s)
+            asked_s.append(windows * output.cycle_s)
     return max(asked_s)
 
 
