@@ -125,6 +125,18 @@ def test_a_damaged_program_is_told_though_one_of_two_ways_is_damaged(
     assert world.fault == CODES["flash_damaged"]
 
 
+def test_an_interrupt_that_is_late_for_ever_leaves_time_to_the_checks() -> None:
+    """It looked again until it was in time: damaged, it looked for ever, or most of the time."""
+    source, in_time = sources_of("extruder")["output_heater.c"], "period_start) < change) {"
+    assert source.count(in_time) == 1
+    late = source.replace(in_time, "period_start) < change && looks == MOST_LOOKS) {")
+    program = whole("extruder", changed={"output_heater.c": late})
+    world = starts.heating(Site(controller_of("extruder"), "nozzle", program))
+    memory.flip_flash(world)
+    world.run(flash_s(program) + 1.0)
+    assert world.fault == CODES["flash_damaged"]
+
+
 def test_a_check_that_takes_no_byte_is_told() -> None:
     """From 0 it would end with 0, too."""
     source = sources_of(CHAMBER)["flash.c"]

@@ -21,13 +21,15 @@ static uint16_t period_start; /* as the timer counts */
 static uint16_t pulse_counts; /* of the present period */
 static uint16_t next_counts;  /* from the next period on */
 
+enum { MOST_LOOKS = 4 }; /* one that comes late needs a second */
+
 /* Set the pin as it has to be now, and come back when that changes. Interrupts are off. */
 static void set_pin(void)
 {
-    uint16_t change; /* the next one, from the start of the period */
-
-    do {
+    for (uint8_t looks = 0; looks < MOST_LOOKS; looks++) {
         uint16_t gone = (uint16_t)(TCNT5 - period_start);
+        uint16_t change = OUTPUT_HEATER_PERIOD_COUNTS; /* the next one, from the start of the period */
+
         if (gone >= OUTPUT_HEATER_PERIOD_COUNTS) {
             gone = (uint16_t)(gone - OUTPUT_HEATER_PERIOD_COUNTS);
             period_start = (uint16_t)(period_start + OUTPUT_HEATER_PERIOD_COUNTS);
@@ -38,11 +40,14 @@ static void set_pin(void)
             change = pulse_counts;
         } else {
             pin_output_heater_off();
-            change = OUTPUT_HEATER_PERIOD_COUNTS;
         }
         OCR5A = (uint16_t)(period_start + change);
-        /* Had the count passed that already, it would come round a whole turn later. */
-    } while ((uint16_t)(TCNT5 - period_start) >= change);
+        /* Had the count passed that already, it would come round a whole turn later: look again,
+         * but not for ever, or a damaged program would leave no time to what finds the damage. */
+        if ((uint16_t)(TCNT5 - period_start) < change) {
+            return;
+        }
+    }
 }
 
 ISR(TIMER5_COMPA_vect)
