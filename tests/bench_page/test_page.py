@@ -100,8 +100,11 @@ def test_a_pulled_sensor_is_a_fault_and_no_heat_in_every_tab(opened: Open, chamb
         expect(each.locator(".figures dd").last).to_have_text("0.0 %")
         expect(each.locator(".why li").first).to_contain_text("A fault is latched")
         expect(each.get_by_label("unplugged")).to_be_checked()
+        expect(each.locator(".lcd")).to_contain_text("T=--.-")
     other.get_by_label("unplugged").uncheck()
     expect(page.get_by_label("unplugged")).not_to_be_checked()
+    # Before the next step has read the sensor, the fault would come again.
+    expect(page.locator(".lcd")).not_to_contain_text("--.-")
     page.get_by_role("button", name="SELECT").click()
     expect(other.locator("#fault")).to_be_hidden()
     expect(page.locator("#journal")).to_contain_text("fault unplugged on")
