@@ -351,7 +351,10 @@ class _World:
         Sensors feel the machine one step late, on a straight line: periods need not be whole steps.
         A chip that converts without being asked has felt it when its last conversion began.
         """
-        self._felt.append(self._plant.sensed_c() | self._plant.currents_a())
+        felt = self._plant.sensed_c()
+        if self._currents:
+            felt |= self._plant.currents_a()
+        self._felt.append(felt)
         self._row += 1
         self._device.advance(self._row * self.step_s)
         given = self._coupling.active()  # the model's relay is closed whenever a heater is on

@@ -60,14 +60,19 @@ class WindowCourse:
 
     def advance(self, to_us: int) -> float:
         """Advance to a time."""
+        if self._start_us < 0:
+            self._now_us = to_us
+            return 0.0
         on_us = 0.0
-        while self._now_us < to_us:
-            started = self._start_us >= 0
-            end_us = min(to_us, self._start_us + self._window_us) if started else float(to_us)
-            on_us += max(0.0, min(end_us, self._off_us) - self._now_us)
-            self._now_us = end_us
-            if started and end_us == self._start_us + self._window_us:
-                self._open()
+        end_us = self._start_us + self._window_us
+        if to_us >= end_us:
+            on_us = max(0.0, min(end_us, self._off_us) - self._now_us)
+            whole = (to_us - end_us) // self._window_us
+            on_us += whole * min(self._window_us, self._counts * self._step_us)
+            self._now_us = end_us + whole * self._window_us
+            self._open()
+        on_us += max(0.0, min(to_us, self._off_us) - self._now_us)
+        self._now_us = to_us
         return on_us
 
     def _open(self) -> None:
@@ -97,19 +102,34 @@ class SpreadCourse:
 
     def advance(self, to_us: int) -> float:
         """Advance to a time."""
+        if self._start_us < 0:
+            self._now_us = to_us
+            return 0.0
         on_us = 0
-        while self._now_us < to_us:
-            if self._start_us < 0:
-                self._now_us = to_us
-                break
-            step = (self._now_us - self._start_us) // self._step_us
-            end_us = min(to_us, self._start_us + (step + 1) * self._step_us)
-            if step * self._on_steps % self._window_steps < self._on_steps:
-                on_us += end_us - self._now_us
-            self._now_us = end_us
-            if end_us == self._start_us + self._window_steps * self._step_us:
-                self._open()
+        window_us = self._window_steps * self._step_us
+        end_us = self._start_us + window_us
+        if to_us >= end_us:
+            on_us = self._on_until(end_us) - self._on_until(self._now_us)
+            whole = (to_us - end_us) // window_us
+            on_us += whole * self._counts * self._step_us
+            self._now_us = end_us + whole * window_us
+            self._open()
+        on_us += self._on_until(to_us) - self._on_until(self._now_us)
+        self._now_us = to_us
         return float(on_us)
+
+    def _on_until(self, time_us: int) -> int:
+        """Return the on-time from the start of the window, as its steps are asked for now.
+
+        Of its first n steps 1 + (n - 1) · on // window are on: each brings its number · on past
+        the next multiple of the window.
+        """
+        if not self._on_steps:
+            return 0
+        step, rest_us = divmod(time_us - self._start_us, self._step_us)
+        before = 1 + (step - 1) * self._on_steps // self._window_steps if step else 0
+        is_on = step * self._on_steps % self._window_steps < self._on_steps
+        return before * self._step_us + (rest_us if is_on else 0)
 
     def _open(self) -> None:
         self._start_us = self._now_us

@@ -26,7 +26,7 @@ class Driven:
         self._clock = clock
         self._output = heater_of(controller, name)
         self._course: Course = course_of(controller, name)
-        self._asked_us = self._now_us = 0
+        self._asked_us = 0
         self._active_us = 0.0
         self.set(FULL if controller.outputs[name].always_runs else ZERO)
 
@@ -37,17 +37,13 @@ class Driven:
 
     def take(self, counts: int) -> None:
         """Take over counts that are known already."""
-        self._go()
+        self._active_us += self._course.advance(self._clock.now_us)
         self._course.apply(counts)
 
     def on_fraction(self) -> float:
         """Return the mean active fraction since the last call, 0..1."""
-        self._go()
-        elapsed_us = self._now_us - self._asked_us
-        active_us, self._active_us = self._active_us, 0.0
-        self._asked_us = self._now_us
+        now_us = self._clock.now_us
+        active_us = self._active_us + self._course.advance(now_us)
+        self._active_us, elapsed_us = 0.0, now_us - self._asked_us
+        self._asked_us = now_us
         return active_us / elapsed_us if elapsed_us else 0.0
-
-    def _go(self) -> None:
-        self._now_us = self._clock.now_us
-        self._active_us += self._course.advance(self._now_us)
