@@ -27,6 +27,7 @@ MOST_UPSETS = 1_000_000
         "heatwright verify chamber.yaml",
         "heatwright verify chamber.yaml --report chamber.html",
         "heatwright verify chamber.yaml --json > evidence.json",
+        "heatwright verify chamber.yaml --fault jump_up --fault power_cut",
         "heatwright verify chamber.yaml --core simavr",
         "heatwright verify chamber.yaml --upsets 1000",
         "heatwright verify chamber.yaml --upsets 1 --first 380",
@@ -50,6 +51,13 @@ MOST_UPSETS = 1_000_000
     type=File,
     metavar="FILE",
     help="Build nothing: verify this binary, built elsewhere from the sources of this spec.",
+)
+@click.option(
+    "--fault",
+    "only",
+    multiple=True,
+    metavar="FAULT",
+    help="Of the faults try this one alone; may be given several times.",
 )
 @click.option(
     "--upsets",
@@ -81,6 +89,7 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
     report: Path | None,
     core: Core,
     elf: Path | None,
+    only: tuple[str, ...],
     upsets: int,
     first: int,
     seed: int,
@@ -107,7 +116,7 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
     keys = {"core": core, "elf": elf and str(elf), "passed": False}
     with told_as_json(as_json, spec, loaded, **keys), talk() as shown:
         tried = Upsets(range(first, first + upsets), seed)
-        evidence = verify(str(spec), loaded, shown, core=core, elf=elf, upsets=tried)
+        evidence = verify(str(spec), loaded, shown, core=core, elf=elf, upsets=tried, only=only)
     if report is not None:
         from heatwright.cli.report.verify_page import verify_page  # noqa: PLC0415
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,14 +44,15 @@ def verify(  # noqa: PLR0913 - what is judged, and how
     core: Core = "own",
     elf: Path | None = None,
     upsets: Upsets = NO_UPSETS,
+    only: Sequence[str] = (),
 ) -> Evidence:
     """Gather and judge.
 
     core -- whose core runs the instructions; elf -- a binary that was built elsewhere; upsets --
-    the drawn ones that are tried.
+    the drawn ones that are tried; only -- the faults that are tried, empty: all.
 
-    Raises Refused for a spec without simulation, or a binary that is not of this spec,
-    ToolMissing, BuildFailed, SimulatorMissing.
+    Raises Refused for a spec without simulation, a binary that is not of this spec or a fault that
+    it does not have, ToolMissing, BuildFailed, SimulatorMissing.
     """
     simulation = spec.controller.simulation
     if simulation is None:
@@ -60,9 +62,9 @@ def verify(  # noqa: PLR0913 - what is judged, and how
         )
     if elf is None:
         built = build_firmware(spec, shown.begin("Building the firmware"))
-        return _gathered(file, spec, built, core, shown, upsets)
+        return _gathered(file, spec, built, core, shown, upsets, only)
     try:
-        return _gathered(file, spec, given_binary(spec, elf), core, shown, upsets, elf)
+        return _gathered(file, spec, given_binary(spec, elf), core, shown, upsets, only, elf)
     except ElfError as error:
         raise Refused(str(error)) from None
 
@@ -74,13 +76,14 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
     core: Core,
     shown: Talk,
     upsets: Upsets,
+    only: Sequence[str],
     elf: Path | None = None,
 ) -> Evidence:
     simulation = spec.controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
     program = program_of(built.elf)
     chains = tuple(chain_errors(spec.controller, program))
-    trials = try_all(spec.controller, built, core, shown)
+    trials = try_all(spec.controller, built, core, shown, only)
     flipped = try_upsets(spec.controller, built, core, *upsets, shown) if upsets.numbers else ()
     return Evidence(
         file=file,

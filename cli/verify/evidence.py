@@ -47,6 +47,11 @@ class Evidence:
         return len(self.checks) + len(self.trials.timing.figures) + len(self.trials.faults)
 
     @property
+    def left_out(self) -> int:
+        """How many faults were not tried, because others were asked for."""
+        return self.trials.known - len(self.trials.faults)
+
+    @property
     def failures(self) -> tuple[str, ...]:
         """What does not hold, a line each."""
         return (
@@ -79,6 +84,7 @@ class Evidence:
         return (
             *([] if self.elf is None else [f"The binary was built elsewhere: {self.elf}."]),
             *([] if self.core == "own" else ["The instructions were run by simavr's core."]),
+            *([f"Faults that were not tried: {self.left_out}."] if self.left_out else []),
         )
 
     @property
@@ -108,6 +114,7 @@ class Evidence:
                 for name, figures in self.trials.loops.run.figures.items()
             },
             "faults": [each.as_json() for each in self.trials.faults],
+            "faults_left_out": self.left_out,
             "timing": self.trials.timing.as_json(),
             "upsets": [
                 {**each.upset._asdict(), "result": each.result, "words": each.words}

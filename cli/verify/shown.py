@@ -62,7 +62,8 @@ def _print_judged(
 
 def _print_verdict(evidence: Evidence) -> None:
     if evidence.passed:
-        click.secho(f"PASSED: all {evidence.count} checks hold.", fg="green", bold=True)
+        rest = f" Not tried: {evidence.left_out} faults." if evidence.left_out else ""
+        click.secho(f"PASSED: all {evidence.count} checks hold.{rest}", fg="green", bold=True)
         return
     for mismatch in evidence.mismatches:
         click.secho(mismatch, fg="red")
@@ -70,3 +71,6 @@ def _print_verdict(evidence: Evidence) -> None:
         click.secho(failure, fg="red")
     count = f"{len(evidence.failures)} of {evidence.count}"
     click.secho(f"FAILED: {count} checks do not hold.", fg="red", bold=True)
+    failed = [f"--fault {each.fault}" for each in evidence.trials.faults if not each.passed]
+    if failed and not evidence.left_out:
+        click.echo(f"To try them again alone: {' '.join(failed)}")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
+from heatwright.cli.ends import Refused
 from heatwright.cli.pool import spread
 from heatwright.cli.talk import Counter, Job, Talk
 from heatwright.cli.verify.closed_loop import ClosedLoop, closed_loop
@@ -19,6 +21,7 @@ from heatwright.sim.faults.controller.upsets import Outcome, draw, try_upset
 from heatwright.sim.plants import plant_module
 from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller
+from heatwright.spec.loading.suggest import advice
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,8 @@ class Trials:
     loops: ClosedLoop
     timing: Timing
     faults: tuple[FaultResult, ...]
+    known: int
+    """How many faults there are to try."""
 
 
 @dataclass(frozen=True)
@@ -41,27 +46,30 @@ class _Piece:
     """The choice of the core: each worker is a process of its own, so it has to be passed on."""
 
 
-def try_all(controller: Controller, built: BuildResult, core: Core, shown: Talk) -> Trials:
+def try_all(
+    controller: Controller, built: BuildResult, core: Core, shown: Talk, only: Sequence[str] = ()
+) -> Trials:
     """Run the closed loop, measure the timing and try every fault, on all cores.
 
-    Raises what `closed_loop` does.
+    only -- the ids of the faults that are tried; empty: all. Raises Refused for one that the
+    machine does not have, and what `closed_loop` does.
     """
     _prepare(controller, built.elf)
-    count = len(_faults(controller, built.elf))
+    known = [each.id for each in _faults(controller, built.elf)]
+    for name in only:
+        if name not in known:
+            raise Refused(f"This machine has no fault {name!r}. {advice(name, known)}")
+    numbers = [number for number, name in enumerate(known) if not only or name in only]
     begun = [shown.begin(what) for what in ("Simulating the closed loop", "Measuring the timing")]
-    counter = Counter(shown.begin("Injecting faults"), count)
-    jobs: list[Job] = [*begun, *[counter] * count]
-    loops, timing, *faults = spread(
-        _try,
-        [
-            _Piece(controller, built.elf, built.stack_bytes, each, core)
-            for each in ("closed loop", "timing", *range(count))
-        ],
-        jobs,
-    )
+    counter = Counter(shown.begin("Injecting faults"), len(numbers))
+    jobs: list[Job] = [*begun, *[counter] * len(numbers)]
+    tried: list[int | Literal["closed loop", "timing"]] = ["closed loop", "timing", *numbers]
+    pieces = [_Piece(controller, built.elf, built.stack_bytes, each, core) for each in tried]
+    loops, timing, *faults = spread(_try, pieces, jobs)
     assert isinstance(loops, ClosedLoop)  # noqa: S101 - the first piece of work
     assert isinstance(timing, Timing)  # noqa: S101 - the second
-    return Trials(loops, timing, tuple(each for each in faults if isinstance(each, FaultResult)))
+    results = tuple(each for each in faults if isinstance(each, FaultResult))
+    return Trials(loops, timing, results, len(known))
 
 
 def _prepare(controller: Controller, elf: Path) -> None:

@@ -53,7 +53,7 @@ ROWS = [
 EVIDENCE = {
     "spec": str, "digest": str, "core": str, "elf": NoneType, "build": BUILD, "sensors": [None],
     "replay": REPLAY, "loops": {"air": {"closed_loop": CLOSED_LOOP, "replay": REPLAY}},
-    "faults": [FAULT], "upsets": [UPSET],
+    "faults": [FAULT], "faults_left_out": int, "upsets": [UPSET],
     "timing": dict, "passed": bool,
     "speed": dict.fromkeys(("simulated_s", "wall_s", "awake_cycles_per_s", "cycle_ns"), NUMBER),
 }  # fmt: skip
@@ -96,6 +96,18 @@ class TestVerify:
         (text,) = re.findall(r'json">(.*?)</script>', page)
         chart = json.loads(text)
         assert (chart["unit"], len(chart["panels"])) == ("min", 3)
+
+    def test_one_fault_alone_is_tried_again(self, heatwright: Heatwright) -> None:
+        names = ["power_cut", "jump_up"]
+        asked = " ".join(f"--fault {each}" for each in names)
+        found = heatwright(f"verify chamber.yaml {asked} --json").json
+        assert sorted(each["fault"] for each in found["faults"]) == sorted(names)
+        assert found["faults_left_out"] > 40
+        assert found["passed"] is True
+        told = heatwright("verify chamber.yaml --fault power_cut").out
+        assert re.search(r"PASSED: all \d+ checks hold\. Not tried: \d+ faults\.$", told.strip())
+        refused = heatwright("verify chamber.yaml --fault power_cat", status=2).err
+        assert "no fault 'power_cat'. Did you mean power_cut?" in refused
 
 
 def test_build_delivers_what_a_programmer_takes(heatwright: Heatwright) -> None:
@@ -290,7 +302,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
 
         def try_all(controller: Controller, *_: object) -> Any:
             loops = closed_loop(controller, Path(), _PlainJob(""))
-            return SimpleNamespace(loops=loops, timing=timing, faults=(fault,))
+            return SimpleNamespace(loops=loops, timing=timing, faults=(fault,), known=1)
 
         built = BuildResult(Path("a.elf"), 6000, 200, 100, 32256, 2048, "")
         for name, stand_in in (
@@ -317,7 +329,9 @@ def test_verify_says_what_failed(
 ) -> None:
     tried(replace(GOOD_FIGURE, **figure), replace(GOOD_FAULT, **fault))
     done = heatwright("verify chamber.yaml --report v.html", status=bool(expected))
-    *_, reason, verdict, page_name = done.out.splitlines()
+    *_, reason, verdict, again, page_name = ["", *done.out.splitlines()]
+    if again != f"To try them again alone: --fault {GOOD_FAULT.fault}":
+        reason, verdict = verdict, again
     page = Path("v.html").read_text(encoding="utf-8")
     said = "Failed: 1 of " if expected else "Passed: all "
     assert page_name == "v.html"
