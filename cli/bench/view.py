@@ -172,12 +172,12 @@ def _plain(value: Any, digits: int) -> Any:
     return round(number, digits) if isinstance(value, float | np.floating) else int(value)
 
 
-def _column(values: NDArray[np.float64]) -> list[float | None]:
+def _column(values: NDArray[np.float64]) -> Sequence[float | None]:
     """Return many numbers as JSON has them."""
-    found: list[float | None] = np.round(values, 3).tolist()
-    if not np.isfinite(values).all():
-        return [each if each is not None and math.isfinite(each) else None for each in found]
-    return found
+    rounded: list[float] = np.round(values, 3).tolist()
+    if np.isfinite(values).all():
+        return rounded
+    return [each if math.isfinite(each) else None for each in rounded]
 
 
 def _scalars(world: LiveWorld) -> Iterator[tuple[str, Variable]]:
