@@ -99,7 +99,7 @@ def test_verify_hands_the_core_to_all_that_makes_a_device(
     monkeypatch.setattr(trials, "closed_loop", lambda *_: used.append(core_in_use()))
     monkeypatch.setattr(trials, "measure", lambda *_, **__: used.append(core_in_use()))
     monkeypatch.setattr(trials, "try_fault", lambda _: used.append(core_in_use()))
-    monkeypatch.setattr(trials, "_faults", lambda *_: (None,))
+    monkeypatch.setattr(trials, "_faults", lambda *_: (SimpleNamespace(id="unplugged"),))
 
     def spread(work: Any, pieces: Any, jobs: Any) -> Any:
         for piece in pieces[:3]:  # the closed loop, the timing, a fault
