@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.arrays.stack import UnlikeError
 from heatwright.sim.plants import Plant
+from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K, Surface, grid_steps, grid_value
 from heatwright.sim.plants.sensing import Ammeter, Feeler
 from heatwright.sim.plants.thermal_network import Plant as Network
 
@@ -44,7 +45,11 @@ class Plants:
         self._radiant = self._states + len(self._heaters)
         width = first.vector.shape[0]
         self._matrices = np.zeros((len(self._plants), self._states, width))
-        self._keys = np.full((len(self._plants), 1 + len(self._fans) + len(first.surfaces)), np.nan)
+        self._surfaces = tuple(
+            Surfaces([each.surfaces[place] for each in self._plants])
+            for place in range(len(first.surfaces))
+        )
+        self._keys = np.full((len(self._plants), 1 + len(self._fans) + len(self._surfaces)), np.nan)
         self._known: list[dict[bytes, Numbers]] = [{} for _ in self._plants]
         self._feelers = {
             name: Feelers([each.feelers[name] for each in self._plants]) for name in first.feelers
@@ -77,8 +82,9 @@ class Plants:
         keys[:, 0] = feed_mm_per_s
         for place, name in enumerate(self._fans, 1):
             keys[:, place] = active[name]
-        for place in range(keys.shape[1] - len(self._fans) - 1):
-            self._radiate(place, keys[:, 1 + len(self._fans) + place])
+        for place, surfaces in enumerate(self._surfaces):
+            column = 1 + len(self._fans) + place
+            keys[:, column], self._vectors[:, self._radiant + place] = surfaces.now(self._vectors)
         changed = (keys != self._keys).any(axis=1)
         if changed.any():
             self._renew(np.flatnonzero(changed), keys)
@@ -86,14 +92,6 @@ class Plants:
         self._vectors[:, : self._states] = found[:, :, 0]
         for feelers in self._feelers.values():
             feelers.feel(self._vectors)
-
-    def _radiate(self, place: int, conductances: Numbers) -> None:
-        """Set what a surface gives beside its conductance, W, and return this, W/K."""
-        for lane, (plant, now_c) in enumerate(
-            zip(self._plants, self._vectors.tolist(), strict=True)
-        ):
-            surface = plant.surfaces[place]
-            conductances[lane], self._vectors[lane, self._radiant + place] = surface.now(now_c)
 
     def _renew(self, lanes: NDArray[np.int64], keys: Numbers) -> None:
         """Select the matrices for the present fans, feed and surfaces."""
@@ -119,6 +117,38 @@ def _structure(plant: Network) -> tuple[object, ...]:
     return plant.nodes, plant.fans, plant.states, heaters, places, tips, meters
 
 
+class Surfaces:
+    """One surface in all lanes."""
+
+    def __init__(self, surfaces: Sequence[Surface]) -> None:
+        """Store one surface for each lane."""
+        self._here, self._there = surfaces[0].here, surfaces[0].there
+        self._factor = np.array([each.factor for each in surfaces])
+        self._steps = np.full(len(surfaces), np.nan)
+        self._grid = np.zeros(len(surfaces))
+
+    def now(self, vectors: Numbers) -> tuple[Numbers, Numbers]:
+        """Return of each lane what `Surface.now` returns, W/K and W."""
+        here_c, there_c = vectors[:, self._here], vectors[:, self._there]
+        here_k, there_k = here_c + ZERO_C_K, there_c + ZERO_C_K
+        exact = self._factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
+        wanted = np.log(exact) / LOG_GRID
+        steps = np.rint(wanted)
+        near_half = np.abs(np.abs(wanted - steps) - 0.5) < _LOG_ERROR
+        for lane in np.flatnonzero(near_half).tolist():
+            steps[lane] = grid_steps(float(exact[lane]))
+        for lane in np.flatnonzero(steps != self._steps).tolist():
+            self._grid[lane] = grid_value(int(steps[lane])) if exact[lane] > 0 else 0.0
+        self._steps = steps
+        return self._grid.copy(), np.where(
+            exact > 0, (exact - self._grid) * (there_c - here_c), 0.0
+        )
+
+
+_LOG_ERROR = 1e-9
+"""More than numpy's logarithm, in steps of the grid, may differ from the one of `math`."""
+
+
 class Feelers:
     """The tips of one sensor in all lanes."""
 
@@ -135,7 +165,10 @@ class Feelers:
         self._older = np.array([each.older_share for each in feelers])
         self._end = 0
         self._error_k = np.array([each.error_k for each in feelers])
-        self._noisy = [(lane, each) for lane, each in enumerate(feelers) if each.noise_k]
+        self._noisy = [lane for lane, each in enumerate(feelers) if each.noise_k]
+        self._feelers = [feelers[lane] for lane in self._noisy]
+        self._noise_k = np.empty((0, len(self._noisy)))
+        """What is drawn and not yet used, a row for each step: the last is the next."""
         self.felt_c = np.array([each.felt_c for each in feelers])
 
     def feel(self, vectors: Numbers) -> None:
@@ -152,8 +185,11 @@ class Feelers:
             mixed = self._older * felt_c + (1 - self._older) * after
             felt_c = np.where(self._delayed, mixed, felt_c)
         felt_c += self._error_k
-        for lane, feeler in self._noisy:
-            felt_c[lane] += feeler.draw()
+        if self._noisy:
+            if not len(self._noise_k):
+                self._noise_k = np.array([each.left_k() for each in self._feelers]).T
+            felt_c[self._noisy] += self._noise_k[-1]
+            self._noise_k = self._noise_k[:-1]
         self.felt_c = felt_c
 
 

@@ -40,9 +40,19 @@ class Surface(NamedTuple):
         exact = self.factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
         if exact <= 0:
             return 0.0, 0.0
-        grid = math.exp(round(math.log(exact) / LOG_GRID) * LOG_GRID)
+        grid = grid_value(grid_steps(exact))
         return grid, (exact - grid) * (there_c - here_c)
 
     def slope(self, temperature_c: float) -> float:
         """Return by how much more one end radiates for each kelvin that it is hotter, W/K."""
         return 4 * self.factor * (temperature_c + ZERO_C_K) ** 3
+
+
+def grid_steps(conductance: float) -> int:
+    """Return the number of the grid's value that is nearest to a conductance above 0, W/K."""
+    return round(math.log(conductance) / LOG_GRID)
+
+
+def grid_value(steps: int) -> float:
+    """Return a value of the grid, W/K."""
+    return math.exp(steps * LOG_GRID)

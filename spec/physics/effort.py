@@ -43,6 +43,10 @@ the filter's time, for worse control."""
 SWINGS = 1.5
 """Swing of the temperature, as a multiple of a switch's hysteresis: heat arrives and ends late."""
 
+WINDOW_SHARE = 0.1
+"""Longest window of a loop that switches, as a share of the filter's time. It takes over what the
+loop asks for once in a window only: in a longer one much else is asked for than is given."""
+
 STANDS = 0.99
 """Share of the required move after which a reading counts as having moved."""
 
@@ -144,6 +148,8 @@ class _Search:
         middle_k = (heated.lowest_c + heated.highest_c) / 2 - heated.ambient_c
         lag_s, self._slow_s = heated.plant.lags_s(middle_k, TURNS)
         self._filter_s = min(max(lag_s, heated.period_s), heated.period_s / LEAST_SHARE)
+        window_s = controller.outputs[loop.heater].cycle_s
+        self._is_coarse = loop.algorithm.swing_k > 0 and window_s > WINDOW_SHARE * self._filter_s
 
     def found(self) -> Effort | None:
         """Return the rule with all its numbers."""
@@ -151,6 +157,8 @@ class _Search:
         most, least = band_percent(self._tolerance)
         open_ = {key for field, key in _KEYS.items() if field not in given.model_fields_set}
         open_ |= set(given.derived)
+        if self._is_coarse and open_ == set(_KEYS.values()):
+            return None
         values: dict[str, float | None] = {}
         differs = (
             f"resistances that differ by {number(100 * self._tolerance)} %, a supply that is 15 % "

@@ -2,7 +2,7 @@
 
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from random import Random
 from typing import Any, NamedTuple
 
@@ -37,13 +37,17 @@ class Machine(NamedTuple):
 
 def machine(number: int) -> Machine:
     """Draw one; SUITE_SEED draws others."""
-    random = Random(f"machine {SEED} {number}")  # noqa: S311 - no secret
+    return drawn_machine(Random(f"machine {SEED} {number}"), _is_tried)  # noqa: S311 - no secret
+
+
+def drawn_machine(random: Random, is_tried: Callable[[Controller], bool]) -> Machine:
+    """Draw until one is tried and `check` calls it good."""
     refused: list[str] = []
     while True:
         found = attempt(random.randint)
         if isinstance(found, SpecError):
             refused.append(found.problems[0].reason)
-        elif isinstance(found, Drawn) and _is_tried(found.spec.controller):
+        elif isinstance(found, Drawn) and is_tried(found.spec.controller):
             told: list[str] = []
             good = _good(found.text, found.spec, told)
             if good is not None:
