@@ -148,7 +148,7 @@ class _Search:
         middle_k = (heated.lowest_c + heated.highest_c) / 2 - heated.ambient_c
         lag_s, self._slow_s = heated.plant.lags_s(middle_k, TURNS)
         self._filter_s = min(max(lag_s, heated.period_s), heated.period_s / LEAST_SHARE)
-        window_s = controller.outputs[loop.heater].cycle_s
+        window_s = controller.switches[loop.heater].cycle_s
         self._is_coarse = loop.algorithm.swing_k > 0 and window_s > WINDOW_SHARE * self._filter_s
 
     def found(self) -> Effort | None:
