@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from any_machine.drawing import drawn_machine
+from rig.avr import whole
 from rig.specs import controller_of, example
 from suite import SEED, amount
 
@@ -16,8 +17,9 @@ from heatwright.sim.arrays.world import Logs, _Runs
 from heatwright.sim.bench import ReferenceDevice, Run, step_of
 from heatwright.sim.faults.bears import bears_c, room_c
 from heatwright.sim.faults.healthy import AMBIENTS_C
-from heatwright.sim.faults.site import Place
-from heatwright.sim.faults.starts import setpoints_c
+from heatwright.sim.faults.site import Place, Site
+from heatwright.sim.faults.starts import first_steps, setpoints_c
+from heatwright.sim.faults.world import Weather, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.protection.rules import EFFORT_HIGH, EFFORT_LOW, EffortRule, Look
@@ -444,6 +446,28 @@ def test_healthy_machines_never_trip(number: int) -> None:
         for loop, log in logs.items():
             codes = set(log["fault.code"].tolist())
             assert not codes & spread.codes, (name, loop, lane, codes)
+
+
+WITH_BINARIES = (*EXAMPLES, "kiln", "fabricator", "feeder", "dryer", "kiln_uno", "printer")
+
+
+@pytest.mark.parametrize("number", range(amount("effort_binaries")))
+def test_nor_do_their_binaries(number: int) -> None:
+    """With sensors and interfaces of their own; the first loop is asked for temperatures."""
+    name = WITH_BINARIES[number % len(WITH_BINARIES)]
+    controller = controller_of(name)
+    loop, *_ = controller.loops
+    random = Random(f"{name} {number} {SEED}")  # noqa: S311 - machines, not secrets
+    machine = healthy(controller, random, CHECKED).simulation
+    ambient_c = machine.ambient_c
+    site = Site(controller, loop, whole(name))
+    world = World(site, Weather(ambient_c, ambient_c, machine.plant))
+    first_steps(world)
+    held = held_c(controller, loop)
+    for share in SHARES:
+        world.set_setpoint(held[round(share * (len(held) - 1))])
+        world.run(amount("effort_hours") * 3600 / len(SHARES))
+        assert world.fault == 0, (name, share, world.now_s)
 
 
 def test_healthy_machines_of_this_module_are_at_the_ends() -> None:
