@@ -11,7 +11,7 @@ from eva import Proof, proof_of
 from rig.specs import controller_of, sources_of
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
-PROVEN = ("chamber", "incubator", "oven", "press")
+PROVEN = ("chamber", "hotplate", "incubator", "oven", "press")
 
 
 def proof(name: str, sources: dict[str, str], folder: Path) -> Proof:
