@@ -12,17 +12,28 @@ under the model that is made here:
   timers' masks hold what the firmware wrote; a code of the ADC has ten bits.
 - Interrupts come at every point: before every statement and at the end of every block of the
   firmware that may touch what they touch, any of those whose mask bit is set, any number of times
-  in any order, while they are on. `cli`, `sei` and ATOMIC_BLOCK switch them. An access is taken as
-  whole: that none of several bytes is torn, is not shown here.
+  in any order, while they are on. They touch what their routines name, and the functions that these
+  may call, and whatever a pointer may lead to. At any other statement an interrupt does the same as
+  at the next point, as neither sees what the other does. `cli`, `sei` and ATOMIC_BLOCK switch them,
+  with a point before each. An access is taken as whole: that none of several bytes is torn, is not
+  shown here.
+- Eva joins states, but for those that differ in where the text in hand ends (`text_end`), in what
+  was found in a table (`found_*`) or in what a question was told (`told`). These variables are only
+  written for that; no state is left out, so a proof does not rest on them.
 - Conversions to a narrower type wrap, as gcc has it; so do unsigned numbers.
 - What the check of the flash finds is unknown; its own reading of all the flash is left out.
 - The test of the RAM may go from its first byte to its last, and is no variable's access there:
   that it gives back what it found is not shown here.
 - What a record in the EEPROM gives as a number is finite (`admit`): it counts only with its CRC
   and this spec's digest, so this firmware wrote it, whose numbers are finite by this proof.
+- Where `map_find` has found something, what it has noted of its arguments is what it was given
+  (`admit`): it does not change them, and nothing else writes the notes.
+- Four bytes that a master sends as a gain are any finite number: what is not finite is refused by
+  the comparison behind it, as a negative one is.
 
-Two properties are asserted: without the main loop's permit, or with a fault, every heater's pin is
-off when the tick ends; what a loop asks of its heater is from 0 to 100 %.
+Three properties are asserted: without the main loop's permit, or with a fault, every heater's pin
+is off when the tick ends; what a loop asks of its heater is from 0 to 100 %; a fault is latched
+with a temperature from -1 000 000 to 1 000 000 degC, which is why this is admitted of a record's.
 """
 
 import os
@@ -54,6 +65,7 @@ ITERATIONS = 64
 """Of each loop, which are looked at one by one; more are taken together."""
 STEPS = "8, 16, 32, 64, 100, 128"
 """Where a bound that grows is tried to stand."""
+FEW = 10
 APART = 300
 """States that are kept apart in a function that looks at them one by one."""
 
@@ -108,7 +120,7 @@ def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
     sources = {name: FLASH if name == "flash.c" else text for name, text in sources.items()}
     shared = _shared(sources)
     for name, text in sources.items():
-        pointed_text = pointed(_with_ends(_asserting(name, text, sources)), shared)
+        pointed_text = pointed(_with_ends(_mapped(name, _asserting(name, text, sources))), shared)
         plain = re.sub(r"\bvolatile\b", "", pointed_text)
         (folder / name).write_text(f'#pragma pack(1)\n#include "harness.h"\n{plain}', "utf-8")
     (folder / "harness.c").write_text(_harness(sources, registers), encoding="utf-8")
@@ -142,12 +154,47 @@ def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
     )
 
 
+LATCH = "    fault.temperature_c = temperature_c;\n"
+MODEST = "\\is_finite({0}.temperature_c) && -1.0e6 <= {0}.temperature_c <= 1.0e6"
+GHOSTS = ("told", "found_entry", "found_count")
+ASKS = ("counts", "is_gain", "modbus_line_is_asked")
+"""What these find out is told apart by who calls them."""
+TELLS = re.compile(
+    rf"^((?:static )?bool (?:{'|'.join(ASKS)})\([^;]*?\)\n\{{\n)    return ([^;]*);", re.M
+)
+SPLITS = {
+    "clock_wait": ("told",),
+    "take_record": ("told",),
+    "map_find": ("first", "count"),
+    "read_bits": ("told", "found_entry"),
+    "read_words": ("told", "found_entry"),
+    "switch_coils": ("found_entry", "found_count"),
+    "write_coils": ("told",),
+    "write_registers": ("told",),
+    "write_words": ("found_entry", "found_count"),
+    "mask_write_register": ("found_entry",),
+    "read_and_write_registers": ("told", "found_entry", "entry"),
+    "put_text": ("index", "place"),
+    "identity_objects": ("index", "place"),
+}
+"""By what else states are told apart in a function: entries of a table, and how many."""
+FOUND = re.compile(
+    r"map_find\(\w+, \w+, ([^;]*), (\w+)\)(?:;\n    if \(entry)? == MAP_NOT_THERE\) "
+    r"\{\n.*?\n    \}\n",
+    re.DOTALL,
+)
+IS_FOUND = re.compile(r"return ([^;?]*) \? first : MAP_NOT_THERE;")
+GAIN = """const float value = gain(words);
+            if (!(value >= 0.0f && value <= GAIN_MAXIMUM)) {
+"""
+COPIED = "    memcpy(&value, &bits, sizeof value);\n"
 PROVES = "void reset_prove_watchdog(void)\n{\n"
 NEEDED = {
     r"^static .*\btext_of_fault\(": (
         "-eva-slevel-function", f"text_of_fault:{APART}",
-        "-eva-split-return-function", "text_of_fault:full",
     ),
+    r"^uint8_t map_find\(": ("-eva-split-return-function", "map_find:full"),
+    **{rf"\bbool {each}\(": ("-eva-slevel-function", f"{each}:{FEW}") for each in ASKS},
     r"^static .*\bconvert\(": ("-inline-calls", "convert"),
 }  # fmt: skip
 """What a function needs, where there is one of the name: each text is looked at alone; and what
@@ -313,13 +360,20 @@ def _with_texts(sources: Sources) -> list[str]:
 def _with_ends(text: str) -> str:
     """Have Eva tell states apart, in functions that have texts in hand, by where the text ends
     that was made or found last, or by how long it is."""
+    text = TELLS.sub(
+        r"\1    if (\2) {\n told = 1; return true; }\n    told = 0; return false;", text
+    )
+    for name, splits in SPLITS.items():
+        whole = re.compile(rf"^(?:static )?\w+ {name}\([^;]*?\)\n\{{\n.*?^\}}", re.M | re.S)
+        for found in whole.findall(text):
+            text = text.replace(found, _split(found, splits))
     puts: dict[int, str] = {}
     for function in _texts(text):
         body = function.child_by_field_name("body")
         assert body is not None
         written = (function.text or b"").decode()
-        has_own = re.search(r"^    char \w+\[", written, re.MULTILINE)
-        new = "text_end = 0; " if has_own else ""
+        is_given_one = re.search(r"\bchar (\*|\w+\[)", written.split("{")[0])
+        new = "" if is_given_one else "text_end = 0; "
         puts[body.start_byte + 1] = f" {new}/*@ dynamic_split text_end; */ ;"
         for each in _all(body):
             said = (each.text or b"").decode()
@@ -331,6 +385,40 @@ def _with_ends(text: str) -> str:
                 puts[each.start_byte] = f"{{ ENDS({said[len('return ') : -1]}); "
                 puts[each.end_byte] = " }"
     return _with(text, puts)
+
+
+def _mapped(name: str, text: str) -> str:
+    """Return a file with what has to be known of a Modbus slave's table of registers."""
+    if name == "modbus_map.c" and GAIN in text:
+        return _once(text, COPIED, "    value = any_finite();\n").replace(
+            COPIED, "    (void)bits;\n"
+        )
+    if name == "modbus_values.c":
+        text = _once(text, "uint8_t first = 0;\n", "    found_entry = MAP_NOT_THERE;\n")
+        assert IS_FOUND.search(text), "what is found?"
+        found = "found_entry = first; found_address = address; found_count = count; return first;"
+        return IS_FOUND.sub(rf"if (\1) {{ {found} }} return MAP_NOT_THERE;", text)
+    return FOUND.sub(_known, text) if name == "modbus.c" else text
+
+
+def _known(found: re.Match[str]) -> str:
+    """What a table was looked through for, is what `map_find` has put there."""
+    asked = {"found_address": found[1], "found_count": found[2]}
+    known = " && ".join(f"{put} == {name}" for put, name in asked.items() if name.isalpha())
+    return f"{found[0]}    //@ admit {known};\n" if known else found[0]
+
+
+def _split(function: str, names: tuple[str, ...]) -> str:
+    """Have Eva tell states apart by variables, from where each of them is set first."""
+    for name in names:
+        split = f" /*@ dynamic_split {name}; */ ;"
+        declared = re.search(rf"^    (const )?uint\d+_t {name} = [^;]*;", function, re.MULTILINE)
+        if declared:
+            function = function.replace(declared[0], declared[0] + split)
+        else:
+            new = f" {name} = 0;" if name in GHOSTS else ""
+            function = function.replace("\n{\n", f"\n{{\n{new}{split}", 1)
+    return function
 
 
 def _with(text: str, puts: Mapping[int, str]) -> str:
@@ -349,7 +437,12 @@ def _asserting(name: str, text: str, sources: Sources) -> str:
         kept = re.search(r"^struct kept \{\n(.*?)^\};", text, re.MULTILINE | re.DOTALL)
         floats = re.findall(r"^    float (\w+);", kept[1] if kept else "", re.MULTILINE)
         admits = [f"    //@ admit \\is_finite(record.kept.{each});\n" for each in floats]
+        admits.append(f"    //@ admit {MODEST.format('record.fault')};\n")
         return _once(text, "static void take_record(void)\n{\n", "".join(admits))
+    if name == "fault.c":
+        return _once(text, LATCH, f"    //@ assert modest: {MODEST.format('fault')};\n")
+    if name.startswith("current_"):  # so that Eva knows by it what was compared
+        return re.sub(r"const bool told = (.*);", r"/*@ split \1; */ ; \g<0>", text)
     if name == "gate.c":
         text = _once(text, _line(text, "const bool healthy = "), "    //@ split healthy;\n")
         off = {
@@ -444,6 +537,10 @@ def _harness(sources: Sources, registers: Mapping[str, str]) -> str:
 __volatile__ uint8_t unknown_byte;
 uint8_t interrupts_on;
 size_t text_end;
+uint8_t told;
+uint8_t found_entry;
+uint16_t found_address;
+uint16_t found_count;
 extern uint8_t reset_cause;
 extern uint16_t reset_hang_mark;
 {routines}int main(void);

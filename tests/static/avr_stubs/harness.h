@@ -17,6 +17,16 @@ extern size_t text_end;
 size_t Frama_C_offset(const void *place);
 #define ENDS(place) (text_end = Frama_C_offset(place))
 
+/* What was found last in a table, and how many were asked for. */
+extern uint8_t told;
+extern uint8_t found_entry;
+extern uint16_t found_address;
+extern uint16_t found_count;
+
+/*@ assigns \result \from unknown_byte;
+    ensures \is_finite(\result); */
+float any_finite(void);
+
 #define POINT if (interrupts_on) { interrupts(); }
 
 #endif
