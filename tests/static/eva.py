@@ -12,17 +12,28 @@ under the model that is made here:
   timers' masks hold what the firmware wrote; a code of the ADC has ten bits.
 - Interrupts come at every point: before every statement and at the end of every block of the
   firmware that may touch what they touch, any of those whose mask bit is set, any number of times
-  in any order, while they are on. `cli`, `sei` and ATOMIC_BLOCK switch them. An access is taken as
-  whole: that none of several bytes is torn, is not shown here.
+  in any order, while they are on. They touch what their routines name, and the functions that these
+  may call, and whatever a pointer may lead to. At any other statement an interrupt does the same as
+  at the next point, as neither sees what the other does. `cli`, `sei` and ATOMIC_BLOCK switch them,
+  with a point before each. An access is taken as whole: that none of several bytes is torn, is not
+  shown here.
+- Eva joins states, but for those that differ in where the text in hand ends (`text_end`), in what
+  was found in a table (`found_*`) or in what a question was told (`told`). These variables are only
+  written for that; no state is left out, so a proof does not rest on them.
 - Conversions to a narrower type wrap, as gcc has it; so do unsigned numbers.
 - What the check of the flash finds is unknown; its own reading of all the flash is left out.
 - The test of the RAM may go from its first byte to its last, and is no variable's access there:
   that it gives back what it found is not shown here.
 - What a record in the EEPROM gives as a number is finite (`admit`): it counts only with its CRC
   and this spec's digest, so this firmware wrote it, whose numbers are finite by this proof.
+- Where `map_find` has found something, what it has noted of its arguments is what it was given
+  (`admit`): it does not change them, and nothing else writes the notes.
+- Four bytes that a master sends as a gain are any finite number: what is not finite is refused by
+  the comparison behind it, as a negative one is.
 
-Two properties are asserted: without the main loop's permit, or with a fault, every heater's pin is
-off when the tick ends; what a loop asks of its heater is from 0 to 100 %.
+Three properties are asserted: without the main loop's permit, or with a fault, every heater's pin
+is off when the tick ends; what a loop asks of its heater is from 0 to 100 %; a fault is latched
+with a temperature from -1 000 000 to 1 000 000 degC, which is why this is admitted of a record's.
 """
 
 import os
@@ -45,13 +56,18 @@ ATOMIC = re.compile(
 )
 LATCHED = re.compile(r"PORT[A-L]$|TIMSK\d?$|UCSR\d?B$")
 """Registers that hold what was written."""
+SWITCHES = re.compile(r"(cli|interrupts_on|TIMSK\d?|UCSR\d?B)$")
+"""By what interrupts come or not."""
+LIBRARY = re.compile(r"mem\w+|str\w+|eeprom_read_block")
+"""Functions that take pointers and have no points of their own."""
 NUMBER = re.compile(r"\(?(0[xX][0-9A-Fa-f]+|\d+)[uUlL]*\)?")
 ITERATIONS = 64
 """Of each loop, which are looked at one by one; more are taken together."""
 STEPS = "8, 16, 32, 64, 100, 128"
 """Where a bound that grows is tried to stand."""
-TEXTS = 300
-"""States that are kept apart in a function that has texts in hand: one for each text and length."""
+FEW = 10
+APART = 300
+"""States that are kept apart in a function that looks at them one by one."""
 
 FLASH = """#include "flash.h"
 
@@ -88,6 +104,13 @@ class Proof(NamedTuple):
     said: str
 
 
+class Shared(NamedTuple):
+    names: frozenset[str]
+    """Of all that interrupts may touch and that outlives a function."""
+    pointers: frozenset[str]
+    """All names of pointers."""
+
+
 def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
     """Have Eva look at a firmware: a spec's text or an example's name, and its files."""
     board = board_of(spec)
@@ -97,7 +120,7 @@ def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
     sources = {name: FLASH if name == "flash.c" else text for name, text in sources.items()}
     shared = _shared(sources)
     for name, text in sources.items():
-        pointed_text = pointed(_asserting(name, text, sources), shared)
+        pointed_text = pointed(_with_ends(_mapped(name, _asserting(name, text, sources))), shared)
         plain = re.sub(r"\bvolatile\b", "", pointed_text)
         (folder / name).write_text(f'#pragma pack(1)\n#include "harness.h"\n{plain}', "utf-8")
     (folder / "harness.c").write_text(_harness(sources, registers), encoding="utf-8")
@@ -115,7 +138,8 @@ def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
             "-eva-split-return", "auto", "-eva-subdivide-non-linear", "20",
             *_for(sources),
             "-eva-domains-function", "bitwise:gate_tick+",
-            "-eva-slevel-function", ",".join(f"{name}:{TEXTS}" for name in _with_texts(sources)),
+            "-eva-split-return-function", ",".join(f"{name}:full" for name in _with_texts(sources)),
+            "-eva-widening-delay", "1", "-eva-widening-period", "1",
             "-eva-msg-key=-initial-state,-final-states",
             "-then", "-metrics", "-metrics-eva-cover",
         ],
@@ -130,23 +154,57 @@ def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
     )
 
 
-PROVES = "void reset_prove_watchdog(void)\n{\n"
-APART = {
-    "text_of_fault": ("-eva-split-return-function", "text_of_fault:full"),
-    "convert": ("-inline-calls", "convert"),
+LATCH = "    fault.temperature_c = temperature_c;\n"
+MODEST = "\\is_finite({0}.temperature_c) && -1.0e6 <= {0}.temperature_c <= 1.0e6"
+GHOSTS = ("told", "found_entry", "found_count")
+ASKS = ("counts", "is_gain", "modbus_line_is_asked")
+"""What these find out is told apart by who calls them."""
+TELLS = re.compile(
+    rf"^((?:static )?bool (?:{'|'.join(ASKS)})\([^;]*?\)\n\{{\n)    return ([^;]*);", re.M
+)
+SPLITS = {
+    "clock_wait": ("told",),
+    "take_record": ("told",),
+    "map_find": ("first", "count"),
+    "read_bits": ("told", "found_entry"),
+    "read_words": ("told", "found_entry"),
+    "switch_coils": ("found_entry", "found_count"),
+    "write_coils": ("told",),
+    "write_registers": ("told",),
+    "write_words": ("found_entry", "found_count"),
+    "mask_write_register": ("found_entry",),
+    "read_and_write_registers": ("told", "found_entry", "entry"),
+    "put_text": ("index", "place"),
+    "identity_objects": ("index", "place"),
 }
+"""By what else states are told apart in a function: entries of a table, and how many."""
+FOUND = re.compile(
+    r"map_find\(\w+, \w+, ([^;]*), (\w+)\)(?:;\n    if \(entry)? == MAP_NOT_THERE\) "
+    r"\{\n.*?\n    \}\n",
+    re.DOTALL,
+)
+IS_FOUND = re.compile(r"return ([^;?]*) \? first : MAP_NOT_THERE;")
+GAIN = """const float value = gain(words);
+            if (!(value >= 0.0f && value <= GAIN_MAXIMUM)) {
+"""
+COPIED = "    memcpy(&value, &bits, sizeof value);\n"
+PROVES = "void reset_prove_watchdog(void)\n{\n"
+NEEDED = {
+    r"^static .*\btext_of_fault\(": (
+        "-eva-slevel-function", f"text_of_fault:{APART}",
+    ),
+    r"^uint8_t map_find\(": ("-eva-split-return-function", "map_find:full"),
+    **{rf"\bbool {each}\(": ("-eva-slevel-function", f"{each}:{FEW}") for each in ASKS},
+    r"^static .*\bconvert\(": ("-inline-calls", "convert"),
+}  # fmt: skip
 """What a function needs, where there is one of the name: each text is looked at alone; and what
 both main program and interrupt call is none that calls itself."""
 
 
 def _for(sources: Sources) -> list[str]:
-    defined = {
-        name
-        for name in APART
-        for text in sources.values()
-        if re.search(rf"^static .*\b{name}\(.*\)\n\{{", text, re.MULTILINE)
-    }
-    return [word for name in sorted(defined) for word in APART[name]]
+    everything = "\n".join(sources.values())
+    found = [each for name, each in NEEDED.items() if re.search(name, everything, re.MULTILINE)]
+    return [word for each in found for word in each]
 
 
 def _count(what: str, said: str) -> int:
@@ -164,7 +222,7 @@ def _run(command: list[str], folder: Path) -> str:
     return done.stdout
 
 
-def pointed(text: str, shared: frozenset[str]) -> str:
+def pointed(text: str, shared: Shared) -> str:
     """Return a file with a point for interrupts wherever they matter, and loops unrolled."""
 
     def written_out(found: re.Match[str]) -> str:
@@ -176,9 +234,8 @@ def pointed(text: str, shared: frozenset[str]) -> str:
 
     text = ATOMIC.sub(written_out, re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL))
     assert "ATOMIC_BLOCK(" not in text
-    data = text.encode()
     places: dict[int, str] = {}
-    for block in _all(syntax_of(data)):
+    for block in _all(syntax_of(text.encode())):
         if (
             block.type == "compound_statement"
             and (block.parent or block).type != "switch_statement"
@@ -191,15 +248,13 @@ def pointed(text: str, shared: frozenset[str]) -> str:
         elif block.type == "case_statement":
             value = block.child_by_field_name("value")
             _put(places, [each for each in _statements(block) if each != value], shared)
-    for place in sorted(places, reverse=True):
-        data = data[:place] + places[place].encode() + data[place:]
-    return data.decode()
+    return _with(text, places)
 
 
 LOOPS = ("for_statement", "while_statement", "do_statement")
 
 
-def _put(places: dict[int, str], statements: list[Node], shared: frozenset[str]) -> None:
+def _put(places: dict[int, str], statements: list[Node], shared: Shared) -> None:
     for each in statements:
         what = "POINT " if _touches(each, shared) else ""
         text = each.text or b""
@@ -220,17 +275,26 @@ def _statements(block: Node) -> list[Node]:
     ]
 
 
-def _touches(statement: Node, shared: frozenset[str], *, whole: bool = False) -> bool:
-    """Whether it reads or writes what interrupts may touch: by name, or through a pointer. Blocks
-    within it have points of their own, and so have the functions that it calls."""
+def _touches(statement: Node, shared: Shared, *, whole: bool = False) -> bool:
+    """Whether it reads or writes what interrupts may touch, by name or through a pointer, or lets
+    them come or not. Blocks within it have points of their own, and so have the functions that it
+    calls, but for the library's."""
     for node in [statement] if whole else _own(statement):
         for each in _all(node):
+            if each.type == "identifier":
+                name = (each.text or b"").decode()
+                if name in shared.names or SWITCHES.match(name) or LIBRARY.match(name):
+                    return True
             if each.type in ("pointer_expression", "subscript_expression", "field_expression"):
-                return True
-            if each.type == "identifier" and (each.text or b"").decode() in shared:
-                return True
-            if LATCHED.match((each.text or b"").decode()):
-                return True
+                base = each.children[0]
+                named = base.child_by_field_name("field") or base
+                if base.type == "*" or each.children[1].type == "->":
+                    return True
+                if each.type == "subscript_expression" and (
+                    named.type not in ("identifier", "field_identifier")
+                    or (named.text or b"").decode() in shared.pointers
+                ):
+                    return True
     return False
 
 
@@ -241,33 +305,131 @@ def _own(statement: Node) -> list[Node]:
     return [each for each in statement.children if each.type != "compound_statement"]
 
 
-def _shared(sources: Sources) -> frozenset[str]:
-    """The names of all variables that outlive a function."""
-    names = set()
+def _shared(sources: Sources) -> Shared:
+    """What is named where an interrupt's routine is, or a function that it may call, and outlives
+    that; and all names that are given to a pointer somewhere."""
+    bodies: dict[str, list[Node]] = {}
+    lasting: set[str] = set()
+    pointers: set[str] = set()
     for text in sources.values():
         for node in _all(syntax_of(text.encode())):
-            if node.type == "declaration":
-                outside = (node.parent or node).type != "compound_statement"
-                if outside or (node.text or b"").startswith(b"static"):
-                    names |= {name_of(each) for each in node.children_by_field_name("declarator")}
-    return frozenset(names)
+            if node.type == "function_definition":
+                is_routine = node.children[0].text == b"ISR"
+                name = "ISR" if is_routine else name_of(node.child_by_field_name("declarator"))
+                bodies.setdefault(name, []).append(node)
+            declared = {name_of(each) for each in node.children_by_field_name("declarator")}
+            if node.type == "declaration" and (
+                (node.parent or node).type != "compound_statement"
+                or (node.text or b"").startswith(b"static")
+            ):
+                lasting |= declared
+            if node.type == "pointer_declarator" or (
+                node.type == "array_declarator"
+                and (node.parent or node).type == "parameter_declaration"
+            ):
+                pointers.add(name_of(node))
+    names: set[str] = set()
+    new = {"ISR"}
+    while new:
+        names |= new
+        inside = [each for name in new for body in bodies.pop(name, []) for each in _all(body)]
+        new = {(each.text or b"").decode() for each in inside if each.type == "identifier"} - names
+    outlive = {name for name in names if name in lasting or LATCHED.match(name)}
+    return Shared(frozenset(outlive), frozenset(pointers))
+
+
+def _texts(text: str) -> list[Node]:
+    """The functions that have texts in hand."""
+    return [
+        each
+        for each in syntax_of(text.encode()).children
+        if each.type == "function_definition"
+        and re.search(rb"\bchar (\*|\w+\[)", each.text or b"") is not None
+    ]
 
 
 def _with_texts(sources: Sources) -> list[str]:
-    """The functions that have texts in hand."""
-    found = {"static_strcat"}
-    for text in sources.values():
-        functions = syntax_of(text.encode()).children
-        for node in [each for each in functions if each.type == "function_definition"]:
-            if re.search(rb"\bchar (\*|\w+\[)", node.text or b""):
-                found.add(name_of(node.child_by_field_name("declarator")))
-    return sorted(found)
+    names = {
+        name_of(each.child_by_field_name("declarator"))
+        for text in sources.values()
+        for each in _texts(text)
+    }
+    return sorted(names | {"static_strlen", "static_strcpy", "static_strcat"})
+
+
+def _with_ends(text: str) -> str:
+    """Have Eva tell states apart, in functions that have texts in hand, by where the text ends
+    that was made or found last, or by how long it is."""
+    text = TELLS.sub(
+        r"\1    if (\2) {\n told = 1; return true; }\n    told = 0; return false;", text
+    )
+    for name, splits in SPLITS.items():
+        whole = re.compile(rf"^(?:static )?\w+ {name}\([^;]*?\)\n\{{\n.*?^\}}", re.M | re.S)
+        for found in whole.findall(text):
+            text = text.replace(found, _split(found, splits))
+    puts: dict[int, str] = {}
+    for function in _texts(text):
+        body = function.child_by_field_name("body")
+        assert body is not None
+        written = (function.text or b"").decode()
+        is_given_one = re.search(r"\bchar (\*|\w+\[)", written.split("{")[0])
+        new = "" if is_given_one else "text_end = 0; "
+        puts[body.start_byte + 1] = f" {new}/*@ dynamic_split text_end; */ ;"
+        for each in _all(body):
+            said = (each.text or b"").decode()
+            if ended := re.fullmatch(r"([^;=]+) = '\\0';", said):
+                puts[each.end_byte] = f" ENDS(&({ended[1]}));"
+            if re.match(r"uint8_t length\b.*;", said):
+                puts[each.end_byte] = " /*@ dynamic_split length; */ ;"
+            if each.type == "return_statement" and re.match(r"[\w ]*\bchar \*", written):
+                puts[each.start_byte] = f"{{ ENDS({said[len('return ') : -1]}); "
+                puts[each.end_byte] = " }"
+    return _with(text, puts)
+
+
+def _mapped(name: str, text: str) -> str:
+    """Return a file with what has to be known of a Modbus slave's table of registers."""
+    if name == "modbus_map.c" and GAIN in text:
+        return _once(text, COPIED, "    value = any_finite();\n").replace(
+            COPIED, "    (void)bits;\n"
+        )
+    if name == "modbus_values.c":
+        text = _once(text, "uint8_t first = 0;\n", "    found_entry = MAP_NOT_THERE;\n")
+        assert IS_FOUND.search(text), "what is found?"
+        found = "found_entry = first; found_address = address; found_count = count; return first;"
+        return IS_FOUND.sub(rf"if (\1) {{ {found} }} return MAP_NOT_THERE;", text)
+    return FOUND.sub(_known, text) if name == "modbus.c" else text
+
+
+def _known(found: re.Match[str]) -> str:
+    """What a table was looked through for, is what `map_find` has put there."""
+    asked = {"found_address": found[1], "found_count": found[2]}
+    known = " && ".join(f"{put} == {name}" for put, name in asked.items() if name.isalpha())
+    return f"{found[0]}    //@ admit {known};\n" if known else found[0]
+
+
+def _split(function: str, names: tuple[str, ...]) -> str:
+    """Have Eva tell states apart by variables, from where each of them is set first."""
+    for name in names:
+        split = f" /*@ dynamic_split {name}; */ ;"
+        declared = re.search(rf"^    (const )?uint\d+_t {name} = [^;]*;", function, re.MULTILINE)
+        if declared:
+            function = function.replace(declared[0], declared[0] + split)
+        else:
+            new = f" {name} = 0;" if name in GHOSTS else ""
+            function = function.replace("\n{\n", f"\n{{\n{new}{split}", 1)
+    return function
+
+
+def _with(text: str, puts: Mapping[int, str]) -> str:
+    data = text.encode()
+    for place in sorted(puts, reverse=True):
+        data = data[:place] + puts[place].encode() + data[place:]
+    return data.decode()
 
 
 def _asserting(name: str, text: str, sources: Sources) -> str:
     """Return a file with what is asserted in it, and what is admitted of records."""
-    if name == "text.c":
-        return _once(text, "    uint8_t length = 0;\n", "    //@ dynamic_split length;\n")
     if name == "reset.c" and PROVES in text:  # what a start has left for the one after it
         word = "(uint16_t)((uint16_t)unknown_byte << 8 | unknown_byte)"
         return _once(text, PROVES, f"    awaited = {word};\n    waited = unknown_byte;\n")
@@ -275,7 +437,12 @@ def _asserting(name: str, text: str, sources: Sources) -> str:
         kept = re.search(r"^struct kept \{\n(.*?)^\};", text, re.MULTILINE | re.DOTALL)
         floats = re.findall(r"^    float (\w+);", kept[1] if kept else "", re.MULTILINE)
         admits = [f"    //@ admit \\is_finite(record.kept.{each});\n" for each in floats]
+        admits.append(f"    //@ admit {MODEST.format('record.fault')};\n")
         return _once(text, "static void take_record(void)\n{\n", "".join(admits))
+    if name == "fault.c":
+        return _once(text, LATCH, f"    //@ assert modest: {MODEST.format('fault')};\n")
+    if name.startswith("current_"):  # so that Eva knows by it what was compared
+        return re.sub(r"const bool told = (.*);", r"/*@ split \1; */ ; \g<0>", text)
     if name == "gate.c":
         text = _once(text, _line(text, "const bool healthy = "), "    //@ split healthy;\n")
         off = {
@@ -369,6 +536,11 @@ def _harness(sources: Sources, registers: Mapping[str, str]) -> str:
 {variables}
 __volatile__ uint8_t unknown_byte;
 uint8_t interrupts_on;
+size_t text_end;
+uint8_t told;
+uint8_t found_entry;
+uint16_t found_address;
+uint16_t found_count;
 extern uint8_t reset_cause;
 extern uint16_t reset_hang_mark;
 {routines}int main(void);

@@ -95,6 +95,9 @@ ISR(TIMER0_COMP_vect)
 /* The last byte has left, with its stop bit. */
 ISR(USART_TXC_vect)
 {
+    if (phase != ANSWERING) {
+        return; /* nothing was sent: who is being answered keeps the frame */
+    }
     if (sent != answer_size) {
         UDR = modbus_frame[sent];
         sent++;

@@ -50,19 +50,18 @@ static uint16_t word_at(uint8_t place)
     return (uint16_t)((uint16_t)modbus_frame[place] << 8 | modbus_frame[place + 1u]);
 }
 
-static bool counts(uint8_t place, uint16_t most)
+static bool counts(uint16_t count, uint16_t most)
 {
-    const uint16_t count = word_at(place);
-
     return count != 0 && count <= most;
 }
 
 static uint8_t read_bits(const struct map_entry *table, uint8_t size)
 {
-    if (length != COUNT + 2 || !counts(COUNT, MOST_BITS_READ)) {
+    const uint16_t count = word_at(COUNT);
+
+    if (length != COUNT + 2 || !counts(count, MOST_BITS_READ)) {
         return MODBUS_BAD_VALUE;
     }
-    const uint16_t count = word_at(COUNT);
     uint8_t entry = map_find(table, size, word_at(FIRST), count);
     if (entry == MAP_NOT_THERE) {
         return MODBUS_BAD_ADDRESS;
@@ -97,10 +96,11 @@ static void put_words(const struct map_entry *table, uint8_t entry, uint8_t coun
 
 static uint8_t read_words(const struct map_entry *table, uint8_t size)
 {
-    if (length != COUNT + 2 || !counts(COUNT, MOST_WORDS_READ)) {
+    const uint16_t count = word_at(COUNT);
+
+    if (length != COUNT + 2 || !counts(count, MOST_WORDS_READ)) {
         return MODBUS_BAD_VALUE;
     }
-    const uint16_t count = word_at(COUNT);
     const uint8_t entry = map_find(table, size, word_at(FIRST), count);
     if (entry == MAP_NOT_THERE) {
         return MODBUS_BAD_ADDRESS;
@@ -111,11 +111,13 @@ static uint8_t read_words(const struct map_entry *table, uint8_t size)
 
 static uint8_t switch_coils(uint16_t count, uint8_t bits)
 {
-    if (map_find(map_coils, MAP_COILS, word_at(FIRST), count) == MAP_NOT_THERE) {
+    const uint16_t first = word_at(FIRST);
+
+    if (map_find(map_coils, MAP_COILS, first, count) == MAP_NOT_THERE) {
         return MODBUS_BAD_ADDRESS;
     }
     answer_length = COUNT + 2;
-    return map_switch(word_at(FIRST), (uint8_t)count, bits) ? MODBUS_DONE : MODBUS_BAD_VALUE;
+    return map_switch(first, (uint8_t)count, bits) ? MODBUS_DONE : MODBUS_BAD_VALUE;
 }
 
 static uint8_t write_coil(void)
@@ -130,22 +132,25 @@ static uint8_t write_coil(void)
 
 static uint8_t write_coils(void)
 {
-    if (!counts(COUNT, MOST_BITS_WRITTEN)
-        || modbus_frame[BYTES] != (word_at(COUNT) + 7u) / 8u
+    const uint16_t count = word_at(COUNT);
+
+    if (!counts(count, MOST_BITS_WRITTEN)
+        || modbus_frame[BYTES] != (count + 7u) / 8u
         || length != DATA + (uint16_t)modbus_frame[BYTES]) {
         return MODBUS_BAD_VALUE;
     }
-    return switch_coils(word_at(COUNT), modbus_frame[DATA]);
+    return switch_coils(count, modbus_frame[DATA]);
 }
 
-static uint8_t write_words(uint8_t first, uint16_t count, uint8_t data)
+static uint8_t write_words(uint8_t place, uint16_t count, uint8_t data)
 {
-    if (map_find(map_holdings, MAP_HOLDINGS, word_at(first), count) == MAP_NOT_THERE) {
+    const uint16_t first = word_at(place);
+
+    if (map_find(map_holdings, MAP_HOLDINGS, first, count) == MAP_NOT_THERE) {
         return MODBUS_BAD_ADDRESS;
     }
     answer_length = COUNT + 2;
-    return map_write(word_at(first), (uint8_t)count, &modbus_frame[data]) ? MODBUS_DONE
-                                                                          : MODBUS_BAD_VALUE;
+    return map_write(first, (uint8_t)count, &modbus_frame[data]) ? MODBUS_DONE : MODBUS_BAD_VALUE;
 }
 
 static uint8_t write_register(void)
@@ -155,12 +160,14 @@ static uint8_t write_register(void)
 
 static uint8_t write_registers(void)
 {
-    if (!counts(COUNT, MOST_WORDS_WRITTEN)
-        || modbus_frame[BYTES] != 2u * word_at(COUNT)
+    const uint16_t count = word_at(COUNT);
+
+    if (!counts(count, MOST_WORDS_WRITTEN)
+        || modbus_frame[BYTES] != 2u * count
         || length != DATA + (uint16_t)modbus_frame[BYTES]) {
         return MODBUS_BAD_VALUE;
     }
-    return write_words(FIRST, word_at(COUNT), DATA);
+    return write_words(FIRST, count, DATA);
 }
 
 /* New = (old AND this) OR (that AND NOT this). The answer repeats the request. */
@@ -169,7 +176,8 @@ static uint8_t mask_write_register(void)
     if (length != OR_MASK + 2) {
         return MODBUS_BAD_VALUE;
     }
-    const uint8_t entry = map_find(map_holdings, MAP_HOLDINGS, word_at(FIRST), 1);
+    const uint16_t first = word_at(FIRST);
+    const uint8_t entry = map_find(map_holdings, MAP_HOLDINGS, first, 1);
     if (entry == MAP_NOT_THERE) {
         return MODBUS_BAD_ADDRESS;
     }
@@ -179,17 +187,18 @@ static uint8_t mask_write_register(void)
     const uint8_t bytes[2] = { (uint8_t)(word >> 8), (uint8_t)word };
 
     answer_length = OR_MASK + 2;
-    return map_write(word_at(FIRST), 1, bytes) ? MODBUS_DONE : MODBUS_BAD_VALUE;
+    return map_write(first, 1, bytes) ? MODBUS_DONE : MODBUS_BAD_VALUE;
 }
 
 /* It writes first, and reads what is then. */
 static uint8_t read_and_write_registers(void)
 {
     const uint16_t count = word_at(COUNT);
+    const uint16_t second_count = word_at(SECOND_COUNT);
 
-    if (!counts(COUNT, MOST_WORDS_READ)
-        || !counts(SECOND_COUNT, MOST_WORDS_WRITTEN_AND_READ)
-        || modbus_frame[SECOND_BYTES] != 2u * word_at(SECOND_COUNT)
+    if (!counts(count, MOST_WORDS_READ)
+        || !counts(second_count, MOST_WORDS_WRITTEN_AND_READ)
+        || modbus_frame[SECOND_BYTES] != 2u * second_count
         || length != SECOND_DATA + (uint16_t)modbus_frame[SECOND_BYTES]) {
         return MODBUS_BAD_VALUE;
     }
@@ -197,7 +206,7 @@ static uint8_t read_and_write_registers(void)
     if (entry == MAP_NOT_THERE) {
         return MODBUS_BAD_ADDRESS;
     }
-    const uint8_t problem = write_words(SECOND_FIRST, word_at(SECOND_COUNT), SECOND_DATA);
+    const uint8_t problem = write_words(SECOND_FIRST, second_count, SECOND_DATA);
     if (problem == MODBUS_DONE) {
         map_look();
         put_words(map_holdings, entry, (uint8_t)count);

@@ -3,6 +3,7 @@
 #define STATIC_HARNESS_H
 
 #include <avr/io.h> /* registers, as in what is asserted */
+#include <stddef.h> /* size_t */
 #include <stdint.h> /* uint8_t */
 
 extern __volatile__ uint8_t unknown_byte;
@@ -10,6 +11,21 @@ extern uint8_t interrupts_on;
 
 /* Any of the interrupts that are enabled, any number of times, in any order. */
 void interrupts(void);
+
+/* Where the text that was made or found last ends, by which texts are told apart. */
+extern size_t text_end;
+size_t Frama_C_offset(const void *place);
+#define ENDS(place) (text_end = Frama_C_offset(place))
+
+/* What was found last in a table, and how many were asked for. */
+extern uint8_t told;
+extern uint8_t found_entry;
+extern uint16_t found_address;
+extern uint16_t found_count;
+
+/*@ assigns \result \from unknown_byte;
+    ensures \is_finite(\result); */
+float any_finite(void);
 
 #define POINT if (interrupts_on) { interrupts(); }
 

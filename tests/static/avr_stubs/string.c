@@ -1,4 +1,5 @@
 /* The library's functions of strings, as the standard has them. */
+#include "harness.h"
 #include <string.h>
 
 size_t static_strlen(const char *text)
@@ -24,11 +25,13 @@ char *static_strcpy(char *to, const char *from)
         place++;
     }
     to[place] = '\0';
+    ENDS(to + place);
     return to;
 }
 
 char *static_strcat(char *to, const char *from)
 {
+    //@ dynamic_split text_end;
     static_strcpy(to + static_strlen(to), from);
     return to;
 }
