@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.arrays.stack import UnlikeError
 from heatwright.sim.plants import Plant
-from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K, Surface, grid_steps, grid_value
+from heatwright.sim.plants.radiation import LOG_GRID, ZERO_C_K, Surface, on_grid
 from heatwright.sim.plants.sensing import Ammeter, Feeler
 from heatwright.sim.plants.thermal_network import Plant as Network
 
@@ -134,15 +134,11 @@ class Surfaces:
         exact = self._factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
         wanted = np.log(exact) / LOG_GRID
         steps = np.rint(wanted)
-        near_half = np.abs(np.abs(wanted - steps) - 0.5) < _LOG_ERROR
-        for lane in np.flatnonzero(near_half).tolist():
-            steps[lane] = grid_steps(float(exact[lane]))
+        steps[np.abs(np.abs(wanted - steps) - 0.5) < _LOG_ERROR] = np.nan  # one or the next
         for lane in np.flatnonzero(steps != self._steps).tolist():
-            self._grid[lane] = grid_value(int(steps[lane])) if exact[lane] > 0 else 0.0
+            self._grid[lane] = on_grid(float(exact[lane])) if exact[lane] > 0 else 0.0
         self._steps = steps
-        return self._grid.copy(), np.where(
-            exact > 0, (exact - self._grid) * (there_c - here_c), 0.0
-        )
+        return self._grid, np.where(exact > 0, (exact - self._grid) * (there_c - here_c), 0.0)
 
 
 _LOG_ERROR = 1e-9

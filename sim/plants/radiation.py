@@ -40,7 +40,7 @@ class Surface(NamedTuple):
         exact = self.factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
         if exact <= 0:
             return 0.0, 0.0
-        grid = grid_value(grid_steps(exact))
+        grid = on_grid(exact)
         return grid, (exact - grid) * (there_c - here_c)
 
     def slope(self, temperature_c: float) -> float:
@@ -48,11 +48,6 @@ class Surface(NamedTuple):
         return 4 * self.factor * (temperature_c + ZERO_C_K) ** 3
 
 
-def grid_steps(conductance: float) -> int:
-    """Return the number of the grid's value that is nearest to a conductance above 0, W/K."""
-    return round(math.log(conductance) / LOG_GRID)
-
-
-def grid_value(steps: int) -> float:
-    """Return a value of the grid, W/K."""
-    return math.exp(steps * LOG_GRID)
+def on_grid(conductance: float) -> float:
+    """Return the grid's value that is nearest to a conductance above 0, W/K."""
+    return math.exp(round(math.log(conductance) / LOG_GRID) * LOG_GRID)

@@ -114,7 +114,7 @@ def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
     if key not in _EFFORTS:
         try:
             heated = heated_loop(controller, name, simulation)
-            rule = effort_of(controller, name, simulation, heated, given or Effort())
+            rule = effort_of(controller, name, simulation, heated, given)
         except (ArithmeticError, AssertionError, LookupError, ValueError):
             rule = None  # the checks tell what is wrong with such a plant
         # What was asked for stays, and the checks say that it cannot be had.

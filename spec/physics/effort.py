@@ -66,10 +66,19 @@ TURNS = 12
 
 
 def effort_of(
-    controller: Controller, name: str, simulation: Simulation, heated: HeatedLoop, given: Effort
+    controller: Controller,
+    name: str,
+    simulation: Simulation,
+    heated: HeatedLoop,
+    given: Effort | None,
 ) -> Effort | None:
-    """Derive the numbers that a spec leaves open; None if no time suits a healthy machine."""
-    return _Search(controller, name, simulation, heated, given).found()
+    """Derive the numbers that a spec leaves open; None if no time suits a healthy machine.
+
+    given -- None: nobody has asked for the rules; a loop that switches through a long window has
+    none then.
+    """
+    search = _Search(controller, name, simulation, heated, given or Effort())
+    return None if given is None and search.is_coarse else search.found()
 
 
 def band_percent(tolerance: float) -> tuple[float, float]:
@@ -149,7 +158,7 @@ class _Search:
         lag_s, self._slow_s = heated.plant.lags_s(middle_k, TURNS)
         self._filter_s = min(max(lag_s, heated.period_s), heated.period_s / LEAST_SHARE)
         window_s = controller.switches[loop.heater].cycle_s
-        self._is_coarse = loop.algorithm.swing_k > 0 and window_s > WINDOW_SHARE * self._filter_s
+        self.is_coarse = loop.algorithm.swing_k > 0 and window_s > WINDOW_SHARE * self._filter_s
 
     def found(self) -> Effort | None:
         """Return the rule with all its numbers."""
@@ -157,8 +166,6 @@ class _Search:
         most, least = band_percent(self._tolerance)
         open_ = {key for field, key in _KEYS.items() if field not in given.model_fields_set}
         open_ |= set(given.derived)
-        if self._is_coarse and open_ == set(_KEYS.values()):
-            return None
         values: dict[str, float | None] = {}
         differs = (
             f"resistances that differ by {number(100 * self._tolerance)} %, a supply that is 15 % "

@@ -312,8 +312,11 @@ def test_a_loop_that_switches_through_a_long_window_is_not_watched_unless_asked(
     windows = "kind: time_proportional, window: 5 s, resolution: 20 ms, pin: D3"
     text = WIDE.replace("kind: digital, pin: D3", windows).replace("200 J/K", "60 J/K")
     assert controller_of(text).loops["air"].protection.effort is None
-    watched_text = text.replace("rise_rate: 50", "effort: {for: 10 min}, rise_rate: 50")
-    assert controller_of(watched_text).loops["air"].protection.effort is not None
+    for asked_for in ("{}", "{for: 10 min}"):
+        watched_text = text.replace("rise_rate: 50", f"effort: {asked_for}, rise_rate: 50")
+        effort = controller_of(watched_text).loops["air"].protection.effort
+        assert effort is not None
+        assert effort.has_band
     steered = text.replace("{kind: on_off, hysteresis: 12 K}", "{kind: pid, kp: 2, ki: 0.1}")
     assert controller_of(steered).loops["air"].protection.effort is not None
 
@@ -391,9 +394,14 @@ SHARES = (0.5, 1.0, 0.2, 0.7, 0.1, 1.0)
 def asked(controller: Controller, hours: float) -> Iterator[tuple[float, str, float]]:
     each_s = hours * 3600 / len(SHARES)
     for name in controller.loops:
-        held = held_c(controller, name)
-        for place, share in enumerate(SHARES):
-            yield 1.0 + place * each_s, name, held[round(share * (len(held) - 1))]
+        for place, setpoint_c in enumerate(course_c(controller, name)):
+            yield 1.0 + place * each_s, name, setpoint_c
+
+
+def course_c(controller: Controller, name: str) -> list[float]:
+    """Return the setpoints that a loop is taken through."""
+    held = held_c(controller, name)
+    return [held[round(share * (len(held) - 1))] for share in SHARES]
 
 
 def held_c(controller: Controller, name: str) -> list[float]:
@@ -463,11 +471,10 @@ def test_nor_do_their_binaries(number: int) -> None:
     site = Site(controller, loop, whole(name))
     world = World(site, Weather(ambient_c, ambient_c, machine.plant))
     first_steps(world)
-    held = held_c(controller, loop)
-    for share in SHARES:
-        world.set_setpoint(held[round(share * (len(held) - 1))])
+    for setpoint_c in course_c(controller, loop):
+        world.set_setpoint(setpoint_c)
         world.run(amount("effort_hours") * 3600 / len(SHARES))
-        assert world.fault == 0, (name, share, world.now_s)
+        assert world.fault == 0, (name, setpoint_c, world.now_s)
 
 
 def test_healthy_machines_of_this_module_are_at_the_ends() -> None:
