@@ -3,11 +3,12 @@
 What others need to know of a kind, its model says, so that nobody asks for the kind itself:
 
 on_adc, on_one_wire, measures_current -- where it is and what it measures. Of thermometers besides:
-reading_bits -- of the signed number that holds a reading; saturates -- beyond its range it shows
-the range's end; selectable -- types of thermocouple that the operator may choose; fitting -- keys
-of its own that would have it fit into a period. Of those on the ADC: unit -- of what they measure;
-shown_range -- what they can show on a chip; circuit -- from that to the code; gives_voltage -- a
-voltage of its own, and no element in a circuit.
+reading_bits -- of the signed number that holds a reading; clips_c -- the lowest and the highest
+temperature that a reading can show, None if beyond its range no reading is good; selectable --
+types of thermocouple that the operator may choose; fitting -- keys of its own that would have it
+fit into a period. Of those on the ADC: unit -- of what they measure; shown_range -- what they can
+show on a chip; circuit -- from that to the code; gives_voltage -- a voltage of its own, and no
+element in a circuit.
 """
 
 import math
@@ -56,7 +57,7 @@ class Ds18b20(Averaged):
     on_one_wire: ClassVar[bool] = True
     measures_current: ClassVar[Literal[False]] = False
     reading_bits: ClassVar[int] = 16
-    saturates: ClassVar[bool] = True
+    clips_c: ClassVar[tuple[float, float] | None] = (-55.0, 125.0)
     selectable: ClassVar[tuple[str, ...]] = ()
 
     @property

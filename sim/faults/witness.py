@@ -94,9 +94,8 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     times_s, tips_c = world.tips_c(sensor)
     thermometer = controller.thermometers[sensor]
     age_s = thermometer.conversion_s + controller.loops[name].period_s + world.step_s
-    ends_c = thermometer.range_c if thermometer.saturates else None
-    if ends_c is not None:
-        tips_c = np.clip(tips_c, *ends_c)
+    if thermometer.clips_c is not None:
+        tips_c = np.clip(tips_c, *thermometer.clips_c)
     spans = _spans(times_s, good["time_s"] - age_s, good["time_s"] + world.step_s)
     least_c, most_c = _extremes(tips_c, spans)
     readings_c, which = np.unique(read_c, return_inverse=True)  # most rows say the same as others

@@ -59,7 +59,7 @@ class AnalogSensor(Averaged):
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
     reading_bits: ClassVar[int] = 16
-    saturates: ClassVar[bool] = False
+    clips_c: ClassVar[tuple[float, float] | None] = None
     selectable: ClassVar[tuple[str, ...]] = ()
     unit: ClassVar[str] = "K"
 

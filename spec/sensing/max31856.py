@@ -82,7 +82,7 @@ class Max31856(Averaged):
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
     reading_bits: ClassVar[int] = 32
-    saturates: ClassVar[bool] = False
+    clips_c: ClassVar[tuple[float, float] | None] = None
 
     @property
     def range_c(self) -> tuple[float, float]:

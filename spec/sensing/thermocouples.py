@@ -57,7 +57,7 @@ class Max6675(_Converter):
 
     kind: Literal["max6675"]
     least: ClassVar[Least] = Least(225, 5)
-    saturates: ClassVar[bool] = True
+    clips_c: ClassVar[tuple[float, float] | None] = (0.0, 1023.75)
 
     @property
     def range_c(self) -> tuple[float, float]:
@@ -97,7 +97,7 @@ class Max31855(_Converter):
         "K", description="Type of the thermocouple, the last letter of the converter's name."
     )
     least: ClassVar[Least] = Least(275, 5)
-    saturates: ClassVar[bool] = False
+    clips_c: ClassVar[tuple[float, float] | None] = (-270.0, 1800.0)
 
     @property
     def range_c(self) -> tuple[float, float]:

@@ -44,7 +44,7 @@ class Max31865(Averaged):
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
     reading_bits: ClassVar[int] = 16
-    saturates: ClassVar[bool] = False
+    clips_c: ClassVar[tuple[float, float] | None] = None
     selectable: ClassVar[tuple[str, ...]] = ()
 
     @model_validator(mode="after")

@@ -18,7 +18,7 @@ class Newsensor(Averaged):
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
     reading_bits: ClassVar[int] = 16  # of the signed number that holds a reading
-    saturates: ClassVar[bool] = False  # beyond its range it shows the range's end
+    clips_c: ClassVar[tuple[float, float] | None] = None  # lowest and highest reading it can show
     selectable: ClassVar[tuple[str, ...]] = ()
 
     @property
