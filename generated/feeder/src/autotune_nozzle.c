@@ -20,6 +20,12 @@ static const float LEAST_HYSTERESIS_K = 1.0f;
 static const float MOST_HYSTERESIS_K = 5.0f;
 static const float BELOW_HOLD_PERCENT = 12.0f; /* the integral's least is so far below what holds */
 static const float PER_HOLD = 1.5f;            /* and its most so many times that */
+static const float LEAST_RATIO = 10.0f;        /* the integral's time in the closed loop's own */
+static const float MOST_RATIO = 40.0f;
+static const float LEAST_LACK_PERCENT = 0.01f;
+static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* beyond these no machine was measured */
+static const float MOST_RISE_K_PER_S = 1.0e6f;
+static const float MOST_SUM_K = 1.0e6f;
 
 struct autotune_nozzle_state autotune_nozzle;
 
@@ -77,11 +83,7 @@ static float integral_ratio(float gain)
 
     (void)gain;
     const float lack = autotune_nozzle.hold_percent - LOOP_NOZZLE_TUNING_START_PERCENT;
-    if (lack > 0.0f && way < lack * 40.0f) {
-        const float ratio = way / lack;
-        return ratio < 10.0f ? 10.0f : ratio;
-    }
-    return 40.0f;
+    return lack > LEAST_LACK_PERCENT ? limit(way / lack, LEAST_RATIO, MOST_RATIO) : MOST_RATIO;
 }
 
 /* Skogestad's rule for an integrator with a lag: `both` is its slope in K/s at full swing. */
@@ -119,7 +121,11 @@ static void judge(void)
 {
     const float rise = autotune_nozzle.rise;
 
-    if (rise <= 0.0f) {
+    /* In this sense, so that what is not a number is of no use either. */
+    if (!(rise >= LEAST_RISE_K_PER_S && rise <= MOST_RISE_K_PER_S && autotune_nozzle.on_sum > 0
+          && autotune_nozzle.off_sum > 0 && autotune_nozzle.swing_sum >= 0.0f
+          && autotune_nozzle.swing_sum <= MOST_SUM_K && autotune_nozzle.peak_sum >= 0.0f
+          && autotune_nozzle.peak_sum <= MOST_SUM_K)) {
         end(AUTOTUNE_NO_USE);
         return;
     }
@@ -136,14 +142,15 @@ static void judge(void)
     if (late < 0.0f) {
         late = 0.0f;
     }
-    const float share = 3.0f * rise / (4.0f * rise + 6.0f * fall); /* of a lag, in the top */
-    autotune_nozzle.dead_s = limit((peak - share * rise * late) / (rise - share * rise), 0.0f, late);
+    const float share = 3.0f / (4.0f + 6.0f * on / off); /* of a lag, in the top */
+    autotune_nozzle.dead_s = limit(
+        (peak - share * rise * late) / (rise * (1.0f - share)), 0.0f, late);
     autotune_nozzle.lag_s = late - autotune_nozzle.dead_s;
     find_gains(both, late);
     propose_limits();
-    /* In this sense, so that what is not a number is of no use either. */
-    if (autotune_nozzle.kp <= GAIN_MAXIMUM && autotune_nozzle.ki <= GAIN_MAXIMUM
-        && autotune_nozzle.kd <= GAIN_MAXIMUM) {
+    if (autotune_nozzle.kp >= 0.0f && autotune_nozzle.kp <= GAIN_MAXIMUM
+        && autotune_nozzle.ki >= 0.0f && autotune_nozzle.ki <= GAIN_MAXIMUM
+        && autotune_nozzle.kd >= 0.0f && autotune_nozzle.kd <= GAIN_MAXIMUM) {
         end(AUTOTUNE_DONE);
     } else {
         end(AUTOTUNE_NO_USE);
@@ -201,7 +208,7 @@ static void heat_up(float t, float target_c, float middle_c)
         }
         break;
     case SLOPE:
-        if (t >= target_c) {
+        if (t >= target_c && autotune_nozzle.half_steps > 0) {
             autotune_nozzle.phase = COAST;
             autotune_nozzle.rise = (middle_c - autotune_nozzle.from_c)
                 / ((float)autotune_nozzle.half_steps * LOOP_NOZZLE_PERIOD_S);

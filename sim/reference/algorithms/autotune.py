@@ -204,9 +204,6 @@ class Tuner:
         self._half_steps = 0
 
     def _finish(self) -> None:
-        if self._rise <= ZERO:
-            self.result = NO_USE
-            return
         swings = Swings(
             Single(self._cycles - 1),
             Single(self._on_sum),
@@ -215,9 +212,12 @@ class Tuner:
             self._peak_sum,
             self._rise,
         )
+        if not swings.are_measured:
+            self.result = NO_USE
+            return
         constants = self._constants
         if self._limits is not None:
             constants = constants.within(self._limits, self._swing_share)
         self._found = found_by(swings, constants)
-        usable = all(gain <= LARGEST_GAIN for gain in self.gains)
+        usable = all(ZERO <= gain <= LARGEST_GAIN for gain in self.gains)
         self.result = DONE if usable else NO_USE

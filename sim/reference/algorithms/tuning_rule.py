@@ -10,7 +10,10 @@ PER_LATE, PER_DEAD = Single(0.35), Single(2)
 LEAST_RATIO, MOST_RATIO = Single(10), Single(40)
 BELOW_HOLD, PER_HOLD = Single(12), Single(1.5)
 """Where the integral's limits are proposed, %."""
-THREE, FOUR, SIX = Single(3), Single(4), Single(6)
+ONE, THREE, FOUR, SIX = Single(1), Single(3), Single(4), Single(6)
+LEAST_LACK_PERCENT = Single(0.01)
+LEAST_RISE, MOST_RISE, MOST_SUM_K = Single(1e-6), Single(1e6), Single(1e6)
+"""Beyond these no machine was measured."""
 
 
 class Constants(NamedTuple):
@@ -62,6 +65,17 @@ class Swings(NamedTuple):
     rise: Single
     """K/s."""
 
+    @property
+    def are_measured(self) -> bool:
+        """Whether a machine can have these numbers."""
+        return (
+            LEAST_RISE <= self.rise <= MOST_RISE
+            and self.on_sum > ZERO
+            and self.off_sum > ZERO
+            and ZERO <= self.swing_sum <= MOST_SUM_K
+            and ZERO <= self.peak_sum <= MOST_SUM_K
+        )
+
 
 class Found(NamedTuple):
     """What follows, in the order of the members."""
@@ -87,8 +101,8 @@ def found_by(swings: Swings, constants: Constants) -> Found:
     both = rise + fall
     hold_percent = constants.swing_percent * on_s / (on_s + off_s)
     late_s = max(ZERO, (rise * on_s - swing_k) / both)
-    share = THREE * rise / (FOUR * rise + SIX * fall)
-    dead_s = clamp((peak_k - share * rise * late_s) / (rise - share * rise), ZERO, late_s)
+    share = THREE / (FOUR + SIX * on_s / off_s)
+    dead_s = clamp((peak_k - share * rise * late_s) / (rise * (ONE - share)), ZERO, late_s)
     lag_s = late_s - dead_s
     quick_s = _quick(late_s, dead_s, constants)
     gain = constants.swing_percent / (both * quick_s)
@@ -119,6 +133,4 @@ def _ratio(
     if constants.band_k is not None:
         way = min(way, gain * constants.band_k)
     lack = hold_percent - constants.start_percent
-    if lack > ZERO and way < lack * MOST_RATIO:
-        return max(LEAST_RATIO, way / lack)
-    return MOST_RATIO
+    return clamp(way / lack, LEAST_RATIO, MOST_RATIO) if lack > LEAST_LACK_PERCENT else MOST_RATIO
