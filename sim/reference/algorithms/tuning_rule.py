@@ -68,13 +68,13 @@ class Swings(NamedTuple):
     @property
     def are_measured(self) -> bool:
         """Whether a machine can have these numbers."""
-        return (
-            LEAST_RISE <= self.rise <= MOST_RISE
-            and self.on_sum > ZERO
-            and self.off_sum > ZERO
-            and ZERO <= self.swing_sum <= MOST_SUM_K
-            and ZERO <= self.peak_sum <= MOST_SUM_K
+        sums_k = self.swing_sum, self.peak_sum
+        limits = (
+            LEAST_RISE <= self.rise <= MOST_RISE,
+            *(steps > ZERO for steps in (self.on_sum, self.off_sum)),
+            *(ZERO <= each <= MOST_SUM_K for each in sums_k),
         )
+        return all(limits)
 
 
 class Found(NamedTuple):
