@@ -19,7 +19,7 @@ def arena(
 
 
 ARENAS = [
-    arena("commands", told.SLOW_RAM, TALK, told.commands),
+    arena("commands", told.SLOW_RAM, TALK, told.commands, told.empty),
     arena("images", told.HOURLY, (*TALK, "log_ring"), partial(told.images, count=10), told.busy),
     arena("ram", told.RAM, (*TALK, "log_ring"), partial(told.course, laps=12)),
     arena("slow line", told.SLOW_LINE, ("log_talk", "log_port", "log_ring"), told.slow),

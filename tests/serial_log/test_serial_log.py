@@ -93,6 +93,7 @@ WRITTEN_S = 0.15
 """Behind an entry's time it is in its memory: nine bytes, one a tick."""
 LONGEST_WAIT_S = 100e-6
 GUARDED = 256  # bytes behind the last variable, far from the stack
+UCSR0B, UDRIE0, INTERRUPTS = 0xC1, 1 << 5, 1 << 7  # of an ATmega328P
 SOON_S = 0.6  # within it 50 lines of the log have come
 
 
@@ -417,6 +418,20 @@ def busy(bench: LogBoard) -> None:
         assert more / bench.avr.clock_hz <= LONGEST_WAIT_S, name
 
 
+def empty(bench: LogBoard) -> None:
+    """An empty port has its interrupt off: one that came while the next text is taken over would
+    send a byte of neither."""
+    bench.computer.write("help")
+    was_busy = False
+    for _ in range(30000):
+        bench.avr.run(1e-6)
+        is_empty = bench.get("log_port.c:sent") == bench.get("log_port.c:size")
+        was_busy |= not is_empty
+        in_routine = not bench.avr.flags & INTERRUPTS
+        assert in_routine or not (is_empty and bench.avr.read_ram(UCSR0B, 1)[0] & UDRIE0)
+    assert was_busy
+
+
 BOARDS = [
     ("uno", RAM), ("mega2560", f"{RAM}, port: 1"), ("mega2560", f"{RAM}, port: 3, baud: 9600"),
     ("atmega32", RAM), ("uno", EEPROM), ("atmega32", EEPROM),
@@ -430,7 +445,14 @@ def test_on_every_board(board: str, said: str) -> None:
 
 @pytest.mark.parametrize(
     ("said", "check"),
-    [(SLOW_RAM, commands), (EEPROM, commands), (SLOW_LINE, slow), (HOURLY, busy), (HOURLY, images)],
+    [
+        (SLOW_RAM, commands),
+        (EEPROM, commands),
+        (SLOW_LINE, slow),
+        (HOURLY, busy),
+        (HOURLY, images),
+        (SLOW_RAM, empty),
+    ],
 )
 def test_it_stands(said: str, check: Callable[[LogBoard], None]) -> None:
     check(LogBoard(program(said)))

@@ -37,12 +37,16 @@ ISR(USART1_RX_vect)
 
 ISR(USART1_UDRE_vect)
 {
-    if (sent == size) {
-        UCSR1B &= (uint8_t)~(1u << UDRIE1);
-        return;
+    uint8_t next = sent;
+
+    if (next < size) {
+        UDR1 = (uint8_t)to_send[next];
+        next++;
+        sent = next;
     }
-    UDR1 = (uint8_t)to_send[sent];
-    sent++;
+    if (next >= size) { /* off with the last byte, so that none comes while the next text is taken over */
+        UCSR1B &= (uint8_t)~(1u << UDRIE1);
+    }
 }
 
 void log_port_start(void)
@@ -71,7 +75,7 @@ bool log_port_take(char *byte)
 
 bool log_port_is_empty(void)
 {
-    return sent == size;
+    return sent >= size;
 }
 
 void log_port_send(const char *text, uint8_t length)
