@@ -17,6 +17,7 @@ SUPPLY_V = 5.0
 INTERNAL_REFERENCE_V = {
     "atmega328p": 1.1,
     "atmega32u4": 2.56,
+    "atmega644p": 2.56,
     "atmega1284p": 2.56,
     "atmega2560": 2.56,
     "atmega32": 2.56,

@@ -89,6 +89,7 @@ _LAYOUTS = {
     "atmega2560": (chips.ATMEGA2560, Layout("ATmega2560")),
     "atmega32": (chips.ATMEGA32, Layout("ATmega32")),
     "atmega16": (chips.ATMEGA16, Layout("ATmega16")),
+    "atmega644p": (chips.ATMEGA644P, Layout("ATmega644P")),
     "atmega1284p": (chips.ATMEGA1284P, Layout("ATmega1284P")),
 }
 

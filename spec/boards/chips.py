@@ -197,6 +197,41 @@ ATMEGA16 = Chip(
     longest_watchdog_s=2.0,
 )
 
+# The ATmega644P and 1284P differ in their memories, and the smaller one has no timer 3.
+_ATMEGA644P_TIMERS = {
+    0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
+    1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
+    2: Timer(8, FINE_PRESCALERS, ("A", "B")),
+}
+_ATMEGA644P_FUNCTIONS = {
+    **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
+    "PB3": "oc0a",
+    "PB4": "oc0b ss",
+    "PB5": "mosi",
+    "PB6": "miso",
+    "PB7": "sck",
+    "PD0": "rx0",
+    "PD1": "tx0",
+    "PD2": "rx1",
+    "PD3": "tx1",
+    "PD4": "oc1b",
+    "PD5": "oc1a",
+    "PD6": "oc2b",
+    "PD7": "oc2a",
+}
+ATMEGA644P = Chip(
+    mcu="atmega644p",
+    flash_bytes=65536,
+    ram_bytes=4096,
+    ram_start=0x100,
+    eeprom_bytes=2048,
+    signature=(0x1E, 0x96, 0x0A),
+    fastest_hz=20_000_000,
+    adc=Adc(digital_inputs=range(8)),
+    jtag_pins=_JTAG_ON_C,
+    timers=_ATMEGA644P_TIMERS,
+    functions=_functions(ports(dict.fromkeys("ABCD", "0-7")), _ATMEGA644P_FUNCTIONS),
+)
 ATMEGA1284P = Chip(
     mcu="atmega1284p",
     flash_bytes=131072,
@@ -207,29 +242,9 @@ ATMEGA1284P = Chip(
     fastest_hz=20_000_000,
     adc=Adc(digital_inputs=range(8)),
     jtag_pins=_JTAG_ON_C,
-    timers={
-        0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
-        1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
-        2: Timer(8, FINE_PRESCALERS, ("A", "B")),
-        3: Timer(16, SLOW_PRESCALERS, ("A", "B")),
-    },
+    timers=_ATMEGA644P_TIMERS | {3: Timer(16, SLOW_PRESCALERS, ("A", "B"))},
     functions=_functions(
         ports(dict.fromkeys("ABCD", "0-7")),
-        {
-            **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
-            "PB3": "oc0a",
-            "PB4": "oc0b ss",
-            "PB5": "mosi",
-            "PB6": "oc3a miso",
-            "PB7": "oc3b sck",
-            "PD0": "rx0",
-            "PD1": "tx0",
-            "PD2": "rx1",
-            "PD3": "tx1",
-            "PD4": "oc1b",
-            "PD5": "oc1a",
-            "PD6": "oc2b",
-            "PD7": "oc2a",
-        },
+        _ATMEGA644P_FUNCTIONS | {"PB6": "oc3a miso", "PB7": "oc3b sck"},
     ),
 )

@@ -45,7 +45,7 @@ PINS = {
     "mega2560": ("A1", "D22", "D23"),
     "atmega328p": ("PC1", "PD3", "PD2"),
     "atmega2560": ("PF1", "PA0", "PA1"),
-    **dict.fromkeys(("atmega1284p", "atmega32", "atmega16"), ("PA1", "PB0", "PD2")),
+    **dict.fromkeys(("atmega644p", "atmega1284p", "atmega32", "atmega16"), ("PA1", "PB0", "PD2")),
 }
 SOON_S = 0.001
 """An idle slave makes its answer in less: what a control step may wait for it."""

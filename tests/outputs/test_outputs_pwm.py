@@ -183,7 +183,7 @@ def restart_problem(bench: PwmBoard) -> str:
     return ""
 
 
-CHIPS = ("uno", "mega2560", "leonardo", "atmega1284p", "atmega32", "atmega16")
+CHIPS = ("uno", "mega2560", "leonardo", "atmega644p", "atmega1284p", "atmega32", "atmega16")
 
 either_level = pytest.mark.parametrize("active", ["high", "low"])
 

@@ -46,7 +46,7 @@ COOLED = "algorithm: {kind: three_position, dead_band: 2 K}\n    cooler: cooler"
 PINS = {
     "uno": ("A1", "D2"), "nano": ("A1", "D2"), "leonardo": ("A1", "D2"),
     "mega2560": ("A1", "D22"), "atmega328p": ("PC1", "PD2"), "atmega2560": ("PF1", "PA0"),
-    "atmega1284p": ("PA1", "PA2"), "atmega32": ("PA1", "PA2"), "atmega16": ("PA1", "PA2"),
+    **dict.fromkeys(("atmega644p", "atmega1284p", "atmega32", "atmega16"), ("PA1", "PA2")),
 }  # fmt: skip
 """A sensor's and a heater's, of no interest to the test."""
 
