@@ -11,7 +11,7 @@ from eva import Proof, proof_of
 from rig.specs import controller_of, sources_of
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
-PROVEN = ("barrel", "chamber", "fabricator", "hotplate", "incubator", "oven", "press")
+PROVEN = ("barrel", "chamber", "dryer", "fabricator", "hotplate", "incubator", "oven", "press")
 
 
 def proof(name: str, sources: dict[str, str], folder: Path) -> Proof:

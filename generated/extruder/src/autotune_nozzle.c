@@ -23,9 +23,7 @@ static const float PER_HOLD = 1.5f;            /* and its most so many times tha
 static const float LEAST_RATIO = 10.0f;        /* the integral's time in the closed loop's own */
 static const float MOST_RATIO = 40.0f;
 static const float LEAST_LACK_PERCENT = 0.01f;
-static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* beyond these no machine was measured */
-static const float MOST_RISE_K_PER_S = 1.0e6f;
-static const float MOST_SUM_K = 1.0e6f;
+static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* below it no machine was measured */
 
 struct autotune_nozzle_state autotune_nozzle;
 
@@ -123,10 +121,8 @@ static void judge(void)
     const float rise = autotune_nozzle.rise;
 
     /* In this sense, so that what is not a number is of no use either. */
-    if (!(rise >= LEAST_RISE_K_PER_S && rise <= MOST_RISE_K_PER_S && autotune_nozzle.on_sum > 0
-          && autotune_nozzle.off_sum > 0 && autotune_nozzle.swing_sum >= 0.0f
-          && autotune_nozzle.swing_sum <= MOST_SUM_K && autotune_nozzle.peak_sum >= 0.0f
-          && autotune_nozzle.peak_sum <= MOST_SUM_K)) {
+    if (!(rise >= LEAST_RISE_K_PER_S && autotune_nozzle.on_sum > 0
+          && autotune_nozzle.off_sum > 0)) {
         end(AUTOTUNE_NO_USE);
         return;
     }
@@ -139,19 +135,16 @@ static void judge(void)
     const float both = rise + fall;
 
     autotune_nozzle.hold_percent = (loop_nozzle.output_maximum_percent * LOOP_NOZZLE_TUNING_SWING_SHARE) * on / (on + off);
-    float late = (rise * on - swing) / both; /* lag and dead time together */
-    if (late < 0.0f) {
-        late = 0.0f;
-    }
+    const float late = limit(rise * on - swing, 0.0f, rise * on) / both; /* lag and dead time together */
     const float share = 3.0f / (4.0f + 6.0f * on / off); /* of a lag, in the top */
-    autotune_nozzle.dead_s = limit(
-        (peak - share * rise * late) / (rise * (1.0f - share)), 0.0f, late);
-    autotune_nozzle.lag_s = late - autotune_nozzle.dead_s;
+    const float carried = rise * (1.0f - share); /* K, by a second of dead time */
+    autotune_nozzle.dead_s = limit(peak - share * rise * late, 0.0f, carried * late) / carried;
+    const float lag = late - autotune_nozzle.dead_s;
+    autotune_nozzle.lag_s = lag < 0.0f ? 0.0f : lag; /* it may be less by what was rounded */
     find_gains(both, late);
     propose_limits();
-    if (autotune_nozzle.kp >= 0.0f && autotune_nozzle.kp <= GAIN_MAXIMUM
-        && autotune_nozzle.ki >= 0.0f && autotune_nozzle.ki <= GAIN_MAXIMUM
-        && autotune_nozzle.kd >= 0.0f && autotune_nozzle.kd <= GAIN_MAXIMUM) {
+    if (autotune_nozzle.kp <= GAIN_MAXIMUM && autotune_nozzle.ki <= GAIN_MAXIMUM
+        && autotune_nozzle.kd <= GAIN_MAXIMUM) {
         end(AUTOTUNE_DONE);
     } else {
         end(AUTOTUNE_NO_USE);

@@ -219,5 +219,5 @@ class Tuner:
         if self._limits is not None:
             constants = constants.within(self._limits, self._swing_share)
         self._found = found_by(swings, constants)
-        usable = all(ZERO <= gain <= LARGEST_GAIN for gain in self.gains)
+        usable = all(gain <= LARGEST_GAIN for gain in self.gains)
         self.result = DONE if usable else NO_USE

@@ -12,8 +12,8 @@ BELOW_HOLD, PER_HOLD = Single(12), Single(1.5)
 """Where the integral's limits are proposed, %."""
 ONE, THREE, FOUR, SIX = Single(1), Single(3), Single(4), Single(6)
 LEAST_LACK_PERCENT = Single(0.01)
-LEAST_RISE, MOST_RISE, MOST_SUM_K = Single(1e-6), Single(1e6), Single(1e6)
-"""Beyond these no machine was measured."""
+LEAST_RISE = Single(1e-6)
+"""K/s; below it no machine was measured."""
 
 
 class Constants(NamedTuple):
@@ -68,13 +68,7 @@ class Swings(NamedTuple):
     @property
     def are_measured(self) -> bool:
         """Whether a machine can have these numbers."""
-        sums_k = self.swing_sum, self.peak_sum
-        limits = (
-            LEAST_RISE <= self.rise <= MOST_RISE,
-            *(steps > ZERO for steps in (self.on_sum, self.off_sum)),
-            *(ZERO <= each <= MOST_SUM_K for each in sums_k),
-        )
-        return all(limits)
+        return bool(self.rise >= LEAST_RISE and self.on_sum > ZERO and self.off_sum > ZERO)
 
 
 class Found(NamedTuple):
@@ -100,10 +94,11 @@ def found_by(swings: Swings, constants: Constants) -> Found:
     fall = rise * on_s / off_s
     both = rise + fall
     hold_percent = constants.swing_percent * on_s / (on_s + off_s)
-    late_s = max(ZERO, (rise * on_s - swing_k) / both)
+    late_s = clamp(rise * on_s - swing_k, ZERO, rise * on_s) / both
     share = THREE / (FOUR + SIX * on_s / off_s)
-    dead_s = clamp((peak_k - share * rise * late_s) / (rise * (ONE - share)), ZERO, late_s)
-    lag_s = late_s - dead_s
+    carried = rise * (ONE - share)
+    dead_s = clamp(peak_k - share * rise * late_s, ZERO, carried * late_s) / carried
+    lag_s = max(ZERO, late_s - dead_s)
     quick_s = _quick(late_s, dead_s, constants)
     gain = constants.swing_percent / (both * quick_s)
     kd = gain * lag_s
