@@ -124,7 +124,7 @@ def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> lis
     stands takes some power. A dip is so deep that the reading moves, slower than a reading may
     change, and long enough to be read. Every other one is a rise: a switch goes off again, and an
     integral does not grow. All are where a dip would take so long that heat without a rise is a
-    fault.
+    fault, and none is where a rise without heat is one.
     """
     rules, effort = loop.protection, loop.protection.effort
     if effort is None or effort.for_s > lasts_s:
@@ -141,6 +141,9 @@ def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> lis
     dips_s = len(dip) * loop.period_s + averaged_s
     if rules.heating is not None and dips_s > rules.heating.within_s:
         return rise
+    rising = rules.rising_while_off
+    if rising is not None and deep_k + 2 * SWING_K >= rising.rise_k:
+        return [*between, *dip]
     return [*between, *dip, *rise]
 
 

@@ -74,11 +74,14 @@ def controllers(draw: Any) -> Drawn:
 
 
 def attempt(
-    between: Callable[[int, int], int], loops: Sequence[int] = (1, 2, 3)
+    between: Callable[[int, int], int], loops: Sequence[int] = (1, 2, 3), seldom: int = 6
 ) -> Drawn | SpecError | None:
-    """Draw one; what the checks refuse comes back as their words."""
+    """Draw one; what the checks refuse comes back as their words.
+
+    seldom -- what comes seldom comes once in so many.
+    """
     try:
-        text = _Controller(Draws(between), loops).text()
+        text = _Controller(Draws(between, seldom), loops).text()
         return Drawn(text, load_text(text, "drawn.yaml"))
     except SpecError as error:
         return error
@@ -86,10 +89,10 @@ def attempt(
         return None
 
 
-def drawings(random: Random, loops: Sequence[int] = (1, 2, 3)) -> Iterator[Drawn]:
+def drawings(random: Random, loops: Sequence[int] = (1, 2, 3), seldom: int = 6) -> Iterator[Drawn]:
     """Draw one after the other without hypothesis, with one of these numbers of loops."""
     while True:
-        found = attempt(random.randint, loops)
+        found = attempt(random.randint, loops, seldom)
         if isinstance(found, Drawn):
             yield found
 

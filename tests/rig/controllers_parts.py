@@ -42,8 +42,9 @@ class Unsuited(Exception):
 class Draws:
     """Draws, the simplest first: what fails shrinks to the plainest of its kind."""
 
-    def __init__(self, between: Callable[[int, int], int]) -> None:
+    def __init__(self, between: Callable[[int, int], int], seldom: int = 6) -> None:
         self._between = between  # draws a whole number from one to another
+        self._seldom = seldom
 
     def one(self, *choices: Any) -> Any:
         if not choices:
@@ -58,7 +59,7 @@ class Draws:
         return part if self.some() else {}
 
     def seldom(self) -> bool:
-        return self._between(0, 5) == 5
+        return self._between(1, self._seldom) == self._seldom
 
     def number(self, low: float, high: float, usual: float, step: float = 1.0) -> float:
         """Draw a multiple of the step: the usual one, an end, or any between."""
