@@ -37,6 +37,8 @@ PRELUDE = """
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror")
 FLAGS = ("-Os", "-gdwarf-2", "-std=c11", "-fpack-struct=1", "-ffunction-sections",
          "-fdata-sections")  # fmt: skip
+LITTLE_FLASH = 16384
+"""Bytes; there it is linked with short jumps, as the project does everywhere."""
 Changed = Mapping[str, str]
 """Files of a firmware, by name, that have another text: a mutant is compiled without warnings."""
 
@@ -141,7 +143,8 @@ class Program:
     def _words(self, *, strict: bool) -> list[str]:
         board = board_of(self.spec)
         chip = [f"-mmcu={board.mcu}", f"-DF_CPU={board.clock_hz}UL"]
-        return ["avr-gcc", *chip, *FLAGS, *(WARNINGS if strict else ("-w",)), *self.flags]
+        relaxed = ["-Wl,--relax"] if board.flash_bytes <= LITTLE_FLASH else []
+        return ["avr-gcc", *chip, *FLAGS, *relaxed, *(WARNINGS if strict else ("-w",)), *self.flags]
 
 
 @cache

@@ -94,7 +94,7 @@ def found_by(swings: Swings, constants: Constants) -> Found:
     fall = rise * on_s / off_s
     both = rise + fall
     hold_percent = constants.swing_percent * on_s / (on_s + off_s)
-    late_s = clamp(rise * on_s - swing_k, ZERO, rise * on_s) / both
+    late_s = clamp(rise * on_s - swing_k, ZERO, both * on_s) / both
     share = THREE / (FOUR + SIX * on_s / off_s)
     carried = rise * (ONE - share)
     dead_s = clamp(peak_k - share * rise * late_s, ZERO, carried * late_s) / carried
