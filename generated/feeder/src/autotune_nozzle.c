@@ -134,7 +134,8 @@ static void judge(void)
     const float both = rise + fall;
 
     autotune_nozzle.hold_percent = LOOP_NOZZLE_TUNING_SWING_PERCENT * on / (on + off);
-    const float late = limit(rise * on - swing, 0.0f, both * on) / both; /* lag and dead time together */
+    /* Lag and dead time together, which are no longer than `on`, nor than `off`. */
+    const float late = limit(rise * on - swing, 0.0f, 2.0f * rise * on) / both;
     const float share = 3.0f / (4.0f + 6.0f * on / off); /* of a lag, in the top */
     const float carried = rise * (1.0f - share); /* K, by a second of dead time */
     autotune_nozzle.dead_s = limit(peak - share * rise * late, 0.0f, carried * late) / carried;

@@ -10,7 +10,7 @@ PER_LATE, PER_DEAD = Single(0.35), Single(2)
 LEAST_RATIO, MOST_RATIO = Single(10), Single(40)
 BELOW_HOLD, PER_HOLD = Single(12), Single(1.5)
 """Where the integral's limits are proposed, %."""
-ONE, THREE, FOUR, SIX = Single(1), Single(3), Single(4), Single(6)
+ONE, TWO, THREE, FOUR, SIX = map(Single, (1, 2, 3, 4, 6))
 LEAST_LACK_PERCENT = Single(0.01)
 LEAST_RISE = Single(1e-6)
 """K/s; below it no machine was measured."""
@@ -94,7 +94,7 @@ def found_by(swings: Swings, constants: Constants) -> Found:
     fall = rise * on_s / off_s
     both = rise + fall
     hold_percent = constants.swing_percent * on_s / (on_s + off_s)
-    late_s = clamp(rise * on_s - swing_k, ZERO, both * on_s) / both
+    late_s = clamp(rise * on_s - swing_k, ZERO, TWO * rise * on_s) / both
     share = THREE / (FOUR + SIX * on_s / off_s)
     carried = rise * (ONE - share)
     dead_s = clamp(peak_k - share * rise * late_s, ZERO, carried * late_s) / carried
