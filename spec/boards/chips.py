@@ -6,6 +6,11 @@ from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS, ports
 from heatwright.spec.boards.model import Adc, Chip, Timer
 
 _JTAG_ON_C = ("PC2", "PC3", "PC4", "PC5")
+_THREE_TIMERS = {
+    0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
+    1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
+    2: Timer(8, FINE_PRESCALERS, ("A", "B")),
+}
 
 
 def _functions(pins: tuple[str, ...], functions: dict[str, str]) -> dict[str, str]:
@@ -22,11 +27,7 @@ ATMEGA328P = Chip(
     signature=(0x1E, 0x95, 0x0F),
     fastest_hz=20_000_000,
     adc=Adc(band_gap_code=0x0E, digital_inputs=range(6)),
-    timers={
-        0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
-        1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
-        2: Timer(8, FINE_PRESCALERS, ("A", "B")),
-    },
+    timers=_THREE_TIMERS,
     functions=_functions(
         ports({"B": "0-5", "C": "0-5", "D": "0-7"}),
         {
@@ -198,11 +199,6 @@ ATMEGA16 = Chip(
 )
 
 # The ATmega644P and 1284P differ in their memories, and the smaller one has no timer 3.
-_ATMEGA644P_TIMERS = {
-    0: Timer(8, SLOW_PRESCALERS, ("A", "B")),
-    1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
-    2: Timer(8, FINE_PRESCALERS, ("A", "B")),
-}
 _ATMEGA644P_FUNCTIONS = {
     **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
     "PB3": "oc0a",
@@ -229,7 +225,7 @@ ATMEGA644P = Chip(
     fastest_hz=20_000_000,
     adc=Adc(digital_inputs=range(8)),
     jtag_pins=_JTAG_ON_C,
-    timers=_ATMEGA644P_TIMERS,
+    timers=_THREE_TIMERS,
     functions=_functions(ports(dict.fromkeys("ABCD", "0-7")), _ATMEGA644P_FUNCTIONS),
 )
 ATMEGA1284P = Chip(
@@ -242,7 +238,7 @@ ATMEGA1284P = Chip(
     fastest_hz=20_000_000,
     adc=Adc(digital_inputs=range(8)),
     jtag_pins=_JTAG_ON_C,
-    timers=_ATMEGA644P_TIMERS | {3: Timer(16, SLOW_PRESCALERS, ("A", "B"))},
+    timers=_THREE_TIMERS | {3: Timer(16, SLOW_PRESCALERS, ("A", "B"))},
     functions=_functions(
         ports(dict.fromkeys("ABCD", "0-7")),
         _ATMEGA644P_FUNCTIONS | {"PB6": "oc3a miso", "PB7": "oc3b sck"},
