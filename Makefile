@@ -11,6 +11,8 @@ READY := .venv/ready
 TESTS_READY := .venv/ready-for-tests
 EVIDENCE_READY := .venv/ready-for-evidence
 ARGS ?=
+# One more than there are processors: some tests wait for hosts that run in real time.
+WORKERS ?= $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
 SIZE ?= evidence
 N ?= 20
 
@@ -61,7 +63,7 @@ types: $(TESTS_READY)
 	@$(BIN)/mypy tools/*.py | sed 's#^\.typing/heatwright/##'
 
 pytest: $(TESTS_READY)
-	@$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(ARGS)
 
 mutation: $(TESTS_READY) ## break the generated C in every small way (ARGS="host/pid_hold --file guard_air.c")
 	@cd tests && ../$(BIN)/python -m mutation $(ARGS)

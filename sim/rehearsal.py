@@ -155,11 +155,23 @@ def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tr
 
 
 def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Finding, ...]:
-    """Say each rule that trips once, with the number that does for all that was rehearsed."""
-    rules: dict[tuple[str, str], list[Tripped]] = {}
-    for each in tripped:
-        rules.setdefault(each[:2], []).append(each)
-    return tuple(_finding(controller, each) for each in rules.values())
+    """Say each rule that trips once, with the number that does for all that was rehearsed.
+
+    A trip ends its course: with that number it goes on, and what trips then is said as well.
+    """
+    found: dict[tuple[str, str], Finding] = {}
+    waiting, no_number = list(tripped), set()
+    while waiting:
+        rule = waiting[0][:2]
+        own = [each for each in waiting if each[:2] == rule]
+        found[rule], enough = _finding(controller, own)
+        waiting = [each for each in waiting if each[:2] != rule]
+        if enough is None:
+            no_number.add(rule)
+        else:
+            controller = enough.controller
+            waiting += [each for each in enough.tripped if each[:2] not in no_number]
+    return tuple(found.values())
 
 
 def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tripped | None:
@@ -184,7 +196,7 @@ def _of_machine(place: Place, machine: Healthy) -> Tripped | None:
     return None
 
 
-def _finding(controller: Controller, tripped: Sequence[Tripped]) -> Finding:
+def _finding(controller: Controller, tripped: Sequence[Tripped]) -> tuple[Finding, _Enough | None]:
     first = tripped[0]
     numbers = NUMBERS.get(first.rule, ())
     path = numbers[0].path(first.loop) if numbers else _path(first)
@@ -202,13 +214,14 @@ def _finding(controller: Controller, tripped: Sequence[Tripped]) -> Finding:
         f"{first.reading_c:.1f} °C with a setpoint of {first.setpoint_c:.1f} °C"
     )
     for number in numbers:
-        value = _enough(controller, number, tripped)
-        if value:
-            return Finding(number.path(first.loop), reason, f"Write {number.key}: {value}")
+        enough = _enough(controller, number, tripped)
+        if enough is not None:
+            remedy = f"Write {number.key}: {enough.value} {number.unit}"
+            return Finding(number.path(first.loop), reason, remedy), enough
     remedy = (
         "Use other gains (`heatwright tune` finds some), a lower setpoint.maximum or less power"
     )
-    return Finding(path, reason, remedy)
+    return Finding(path, reason, remedy), None
 
 
 def _path(tripped: Tripped) -> Path:
@@ -217,27 +230,41 @@ def _path(tripped: Tripped) -> Path:
     return (*loop, "protection", key) if key else loop
 
 
-def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) -> str:
-    """Return the least of some larger numbers that is enough, with its unit; "" for none."""
+class _Enough(NamedTuple):
+    """A number that is enough, the controller that has it, and what trips there next."""
+
+    value: str
+    controller: Controller
+    tripped: tuple[Tripped, ...]
+
+
+def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) -> _Enough | None:
+    """Return the least of some larger numbers that is enough."""
     hardest_first = list(tripped)
     for factor in FACTORS:
         value, other = _raised(controller, tripped[0].loop, number, factor)
         if check(other):
-            return ""  # another rule, or what the machine bears, is against it
-        again = next((each for each in hardest_first if _trips_again(other, each)), None)
-        if again is None:
-            return f"{value} {number.unit}"
-        hardest_first.sort(key=lambda each: each is not again)
-    return ""
+            return None  # another rule, or what the machine bears, is against it
+        next_ones = []
+        for each in hardest_first:
+            again = _once_more(other, each)
+            if again is not None and again[:2] == each[:2]:
+                hardest_first.remove(each)
+                hardest_first.insert(0, each)
+                break
+            next_ones.append(again)
+        else:
+            return _Enough(value, other, tuple(each for each in next_ones if each is not None))
+    return None
 
 
-def _trips_again(controller: Controller, tripped: Tripped) -> bool:
+def _once_more(controller: Controller, tripped: Tripped) -> Tripped | None:
+    """Return what trips in the course of another trip when other numbers are given."""
     if tripped.part is None or tripped.machine is None:
-        found = _of_scenario(stricter(controller))
-    else:
-        place = Place(with_setting(controller, tripped.setting), tripped.part)
-        found = _of_machine(place, tripped.machine)
-    return found is not None and found[:2] == tripped[:2]
+        return _of_scenario(stricter(controller))
+    place = Place(with_setting(controller, tripped.setting), tripped.part)
+    found = _of_machine(place, tripped.machine)
+    return found and found._replace(setting=tripped.setting)
 
 
 def stricter(controller: Controller) -> Controller:
