@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from rig.specs import EXAMPLES, example, files_of
+from rig.specs import EXAMPLES, example, files_of, sources_of
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
@@ -285,3 +285,18 @@ def test_the_chamber_takes_no_more_than_the_sketch_and_leaves_room(tmp_path: Pat
     assert built.ram_bytes <= 261
     assert built.ram_bytes + built.stack_bytes <= built.ram_limit
     assert built.flash_bytes <= built.flash_limit
+
+
+END = re.compile(r"\w\[([A-Z]\w+)(?: [-+] \w+)?\](?: = |;)")
+INDEX = re.compile(r"\[(?:\w+ \+ )?(\w+)(?:\+\+|[^\w\]][^\]]*)?\]")
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.yaml")))
+def test_no_index_passes_the_end_of_its_array_unseen(name: str) -> None:
+    """A bit that flips in RAM sets it beyond: compared by == it would go on through the memory."""
+    sources = sources_of(name)
+    ends = "|".join({"sizeof", *(end for text in sources.values() for end in END.findall(text))})
+    for file, text in sources.items():
+        indices = "|".join(INDEX.findall(text))
+        found = re.findall(rf"\b(?:{indices})(?: \+ 1u)? [!=]= (?:{ends})\b.*", text)
+        assert not (indices and found), (file, found)

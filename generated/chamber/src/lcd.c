@@ -95,7 +95,7 @@ void lcd_write(uint8_t line, const char *text)
 static void send_start_up(void)
 {
     pin_lcd_rs_low();
-    for (uint8_t i = 0; i < instructions_a_tick && start_up_index < sizeof START_UP; i++) {
+    for (uint8_t i = 0; i < instructions_a_tick; i++) {
         const uint8_t instruction = pgm_read_byte(&START_UP[start_up_index]);
         if (start_up_index < NIBBLES) {
             send_nibble(instruction);
@@ -104,13 +104,14 @@ static void send_start_up(void)
         }
         start_up_index++;
         _delay_us(EXECUTION_US);
-    }
-    if (start_up_index == sizeof START_UP) {
-        start_up_index = 0;
-        is_set_up = true;
-        instructions_a_tick = LATER_A_TICK;
-        refresh_left = LCD_CELLS;
-        ticks_left = LCD_RESYNC_TICKS;
+        if (start_up_index >= sizeof START_UP) {
+            start_up_index = 0;
+            is_set_up = true;
+            instructions_a_tick = LATER_A_TICK;
+            refresh_left = LCD_CELLS;
+            ticks_left = LCD_RESYNC_TICKS;
+            return;
+        }
     }
 }
 

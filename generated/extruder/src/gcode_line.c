@@ -81,7 +81,7 @@ static void take_byte(char byte)
         return;
     }
     follow_sum(byte);
-    if (length == LINE_SIZE) {
+    if (length >= LINE_SIZE) {
         too_long = true;
         return;
     }
@@ -103,7 +103,7 @@ static bool assemble(void)
         } else if (skipping) {
             skipping = false;
         } else if (length != 0 || damaged) {
-            text[length] = '\0';
+            text[length < LINE_SIZE ? length : LINE_SIZE] = '\0';
             return true;
         }
     }
@@ -192,8 +192,8 @@ static uint8_t judge(void)
 {
     char *start = text;
 
-    if (star != NO_STAR) {
-        text[star] = '\0'; /* at LINE_SIZE there is a zero already */
+    if (star < LINE_SIZE) { /* at LINE_SIZE there is a zero already */
+        text[star] = '\0';
     }
     if (damaged) {
         return numbering ? LINE_DAMAGED : LINE_UNREADABLE;

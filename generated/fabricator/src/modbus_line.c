@@ -56,7 +56,7 @@ ISR(USART_RXC_vect)
     if ((status & (1u << DOR)) != 0) {
         overrun = true;
     }
-    if (phase != LISTENING || (status & ((1u << FE) | (1u << DOR) | (1u << PE))) != 0 || received == MODBUS_FRAME_SIZE) {
+    if (phase != LISTENING || (status & ((1u << FE) | (1u << DOR) | (1u << PE))) != 0 || received >= MODBUS_FRAME_SIZE) {
         damaged = true;
         return;
     }

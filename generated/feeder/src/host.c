@@ -209,7 +209,7 @@ bool host_put(char byte)
     if (next == send_out) {
         return false;
     }
-    to_send[send_in] = byte;
+    to_send[send_in & SEND_MASK] = byte;
     send_in = next;
     UCSR0B |= (1u << UDRIE0);
     return true;

@@ -31,7 +31,7 @@ ISR(USART1_RX_vect)
     if (room == 0) {
         return; /* the last place holds the mark already */
     }
-    received[received_in] = intact && room > 1 ? data : (char)LOG_PORT_DAMAGED;
+    received[received_in & RECEIVE_MASK] = intact && room > 1 ? data : (char)LOG_PORT_DAMAGED;
     received_in = (received_in + 1u) & RECEIVE_MASK;
 }
 
@@ -80,8 +80,10 @@ bool log_port_is_empty(void)
 
 void log_port_send(const char *text, uint8_t length)
 {
-    memcpy(to_send, text, length);
-    size = length;
+    const uint8_t taken = length < LOG_PORT_SIZE ? length : LOG_PORT_SIZE;
+
+    memcpy(to_send, text, taken);
+    size = taken;
     sent = 0;
     UCSR1B |= (1u << UDRIE1);
 }

@@ -26,14 +26,22 @@ bool log_ring_is_ready(void)
 bool log_ring_read(uint32_t number, struct log_entry *into)
 {
     const uint16_t back = (uint16_t)(end - number); /* 1: the newest */
-    *into = ring[place >= back ? place - back : place + LOG_ENTRIES - back];
+    const uint16_t index = (uint16_t)(place >= back ? place - back : place + LOG_ENTRIES - back);
+
+    if (index >= LOG_ENTRIES) {
+        return false; /* RAM may be damaged */
+    }
+    *into = ring[index];
     return true;
 }
 
 void log_ring_note(const struct log_entry *entry)
 {
+    if (place >= LOG_ENTRIES) {
+        place = 0;
+    }
     ring[place] = *entry;
-    place = (uint16_t)(place + 1u == LOG_ENTRIES ? 0u : place + 1u);
+    place++;
     end++;
 }
 

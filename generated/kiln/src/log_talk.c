@@ -214,12 +214,12 @@ static void take(char byte)
 {
     if (byte == '\r' || byte == '\n') {
         if (length != 0 || unreadable) {
-            command[length] = '\0';
+            command[length < COMMAND_SIZE ? length : COMMAND_SIZE] = '\0';
             obey();
         }
         length = 0;
         unreadable = false;
-    } else if (byte == LOG_PORT_DAMAGED || length == COMMAND_SIZE) {
+    } else if (byte == LOG_PORT_DAMAGED || length >= COMMAND_SIZE) {
         unreadable = true;
     } else {
         command[length++] = byte;

@@ -51,8 +51,11 @@ static struct column present(void)
 
 static void add_column(void)
 {
+    if (next_column >= NEXTION_CHART_COLUMNS) {
+        next_column = 0;
+    }
     columns[next_column] = present();
-    next_column = (uint16_t)((next_column + 1u) % NEXTION_CHART_COLUMNS);
+    next_column++;
     if (size < NEXTION_CHART_COLUMNS) {
         size++;
     }
@@ -118,7 +121,7 @@ static void say_column(void)
 
     say_add(NEXTION_CHART_ID, channel, columns[column].height[channel]);
     channel++;
-    if (channel == CHANNELS) {
+    if (channel >= CHANNELS) {
         channel = 0;
         left--;
     }

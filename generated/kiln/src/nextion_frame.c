@@ -53,12 +53,12 @@ static uint8_t take_order(uint8_t byte)
     if (!inside) {
         return FRAME_NOTHING;
     }
-    if (byte == ';') {
+    if (byte == ';' && length <= NEXTION_ORDER_SIZE) {
         inside = false;
         frame_text[length] = '\0';
         return FRAME_ORDER;
     }
-    if (byte < ' ' || byte > '~' || length == NEXTION_ORDER_SIZE) {
+    if (byte < ' ' || byte > '~' || length >= NEXTION_ORDER_SIZE) {
         inside = false;
         return FRAME_NOTHING;
     }

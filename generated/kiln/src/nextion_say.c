@@ -109,6 +109,9 @@ void say_text(const char *text)
 
 void say_end(void)
 {
+    if (length > SAY_SIZE) {
+        length = SAY_SIZE; /* RAM may be damaged */
+    }
     for (uint8_t i = 0; i < END_SIZE; i++) {
         instruction[length] = (char)END;
         length++;

@@ -67,7 +67,7 @@ bool search_turn(void)
     if (resting) {
         return true;
     }
-    if (next == SPEEDS) {
+    if (next >= SPEEDS) {
         nextion_port_divide(NEXTION_DIVISOR);
         say_end(); /* of the noise that it was to a display of this speed */
         next = IDLE;

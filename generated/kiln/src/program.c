@@ -79,7 +79,9 @@ static uint32_t length(void)
 /* What the program says of its segment, from `from_c` on. */
 static void take_segment(void)
 {
-    const struct program_segment *segment = &loaded.segment[program.segment - 1u];
+    const uint8_t index = (uint8_t)(program.segment - 1u); /* RAM may be damaged */
+    const struct program_segment *segment
+        = &loaded.segment[index < PROGRAM_POINTS ? index : PROGRAM_POINTS - 1u];
 
     program.kind = segment->kind;
     program.to_dc = segment->to_dc;
@@ -154,7 +156,7 @@ static void start(void)
 static void jump(void)
 {
     program.setpoint_c = program.first_c;
-    for (uint8_t i = 0; i + 1u < program.argument; i++) {
+    for (uint8_t i = 0; i + 1u < program.argument && i < PROGRAM_POINTS; i++) {
         if (has_target(loaded.segment[i].kind)) {
             program.setpoint_c = (float)loaded.segment[i].to_dc * 0.1f;
         }

@@ -51,8 +51,11 @@ static uint8_t next_byte = sizeof(struct slot); /* to be written; sizeof: none *
 
 static uint8_t *address(uint8_t number, uint8_t slot, uint8_t offset)
 {
-    const uint8_t before = (uint8_t)(2u * (uint8_t)(number - 1u) + slot);
+    uint8_t before = (uint8_t)(2u * (uint8_t)(number - 1u) + slot);
 
+    if (before >= 2u * PROGRAM_PLACES) {
+        before = 0; /* RAM may be damaged: nothing else in the EEPROM is written */
+    }
     return (uint8_t *)(PROGRAMS_EEPROM + before * sizeof(struct slot) + offset);
 }
 
@@ -172,7 +175,7 @@ bool programs_write(uint8_t number, const struct stored_program *from)
 
 bool programs_are_saved(void)
 {
-    return next_byte == sizeof written;
+    return next_byte >= sizeof written;
 }
 
 /* Printable, without what a display's command would end at, and with an end. */

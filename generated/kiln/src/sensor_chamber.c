@@ -93,7 +93,7 @@ static void choose(void)
         spi_chamber_send(setting(place));
         place++;
     }
-    if (place == SETTINGS) {
+    if (place >= SETTINGS) {
         spi_chamber_end();
         enter(STARTING);
     }
@@ -193,7 +193,7 @@ static void read(void)
         answer[place] = spi_chamber_receive();
         place++;
     }
-    if (place == REGISTERS) {
+    if (place >= REGISTERS) {
         spi_chamber_end();
         enter(JUDGING);
     }
