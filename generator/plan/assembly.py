@@ -125,9 +125,9 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
         "watchdog": f"WDTO_{core.WATCHDOG_NAMES[spec.controller.safety.watchdog_s]}",
     }
     return (
-        File("src/config.h", "src/config.h.j2", config),
-        File("src/pins.h", "src/pins.h.j2", pin_context),
-        File("src/main.c", "src/main.c.j2", main),
+        File("src/config.h", "core/config.h.j2", config),
+        File("src/pins.h", "core/pins.h.j2", pin_context),
+        File("src/main.c", "core/main.c.j2", main),
     )
 
 

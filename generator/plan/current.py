@@ -49,7 +49,7 @@ def plan_current(source: Source, name: str, loop: Loop) -> Part:
     }
     return Part(
         files=tuple(
-            File(f"src/current_{loop.heater}.{end}", f"src/current.{end}.j2", context)
+            File(f"src/current_{loop.heater}.{end}", f"protection/current.{end}.j2", context)
             for end in ("h", "c")
         ),
         groups=(Group(f"Current of {loop.heater}", tuple(_constants(at, loop, current, prefix))),),

@@ -116,8 +116,8 @@ def plan_loop(source: Source, name: str, loop: Loop) -> Part:
             *measured.files,
             *monitored.files,
             *_files(source, told, algorithm),
-            *((File("src/mode.h", "src/mode.h"),) if told.tunable else ()),
-            *((File("src/state.h", "src/state.h"),) if told.has_state else ()),
+            *((File("src/mode.h", "loop/mode.h"),) if told.tunable else ()),
+            *((File("src/state.h", "loop/state.h"),) if told.has_state else ()),
         ),
         groups=(Group(f"Loop {name}", constants), *measured.groups, *monitored.groups),
         start_calls=(
@@ -133,10 +133,10 @@ def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterato
     """Header and source of the step, and of each part of it that has its own."""
     loop, name = source.controller.loops[told.name], told.name
     step = put_together(told, FEATURES)
-    yield File(f"src/loop_{name}.h", "src/loop.h.j2", told)
-    yield File(f"src/loop_{name}.c", "src/loop.c.j2", (told, step, step.named))
+    yield File(f"src/loop_{name}.h", "loop/loop.h.j2", told)
+    yield File(f"src/loop_{name}.c", "loop/loop.c.j2", (told, step, step.named))
     guard = (told, _guard_names(source, loop, told))
-    yield from _pair(f"guard_{name}", "src/guard", guard, "protection")
+    yield from _pair(f"guard_{name}", "protection/guard", guard, "protection")
     yield from _pair(f"algorithm_{name}", algorithm.template, (told, algorithm.told), "algorithm")
     if told.autotune and loop.algorithm.pid:
         swing, start = autotune.names_in_force(loop.algorithm.pid, told.prefix, f"loop_{name}")
@@ -146,7 +146,7 @@ def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterato
     if told.response:
         at = source.at("response")
         response = ResponseNames(at.where, at.at("within").where, at.at("for").where)
-        yield from _pair(f"response_{name}", "src/response", (told, response), "response")
+        yield from _pair(f"response_{name}", "loop/response", (told, response), "response")
 
 
 def _pair(path: str, template: str, told: object, key: str) -> tuple[File, File]:

@@ -33,9 +33,9 @@ class Feature:
     includes: Mapping[str, str] = field(default_factory=dict)
     """Headers, and the symbols that they are for."""
     helpers: tuple[str, ...] = ()
-    """Templates, in src/loop, of functions that the step calls."""
+    """Templates, in loop/step, of functions that the step calls."""
     public: tuple[str, ...] = ()
-    """Templates, in src/loop, of functions that others call."""
+    """Templates, in loop/public, of functions that others call."""
     begin: str = ""
     """Takes over what was set and commanded since the last step."""
     read: str = ""
@@ -91,8 +91,8 @@ def put_together(loop: LoopNames, features: Iterable[Feature]) -> LoopFile:
                 statements.extend(added.format(**known, each=each).splitlines())
     return LoopFile(
         includes=[Header(header, ", ".join(symbols[header])) for header in sorted(symbols)],
-        helpers=[f"src/loop/{name}.c.j2" for feature in had for name in feature.helpers],
-        public=[f"src/loop/{name}.c.j2" for feature in had for name in feature.public],
+        helpers=[f"loop/step/{name}.c.j2" for feature in had for name in feature.helpers],
+        public=[f"loop/public/{name}.c.j2" for feature in had for name in feature.public],
         named=named,
         at=at,
         step="\n\n".join("\n".join(at[stage]) for stage in STAGES if at[stage]),

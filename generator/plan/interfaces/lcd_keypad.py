@@ -75,8 +75,8 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             File("src/panel.h", "interfaces/lcd_keypad/panel.h"),
             *shown.files,
             *warning_files,
-            File("src/text.h", "src/text.h"),
-            File("src/text.c", "src/text.c"),
+            File("src/text.h", "interfaces/text.h"),
+            File("src/text.c", "interfaces/text.c"),
         ),
         groups=(Group("LCD keypad shield", (*constants, *shown.constants, *warning_constants)),),
         pins=(
