@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.sim.interfaces.modbus_frames import Answer
+from heatwright.sim.interfaces.modbus_rtu.frames import Answer
 
 TO_ALL = 0
 """The address of a broadcast, which nobody answers."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from heatwright.sim.interfaces import nextion_events as events
-from heatwright.sim.interfaces.nextion_codes import END, READY, STARTED, Code, Refused
-from heatwright.sim.interfaces.nextion_instructions import Instructions
-from heatwright.sim.interfaces.nextion_memory import Memory, Part
-from heatwright.sim.interfaces.nextion_syntax import Name, Value
+from heatwright.sim.interfaces.nextion import events
+from heatwright.sim.interfaces.nextion.codes import END, READY, STARTED, Code, Refused
+from heatwright.sim.interfaces.nextion.instructions import Instructions
+from heatwright.sim.interfaces.nextion.memory import Memory, Part
+from heatwright.sim.interfaces.nextion.syntax import Name, Value
 
 if TYPE_CHECKING:
     from heatwright.spec.nextion import Page

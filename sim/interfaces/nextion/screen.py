@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 from PIL import Image, ImageDraw, ImageFont
 
-from heatwright.sim.interfaces.nextion_colours import WHITE, Colour, rgb
-from heatwright.sim.interfaces.nextion_memory import Part
+from heatwright.sim.interfaces.nextion.colours import WHITE, Colour, rgb
+from heatwright.sim.interfaces.nextion.memory import Part
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH
 
 if TYPE_CHECKING:
-    from heatwright.sim.interfaces.nextion_display import Display
+    from heatwright.sim.interfaces.nextion.display import Display
 
 DARK = (0, 0, 0)
 CURVES = ("pco0", "pco1", "pco2", "pco3")

@@ -9,7 +9,7 @@ from __future__ import annotations
 from codecs import charmap_decode
 from dataclasses import dataclass
 
-from heatwright.sim.interfaces.character_rom import A00
+from heatwright.sim.interfaces.lcd.character_rom import A00
 
 WIDTH = 16
 LINE_LENGTH = 40

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.interfaces.hd44780 import Hd44780
+from heatwright.sim.interfaces.lcd.hd44780 import Hd44780
 from heatwright.sim.native.pins import pin_number
 
 _BLANK = (" " * 16, " " * 16)

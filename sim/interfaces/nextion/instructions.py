@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
-from heatwright.sim.interfaces.nextion_codes import Code, Refused
-from heatwright.sim.interfaces.nextion_memory import Memory, Part
-from heatwright.sim.interfaces.nextion_syntax import Value, expression, name, whole
+from heatwright.sim.interfaces.nextion.codes import Code, Refused
+from heatwright.sim.interfaces.nextion.memory import Memory, Part
+from heatwright.sim.interfaces.nextion.syntax import Value, expression, name, whole
 
 _ASSIGNMENT = re.compile(r"([A-Za-z][\w.]*)(\+\+|--|[-+*/%]?=)(.*)", re.DOTALL)
 _PARAMETER = re.compile(r'(?:"(?:[^"\\]|\\.)*"|[^",])+')

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.look import NEVER, Look
-from heatwright.sim.interfaces.nextion_codes import END, Code
-from heatwright.sim.interfaces.nextion_display import Display
-from heatwright.sim.interfaces.nextion_line import Line
-from heatwright.sim.interfaces.nextion_syntax import Value
+from heatwright.sim.interfaces.nextion.codes import END, Code
+from heatwright.sim.interfaces.nextion.display import Display
+from heatwright.sim.interfaces.nextion.line import Line
+from heatwright.sim.interfaces.nextion.syntax import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -119,7 +119,7 @@ class Nextion:
     @property
     def picture(self) -> bytes:
         """What it shows, as a PNG."""
-        from heatwright.sim.interfaces.nextion_screen import png  # noqa: PLC0415 - brings matplotlib
+        from heatwright.sim.interfaces.nextion.screen import png  # noqa: PLC0415 - brings matplotlib
 
         return png(self.display)
 

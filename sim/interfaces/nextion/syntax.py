@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from heatwright.sim.interfaces.nextion_codes import LONGEST_NAME, Code, Refused
+from heatwright.sim.interfaces.nextion.codes import LONGEST_NAME, Code, Refused
 
 Value = int | str
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from heatwright.sim.interfaces.nextion_codes import Code, Refused
+from heatwright.sim.interfaces.nextion.codes import Code, Refused
 
 ALL = 255
 """The channel that `cle` takes for all of them."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from heatwright.sim.interfaces.nextion_codes import Code, Refused
-from heatwright.sim.interfaces.nextion_syntax import Expression, Name, Value, whole
-from heatwright.sim.interfaces.nextion_waveform import Waveform
+from heatwright.sim.interfaces.nextion.codes import Code, Refused
+from heatwright.sim.interfaces.nextion.syntax import Expression, Name, Value, whole
+from heatwright.sim.interfaces.nextion.waveform import Waveform
 from heatwright.spec.nextion import Component
 
 if TYPE_CHECKING:

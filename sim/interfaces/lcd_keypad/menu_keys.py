@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 
-from heatwright.sim.interfaces.keypad import Keypad
+from heatwright.sim.interfaces.lcd_keypad.keypad import Keypad
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ProgramOrder
 
