@@ -1,8 +1,47 @@
 /* What a UART's transmitter, receiver and registers share. */
-#ifndef HEATWRIGHT_UART_H
-#define HEATWRIGHT_UART_H
+#pragma once
 
-#include "hw.h"
+#include <simavr/avr_uart.h>
+#include "core/hw.h"
+
+#define HW_UARTS 4
+
+/* What comes to a UART: each character's bits, the start bit first, and when. */
+struct character {
+    double start, bit;          /* cycles */
+    uint16_t levels;
+    uint8_t bits;
+};
+struct line {
+    struct character *queue;
+    size_t first, count;
+    double free;                /* the cycle from which on another may be sent */
+};
+
+#define RECEIVED 3              /* two in the buffer, and one in the shift register */
+struct received {
+    uint16_t value;
+    uint8_t framing, parity;    /* errors */
+};
+struct receiver {
+    int on, count, overrun;
+    struct received buffer[RECEIVED];
+    double from, first;         /* looks for a start bit since; its first low sample */
+    int samples, period, data, parity;  /* of the character that arrives */
+    struct timer *timer;
+};
+
+struct uart {
+    hw *h;
+    int index;
+    avr_uart_t *io;
+    uint8_t format, divisor_high;       /* UCSRC, UBRRH */
+    uint64_t shared_read;               /* the cycle they were last read where they share one */
+    uint64_t begins, ends, overruns;    /* of the last character sent */
+    struct timer *buffer_free, *all_sent;
+    struct line line;
+    struct receiver receiver;
+};
 
 /* Bits of UCSRnA, UCSRnB, UCSRnC; they lie alike on all parts. */
 enum { RXC = 0x80, TXC = 0x40, UDRE = 0x20, FE = 0x10, DOR = 0x08, UPE = 0x04, U2X = 0x02,
@@ -18,6 +57,7 @@ struct uart_format {
     int samples;                /* of a bit: 16, or 8 at double speed */
     int period;                 /* cycles between them */
 };
+/* uart_format.c */
 struct uart_format uart_format(const struct uart *u);
 void uart_clear(struct uart *u, avr_int_vector_t *vector);
 
@@ -39,5 +79,3 @@ uint8_t receiver_take(struct uart *u);
 void sender_init(struct uart *u);
 void sender_reset(struct uart *u);
 void sender_put(struct uart *u, uint8_t value);
-
-#endif

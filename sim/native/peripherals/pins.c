@@ -3,7 +3,8 @@
    simavr's pin IRQs cannot say so: they are silent when a pin floats, silent at a reset, and wrong
    when a port is written while a timer has a pin. So the level is worked out here, after every
    write of PORT, DDR or PIN, and given back to simavr where the program could read it. */
-#include "hw.h"
+#include "parts.h"
+#include "pins.h"
 
 static int level_of(uint8_t drive) { return drive == HW_HIGH; }
 
@@ -13,7 +14,7 @@ static uint8_t resolve(struct port *p, struct pin *pin, int bit) {
     if (pin->drive)
         return (uint8_t)(level_of(pin->drive) | HW_BY_OTHERS << 1);
     if (pin->held[0] || pin->held[1])
-        return (uint8_t)(!pin->held[0] | HW_BY_OTHERS << 1);
+        return (uint8_t)((!pin->held[0]) | HW_BY_OTHERS << 1);
     if (output)
         return (uint8_t)((pin->compare ? pin->compare_level : high) | HW_BY_MCU << 1);
     if (pin->pull)
@@ -92,10 +93,8 @@ void pin_update(hw *h, int number) {
         if (changed && pin->logged)
             record(h, number, pin);
         show(p, pin, bit);
-        if (pin->relay)
-            relay_coil(pin->relay, state & 1);
-        if (pin->fan)
-            fan_driven(pin->fan, state & 1);
+        for (int i = 0; i < pin->follower_count; i++)
+            pin->followers[i].level(pin->followers[i].param, state & 1);
     }
     tell(p, pin, bit);
 }
@@ -219,7 +218,7 @@ int hw_pin_watch(hw *h, int pin, int logged) {
     h->pins[pin].state = HW_FLOATING << 1;
     h->pins[pin].since = h->avr->cycle;
     p->watched |= (uint8_t)(1 << pin % 8);
-    compare_watch(h, pin);
+    h->watch_compares(h, pin);
     pin_update(h, pin);
     return 0;
 }
@@ -252,6 +251,11 @@ int pin_listen(hw *h, int pin, struct wire_listener listener) {
     h->pins[pin].listeners[h->pins[pin].listener_count++] = listener;
     p->sampled |= (uint8_t)(1 << pin % 8);
     return 0;
+}
+
+void pin_follow(hw *h, int pin, struct pin_follower follower) {
+    h->pins[pin].followers[h->pins[pin].follower_count++] = follower;
+    follower.level(follower.param, h->pins[pin].state & 1);
 }
 
 int hw_pin_state(hw *h, int pin) { return h->pins[pin].state; }

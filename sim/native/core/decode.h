@@ -1,6 +1,5 @@
 /* The processor's instructions, decoded once: what fast.c runs. */
-#ifndef HEATWRIGHT_DECODE_H
-#define HEATWRIGHT_DECODE_H
+#pragma once
 
 #include <stdint.h>
 
@@ -38,5 +37,3 @@ struct part {
 enum { SPECIAL_READ = 1, SPECIAL_WRITE = 2, SPECIAL_PIN = 4, SPECIAL_PORT = 8, SPECIAL_PROFILED = 16 };
 
 struct decoded decode(const struct part *part, uint32_t pc);
-
-#endif

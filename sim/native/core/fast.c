@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "decode.h"
-#include "hw.h"
+#include "fast.h"
 
 struct fast {
     struct decoded *code;       /* one for each word of flash, and one beyond */

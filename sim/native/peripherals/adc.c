@@ -3,7 +3,7 @@
    simavr divides by 1023, samples when ADCL is read, and has no channels 8 to 15. It can hang (no
    conversion ends) and stick (each ends with the code its
    channel had last). */
-#include "hw.h"
+#include "parts.h"
 
 static double reference(hw *h) {
     uint8_t index = avr_regbit_get_array(h->avr, h->adc->ref, 3);

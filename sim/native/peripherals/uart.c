@@ -1,31 +1,11 @@
 /* UARTs: their registers. Of simavr's only the interrupts are left; it has neither parity nor
    errors nor the part's buffers, and its times are not the part's. */
 #include <stdlib.h>
+#include "parts.h"
 #include "uart.h"
 
 /* On the oldest parts UCSRC and UBRRH share an address, and bit 7 tells which is written. */
 static int shared(const avr_uart_t *io) { return io->r_ucsrc == io->ubrrh.reg; }
-
-struct uart_format uart_format(const struct uart *u) {
-    static const int data_bits[] = {5, 6, 7, 8, 8, 8, 8, 9};
-    const uint8_t *data = u->h->avr->data;
-    const avr_uart_t *io = u->io;
-    uint8_t format = u->format;
-    int large = data[io->r_ucsrb] & UCSZ2 ? 4 : 0;
-    return (struct uart_format){
-        .data = data_bits[(format >> 1 & 3) | large],
-        .parity = format >> 4 & 3,
-        .stop = format & USBS ? 2 : 1,
-        .samples = data[io->r_ucsra] & U2X ? 8 : 16,
-        .period = (u->divisor_high << 8 | data[io->ubrrl.reg]) + 1,
-    };
-}
-
-/* What simavr's flags need to be cleared although they are sticky. */
-void uart_clear(struct uart *u, avr_int_vector_t *vector) {
-    avr_clear_interrupt_if(u->h->avr, vector, 0);
-    avr_regbit_clear(u->h->avr, vector->raised);
-}
 
 /* A flag that is set asks for its interrupt as long as that is enabled. */
 static void ask_again(struct uart *u) {
@@ -136,6 +116,8 @@ static void tap_registers(struct uart *u) {
 }
 
 void uart_init(hw *h) {
+    if (!(h->uarts = calloc(HW_UARTS, sizeof *h->uarts)))
+        abort();
     for (int nth = 0;; nth++) {
         avr_uart_t *io = (avr_uart_t *)io_find(h, "uart", nth);
         int index = io ? io->name - '0' : 0;
@@ -166,6 +148,7 @@ void uart_reset(hw *h) {
 void uart_free(hw *h) {
     for (int i = 0; i < HW_UARTS; i++)
         free(h->uarts[i].line.queue);
+    free(h->uarts);
 }
 
 /* Put characters on the line to the receiver, after those that wait. */
@@ -183,7 +166,7 @@ size_t hw_uart_unsent(hw *h, int uart) {
 }
 
 int hw_uart_exists(hw *h, int uart) {
-    return uart >= 0 && uart < (int)(sizeof h->uarts / sizeof h->uarts[0]) && h->uarts[uart].io;
+    return uart >= 0 && uart < HW_UARTS && h->uarts[uart].io;
 }
 
 void hw_uart_unsend(hw *h, int uart) {

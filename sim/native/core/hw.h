@@ -1,15 +1,11 @@
-/* The shim's own structures. */
-#ifndef HEATWRIGHT_HW_H
-#define HEATWRIGHT_HW_H
+/* One processor in the shim, and what all its parts use: logs, timers, taps, limits. */
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
 #include <simavr/avr_adc.h>
 #include <simavr/avr_eeprom.h>
-#include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
-#include <simavr/avr_timer.h>
-#include <simavr/avr_uart.h>
 #include <simavr/avr_watchdog.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
@@ -17,24 +13,15 @@
 
 #define HW_PORTS 12             /* A to L */
 #define HW_PINS (8 * HW_PORTS)
-#define HW_UARTS 4
 #define HW_CHANNELS 16
 #define HW_SNAPSHOTS 8
 #define HW_WIRES 8              /* 1-Wire slaves */
 #define HW_SPIS 8               /* SPI slaves */
 #define HW_RELAYS 4
 #define HW_FANS 4
+#define HW_FOLLOWERS (HW_RELAYS + HW_FANS)
 #define HW_TIMERS 40
 #define HW_LOG_FULL (1u << 20)  /* bytes in a log before hw_run returns to have it emptied */
-
-/* In Python, see callbacks.h. */
-void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits, uint64_t cycle);
-void hw_spi_selected(void *handle, uint64_t cycle);
-void hw_spi_released(void *handle, uint64_t cycle);
-void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);
-void hw_machine_sense(void *handle, int sensor, double felt);
-double hw_machine_fed(void *handle);
-void hw_machine_feel(void *handle);
 
 /* A growing array of records. */
 struct log {
@@ -63,13 +50,18 @@ struct tap {
     avr_io_read_t read;
     void *read_param;
 };
-typedef void (*tapped_fn)(hw *h, void *param);
 void tap_write(hw *h, avr_io_addr_t address, avr_io_write_t ours, void *param, struct tap *tap);
 void tap_read(hw *h, avr_io_addr_t address, avr_io_read_t ours, void *param, struct tap *tap);
 
 struct wire_listener {
     void (*edge)(void *param, int low, uint64_t cycle);
     void (*sampled)(void *param, uint64_t cycle);
+    void *param;
+};
+
+/* A coil or a motor, which has the pin's level. */
+struct pin_follower {
+    void (*level)(void *param, int high);
     void *param;
 };
 
@@ -82,8 +74,8 @@ struct pin {
     uint8_t compare, compare_level;     /* a timer's output has taken the pin */
     uint8_t contention;
     uint64_t since, high_cycles, contention_cycles, rises;
-    hw_relay *relay;            /* whose coil it drives */
-    hw_fan *fan;                /* whose motor it drives */
+    struct pin_follower followers[HW_FOLLOWERS];
+    int follower_count;
     struct wire_listener listeners[HW_WIRES];
     int listener_count;
 };
@@ -96,52 +88,6 @@ struct port {
     uint8_t sampled;            /* bits whose reads are of interest */
     uint8_t ddr, port;          /* as last seen */
     struct tap tap_pin;
-};
-
-/* What comes to a UART: each character's bits, the start bit first, and when. */
-struct character {
-    double start, bit;          /* cycles */
-    uint16_t levels;
-    uint8_t bits;
-};
-struct line {
-    struct character *queue;
-    size_t first, count;
-    double free;                /* the cycle from which on another may be sent */
-};
-
-#define RECEIVED 3              /* two in the buffer, and one in the shift register */
-struct received {
-    uint16_t value;
-    uint8_t framing, parity;    /* errors */
-};
-struct receiver {
-    int on, count, overrun;
-    struct received buffer[RECEIVED];
-    double from, first;         /* looks for a start bit since; its first low sample */
-    int samples, period, data, parity;  /* of the character that arrives */
-    struct timer *timer;
-};
-
-struct uart {
-    hw *h;
-    int index;
-    avr_uart_t *io;
-    uint8_t format, divisor_high;       /* UCSRC, UBRRH */
-    uint64_t shared_read;               /* the cycle they were last read where they share one */
-    uint64_t begins, ends, overruns;    /* of the last character sent */
-    struct timer *buffer_free, *all_sent;
-    struct line line;
-    struct receiver receiver;
-};
-
-/* One compare output of a timer, on its pin. */
-struct compare {
-    hw *h;
-    avr_timer_t *timer;
-    int channel, pin;
-    struct compare *next;
-    struct tap taps[5];
 };
 
 struct snapshot {
@@ -157,6 +103,8 @@ struct curve {
     double first, per_unit, felt;
 };
 
+struct compare;
+struct uart;
 struct profile;
 struct fast;
 
@@ -180,7 +128,8 @@ struct hw {
     struct port ports[HW_PORTS];
     struct pin pins[HW_PINS];
     struct compare *compares;
-    struct uart uarts[HW_UARTS];
+    void (*watch_compares)(hw *h, int pin);  /* from now on it is watched */
+    struct uart *uarts;         /* HW_UARTS of them */
 
     avr_adc_t *adc;
     struct tap tap_adcsra, tap_adcl, tap_adch;
@@ -262,45 +211,5 @@ static inline int waiting(const avr_t *avr) {
 avr_io_t *io_find(hw *h, const char *kind, int nth);
 void limit(hw *h, const char *format, ...);
 void crash(hw *h, const char *why);
-
-/* Each part: set up once, and put right after every reset. */
-int pins_init(hw *h);
-void pins_reset(hw *h);
-void pin_update(hw *h, int pin);
-void pin_hold(hw *h, int pin, int high, int held);
-int pin_listen(hw *h, int pin, struct wire_listener listener);
-void compare_init(hw *h);
-void compare_reset(hw *h);
-void compare_watch(hw *h, int pin);
-void uart_init(hw *h);
-void uart_reset(hw *h);
-void uart_free(hw *h);
-void adc_init(hw *h);
-void eeprom_init(hw *h);
-void eeprom_reset(hw *h);
-void watchdog_init(hw *h);
-void old_reset(hw *h);
 void snapshots_take(hw *h);
 void snapshots_reset(hw *h);
-void onewire_free(hw *h);
-void spi_free(hw *h);
-void relay_coil(hw_relay *r, int high);
-void relay_free(hw *h);
-void fan_driven(hw_fan *f, int high);
-void fan_free(hw *h);
-#define BURST 100000            /* cycles run without looking up: under 1 ms of wall time */
-void fast_init(hw *h);
-void fast_free(hw *h);
-void fast_forget(hw *h);
-avr_flashaddr_t fast_run(hw *h);
-avr_flashaddr_t profiled_run(hw *h);
-void profile_free(hw *h);
-int profile_settled(hw *h);
-void profile_before(hw *h);
-void profile_after(hw *h, uint32_t pc);   /* pc: of the next instruction */
-void profile_interrupt(hw *h);
-void profile_sleep(hw *h);
-void profile_slept(hw *h, uint64_t cycles);
-void profile_reset(hw *h);
-
-#endif

@@ -3,7 +3,8 @@
    The contacts follow the coil after a time of their own. The mirror contact is closed while the
    main contacts are open, and never together with them, welded or not: IEC 60947-4-1, annex F. */
 #include <stdlib.h>
-#include "hw.h"
+#include "parts.h"
+#include "peripherals/pins.h"
 
 struct hw_relay {
     hw *h;
@@ -54,7 +55,8 @@ static void on_move(hw *h, void *param, uint64_t when) {
 }
 
 /* The coil's pin has another level. */
-void relay_coil(hw_relay *r, int high) {
+static void on_coil(void *param, int high) {
+    hw_relay *r = param;
     r->driven = high == r->active_high;
     if (drawn(r) != r->closed)
         timer_set(r->moves, r->h->avr->cycle + (drawn(r) ? r->operate : r->release));
@@ -74,9 +76,8 @@ hw_relay *hw_relay_new(hw *h, int coil, int active_high, int contact, uint64_t o
                     .operate = operate, .release = release, .since = h->avr->cycle};
     r->moves = timer_new(h, on_move, r);
     h->relays[h->relay_count++] = r;
-    h->pins[coil].relay = r;
     show(r);
-    relay_coil(r, h->pins[coil].state & 1);
+    pin_follow(h, coil, (struct pin_follower){on_coil, r});
     return r;
 }
 

@@ -1,5 +1,7 @@
 /* What a sensor's tip feels, and has felt, for chips that look back when they convert. */
-#include "hw.h"
+#include <stddef.h>
+#include <stdint.h>
+#include "api.h"
 
 void hw_tip_tell(hw_tip *t, uint64_t cycle, double felt) {
     t->told_at = cycle;

@@ -4,7 +4,8 @@
    of the clock; simavr counts a 16th. TIFR belongs to all
    timers; simavr forgets the flags of the others when one is cleared. The watchdog's oscillator
    runs at 1 MHz; its timeout is not locked; after its reset it is off. */
-#include "hw.h"
+#include <simavr/avr_timer.h>
+#include "parts.h"
 
 #define WGM0 6
 #define WGM1 3

@@ -5,7 +5,18 @@
    value and TOP only when the timer is set up; here they count from the next period on, as on the
    part. Phase-correct PWM has no edges in simavr: the run ends and says so. */
 #include <stdlib.h>
-#include "hw.h"
+#include <simavr/avr_timer.h>
+#include "parts.h"
+#include "pins.h"
+
+/* One compare output of a timer, on its pin. */
+struct compare {
+    hw *h;
+    avr_timer_t *timer;
+    int channel, pin;
+    struct compare *next;
+    struct tap taps[5];
+};
 
 static uint8_t mode(struct compare *c) {
     return avr_regbit_get(c->h->avr, c->timer->comp[c->channel].com);
@@ -78,7 +89,7 @@ static void refresh(struct compare *c) {
 }
 
 /* A pin that is watched from now on: a timer may have it already. */
-void compare_watch(hw *h, int pin) {
+static void watch(hw *h, int pin) {
     for (struct compare *c = h->compares; c; c = c->next)
         if (c->pin == pin)
             refresh(c);
@@ -173,6 +184,7 @@ static void add(hw *h, avr_timer_t *timer, int channel) {
 
 void compare_init(hw *h) {
     avr_timer_t *timer;
+    h->watch_compares = watch;
     for (int nth = 0; (timer = (avr_timer_t *)io_find(h, "timer", nth)); nth++)
         for (int channel = 0; channel < AVR_TIMER_COMP_COUNT; channel++)
             add(h, timer, channel);
@@ -181,4 +193,12 @@ void compare_init(hw *h) {
 void compare_reset(hw *h) {
     for (struct compare *c = h->compares; c; c = c->next)
         h->pins[c->pin].compare = h->pins[c->pin].compare_level = 0;
+}
+
+void compare_free(hw *h) {
+    while (h->compares) {
+        struct compare *next = h->compares->next;
+        free(h->compares);
+        h->compares = next;
+    }
 }

@@ -4,7 +4,7 @@
    Here the cell changes at once too, but EEPE stays set for the part's programming time, and until
    then the byte counts as undefined (hw_eeprom_writing). */
 #include <string.h>
-#include "hw.h"
+#include "parts.h"
 
 /* EEPM1:0: erase and write, erase only, write only (a write can only clear bits). */
 static uint8_t programmed(hw *h, uint8_t old, uint8_t value) {

@@ -2,9 +2,12 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
-#include "hw.h"
+#include <simavr/avr_extint.h>
+#include "chips/parts.h"
+#include "core/fast.h"
+#include "core/profile.h"
+#include "peripherals/parts.h"
 
 #define YIELD_NS 50000000L
 #define LOOK_CYCLES 400000      /* executed between looks at the clock: under 10 ms */
@@ -18,47 +21,6 @@ static void logger(struct avr_t *avr, const int level, const char *format, va_li
         return;
     hw *h = avr->custom.data;
     vsnprintf(h->message, sizeof h->message, format, args);
-}
-
-void limit(hw *h, const char *format, ...) {
-    va_list args;
-    if (h->limit)
-        return;
-    h->limit = 1;
-    va_start(args, format);
-    vsnprintf(h->message, sizeof h->message, format, args);
-    va_end(args);
-}
-
-/* Where simavr would write to memory that is not the processor's, it is not asked to. */
-void crash(hw *h, const char *why) {
-    snprintf(h->message, sizeof h->message, "%s", why);
-    h->avr->state = cpu_Crashed;
-}
-
-avr_io_t *io_find(hw *h, const char *kind, int nth) {
-    for (avr_io_t *io = h->avr->io_port; io; io = io->next)
-        if (io->kind && !strcmp(io->kind, kind) && nth-- == 0)
-            return io;
-    return NULL;
-}
-
-void tap_write(hw *h, avr_io_addr_t address, avr_io_write_t ours, void *param, struct tap *tap) {
-    avr_io_addr_t a = AVR_DATA_TO_IO(address);
-    tap->write = h->avr->io[a].w.c;
-    tap->write_param = h->avr->io[a].w.param;
-    h->avr->io[a].w.c = ours;
-    h->avr->io[a].w.param = param;
-    fast_forget(h);
-}
-
-void tap_read(hw *h, avr_io_addr_t address, avr_io_read_t ours, void *param, struct tap *tap) {
-    avr_io_addr_t a = AVR_DATA_TO_IO(address);
-    tap->read = h->avr->io[a].r.c;
-    tap->read_param = h->avr->io[a].r.param;
-    h->avr->io[a].r.c = ours;
-    h->avr->io[a].r.param = param;
-    fast_forget(h);
 }
 
 /* simavr polls a low INT pin every cycle unless told not to, again after each reset. */
@@ -122,11 +84,7 @@ void hw_free(hw *h) {
     fan_free(h);
     profile_free(h);
     fast_free(h);
-    while (h->compares) {
-        struct compare *next = h->compares->next;
-        free(h->compares);
-        h->compares = next;
-    }
+    compare_free(h);
     for (int i = 0; i < HW_LOGS; i++)
         free(h->logs[i].data);
     free_remains(h->avr);

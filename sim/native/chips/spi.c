@@ -8,7 +8,9 @@
    resistor on the select line, or leaves the chip's state to chance. */
 #include <stdlib.h>
 #include <string.h>
-#include "hw.h"
+#include "parts.h"
+#include "callbacks.h"
+#include "peripherals/pins.h"
 
 /* An SBI changes its pin at the end of its two cycles, and what a program reads of a pin is up to
    one and a half cycles old (data sheets, "Reading the Pin Value"). */

@@ -1,5 +1,5 @@
 /* Watchdog: a new timeout counts at once; simavr waits for the next WDR. */
-#include "hw.h"
+#include "parts.h"
 
 static uint8_t prescaler(hw *h) { return avr_regbit_get_array(h->avr, h->watchdog->wdp, 4); }
 

@@ -2,7 +2,8 @@
    on another pin, by an open collector. Its speed is exact between events: exponential. */
 #include <math.h>
 #include <stdlib.h>
-#include "hw.h"
+#include "parts.h"
+#include "peripherals/pins.h"
 
 #define TRIES 40                /* of Newton's; it takes three or four */
 #define NEAR 0.25               /* cycles */
@@ -84,7 +85,8 @@ static void on_edge(hw *h, void *param, uint64_t when) {
 }
 
 /* The motor's pin has another level. */
-void fan_driven(hw_fan *f, int high) {
+static void on_motor(void *param, int high) {
+    hw_fan *f = param;
     advance(f, f->h->avr->cycle);
     f->driven = high == f->active_high;
     wait_for_edge(f);
@@ -100,9 +102,8 @@ hw_fan *hw_fan_new(hw *h, int motor, int active_high, int line, double full, dou
                   .low = 0.5, .pace = 1.0, .since = h->avr->cycle};
     f->edge = timer_new(h, on_edge, f);
     h->fans[h->fan_count++] = f;
-    h->pins[motor].fan = f;
     show(f);
-    fan_driven(f, h->pins[motor].state & 1);
+    pin_follow(h, motor, (struct pin_follower){on_motor, f});
     return f;
 }
 

@@ -1,6 +1,8 @@
-/* Logs, timers, and what Python asks of the processor. */
+/* Logs, timers, limits, and what Python asks of the processor. */
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include "hw.h"
 
 void *log_add(hw *h, int log) {
@@ -64,6 +66,29 @@ void timer_stop(struct timer *t) {
     avr_cycle_timer_cancel(t->h->avr, on_due, t);
 }
 
+void limit(hw *h, const char *format, ...) {
+    va_list args;
+    if (h->limit)
+        return;
+    h->limit = 1;
+    va_start(args, format);
+    vsnprintf(h->message, sizeof h->message, format, args);
+    va_end(args);
+}
+
+/* Where simavr would write to memory that is not the processor's, it is not asked to. */
+void crash(hw *h, const char *why) {
+    snprintf(h->message, sizeof h->message, "%s", why);
+    h->avr->state = cpu_Crashed;
+}
+
+avr_io_t *io_find(hw *h, const char *kind, int nth) {
+    for (avr_io_t *io = h->avr->io_port; io; io = io->next)
+        if (io->kind && !strcmp(io->kind, kind) && nth-- == 0)
+            return io;
+    return NULL;
+}
+
 /* Go on elsewhere, and not asleep. */
 void hw_jump(hw *h, uint32_t pc) {
     h->avr->pc = pc;
@@ -83,14 +108,9 @@ void hw_poke(hw *h, uint16_t address, uint8_t value) {
         avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
     else
         avr->data[address] = value;
-    if (avr->io[a].irq) {
-        avr_raise_irq(avr->io[a].irq + AVR_IOMEM_IRQ_ALL, value);
-        for (int bit = 0; bit < 8; bit++)
-            avr_raise_irq(avr->io[a].irq + bit, (value >> bit) & 1);
-    }
+    raise_register(avr, address, value);
 }
 
-void hw_flash_changed(hw *h) { fast_forget(h); }
 void hw_reference_core(hw *h, int on) { h->reference = on; }
 
 uint8_t hw_flags(hw *h) {

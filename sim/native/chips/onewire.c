@@ -5,7 +5,9 @@
    line low for a 0). What the bits mean is Python's business: see hw_onewire_received. */
 #include <stdlib.h>
 #include <string.h>
-#include "hw.h"
+#include "parts.h"
+#include "callbacks.h"
+#include "peripherals/pins.h"
 
 enum mode { IGNORE, RECEIVE, SEND, BUSY, SEARCH };
 

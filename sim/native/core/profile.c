@@ -4,6 +4,7 @@
    (profiled.c): the numbers are the same. */
 #include <stdlib.h>
 #include <string.h>
+#include "fast.h"
 #include "profile.h"
 
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,

@@ -1,6 +1,5 @@
 /* The profile, as far as the core notes things in it itself; see profiled.c. */
-#ifndef HEATWRIGHT_PROFILE_H
-#define HEATWRIGHT_PROFILE_H
+#pragma once
 
 #include "hw.h"
 
@@ -63,4 +62,11 @@ void profile_called(hw *h, uint32_t pc);
 void profile_returned(hw *h, uint32_t pc);
 void profile_mask(hw *h, uint32_t pc);
 
-#endif
+void profile_free(hw *h);
+int profile_settled(hw *h);
+void profile_before(hw *h);
+void profile_after(hw *h, uint32_t pc);   /* pc: of the next instruction */
+void profile_interrupt(hw *h);
+void profile_sleep(hw *h);
+void profile_slept(hw *h, uint64_t cycles);
+void profile_reset(hw *h);
