@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.loop_names import LoopSummary
+from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.max31856 import types_of

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <time.h>
 #include <simavr/avr_extint.h>
-#include "chips/parts.h"
 #include "core/fast.h"
 #include "core/profile.h"
 #include "peripherals/parts.h"
@@ -78,10 +77,8 @@ void hw_free(hw *h) {
     if (!h)
         return;
     uart_free(h);
-    onewire_free(h);
-    spi_free(h);
-    relay_free(h);
-    fan_free(h);
+    for (int i = 0; i < h->chip_count; i++)
+        free(h->chips[i]);
     profile_free(h);
     fast_free(h);
     compare_free(h);

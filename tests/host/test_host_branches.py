@@ -10,10 +10,10 @@ import pytest
 from jinja2 import Environment
 
 from heatwright.generator import plan_firmware
-from heatwright.generator.plan.features import FEATURES
-from heatwright.generator.plan.loop_names import loop_names
+from heatwright.generator.plan.loop.features import FEATURES
+from heatwright.generator.plan.loop.names import loop_names
+from heatwright.generator.plan.loop.steps import always
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.steps import always
 
 TEMPLATES = (
     "loop/step/cooler.c.j2", "loop/public/hosted.c.j2", "loop/public/hosted_mode.c.j2",

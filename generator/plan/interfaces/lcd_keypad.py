@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import has_sensors, scan
-from heatwright.generator.plan.loop_names import prefix_of
-from heatwright.generator.plan.loops import told_between_steps
+from heatwright.generator.plan.loop import adjusted
+from heatwright.generator.plan.loop.loops import told_between_steps
+from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends, rule_macro
-from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import Begin, Placed, What, components, whats
 from heatwright.generator.plan.nextion.words import words

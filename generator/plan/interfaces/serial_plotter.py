@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source

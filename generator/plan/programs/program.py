@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.loop_names import LoopSummary
+from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, steps
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source

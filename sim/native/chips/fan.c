@@ -1,8 +1,6 @@
 /* A fan with a tachometer: a motor that follows its line with a time constant, and pulses to ground
    on another pin, by an open collector. Its speed is exact between events: exponential. */
 #include <math.h>
-#include <stdlib.h>
-#include "parts.h"
 #include "peripherals/pins.h"
 
 #define TRIES 40                /* of Newton's; it takes three or four */
@@ -93,23 +91,16 @@ static void on_motor(void *param, int high) {
 }
 
 hw_fan *hw_fan_new(hw *h, int motor, int active_high, int line, double full, double lag) {
-    if (h->fan_count == HW_FANS || hw_pin_watch(h, motor, 1) || hw_pin_watch(h, line, 0))
-        return NULL;
-    hw_fan *f = calloc(1, sizeof *f);
+    hw_fan *f = hw_pin_watch(h, motor, 1) || hw_pin_watch(h, line, 0)
+        ? NULL : chip_new(h, &h->fan_count, HW_FANS, sizeof *f);
     if (!f)
         return NULL;
     *f = (hw_fan){.h = h, .line = line, .active_high = active_high, .full = full, .lag = lag,
                   .low = 0.5, .pace = 1.0, .since = h->avr->cycle};
     f->edge = timer_new(h, on_edge, f);
-    h->fans[h->fan_count++] = f;
     show(f);
     pin_follow(h, motor, (struct pin_follower){on_motor, f});
     return f;
-}
-
-void fan_free(hw *h) {
-    for (int i = 0; i < h->fan_count; i++)
-        free(h->fans[i]);
 }
 
 void hw_fan_fail(hw_fan *f, double pace, double noise, double low, int wire) {

@@ -3,11 +3,9 @@
    The slave hears the line as others drive it. A low of 480 us or more is a reset; every other fall
    opens a slot, in which the slave either receives (it samples the line once) or sends (it holds the
    line low for a 0). What the bits mean is Python's business: see hw_onewire_received. */
-#include <stdlib.h>
 #include <string.h>
-#include "parts.h"
-#include "callbacks.h"
 #include "peripherals/pins.h"
+#include "callbacks.h"
 
 enum mode { IGNORE, RECEIVE, SEND, BUSY, SEARCH };
 
@@ -192,7 +190,7 @@ static void on_sampled(void *param, uint64_t now) {
 }
 
 hw_onewire *hw_onewire_new(hw *h, int pin, void *handle, const hw_onewire_timing *timing) {
-    hw_onewire *w = h->wire_count < HW_WIRES ? calloc(1, sizeof *w) : NULL;
+    hw_onewire *w = chip_new(h, &h->wire_count, HW_WIRES, sizeof *w);
     if (!w)
         return NULL;
     w->h = h;
@@ -204,17 +202,7 @@ hw_onewire *hw_onewire_new(hw *h, int pin, void *handle, const hw_onewire_timing
     w->presence = timer_new(h, on_presence, w);
     w->release = timer_new(h, on_release, w);
     struct wire_listener listener = {on_edge, on_sampled, w};
-    if (!w->presence || !w->release || pin_listen(h, pin, listener)) {
-        free(w);
-        return NULL;
-    }
-    h->wires[h->wire_count++] = w;
-    return w;
-}
-
-void onewire_free(hw *h) {
-    for (int i = 0; i < h->wire_count; i++)
-        free(h->wires[i]);
+    return w->presence && w->release && !pin_listen(h, pin, listener) ? w : NULL;
 }
 
 void hw_onewire_retime(hw_onewire *w, const hw_onewire_timing *timing) { w->timing = *timing; }

@@ -2,8 +2,6 @@
 
    The contacts follow the coil after a time of their own. The mirror contact is closed while the
    main contacts are open, and never together with them, welded or not: IEC 60947-4-1, annex F. */
-#include <stdlib.h>
-#include "parts.h"
 #include "peripherals/pins.h"
 
 struct hw_relay {
@@ -66,24 +64,16 @@ static void on_coil(void *param, int high) {
 
 hw_relay *hw_relay_new(hw *h, int coil, int active_high, int contact, uint64_t operate,
                        uint64_t release) {
-    if (h->relay_count == HW_RELAYS || hw_pin_watch(h, coil, 1)
-        || (contact >= 0 && hw_pin_watch(h, contact, 0)))
-        return NULL;
-    hw_relay *r = calloc(1, sizeof *r);
+    hw_relay *r = hw_pin_watch(h, coil, 1) || (contact >= 0 && hw_pin_watch(h, contact, 0))
+        ? NULL : chip_new(h, &h->relay_count, HW_RELAYS, sizeof *r);
     if (!r)
         return NULL;
     *r = (hw_relay){.h = h, .coil = coil, .active_high = active_high, .contact = contact,
                     .operate = operate, .release = release, .since = h->avr->cycle};
     r->moves = timer_new(h, on_move, r);
-    h->relays[h->relay_count++] = r;
     show(r);
     pin_follow(h, coil, (struct pin_follower){on_coil, r});
     return r;
-}
-
-void relay_free(hw *h) {
-    for (int i = 0; i < h->relay_count; i++)
-        free(h->relays[i]);
 }
 
 void hw_relay_fail(hw_relay *r, int state, int wire) {

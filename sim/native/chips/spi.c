@@ -6,11 +6,9 @@
    address, then its answer goes out while it is told more. What the bits are is Python's business:
    see hw_spi_selected and hw_spi_addressed. Pins that float are high: a board has a pull-up
    resistor on the select line, or leaves the chip's state to chance. */
-#include <stdlib.h>
 #include <string.h>
-#include "parts.h"
-#include "callbacks.h"
 #include "peripherals/pins.h"
+#include "callbacks.h"
 
 /* An SBI changes its pin at the end of its two cycles, and what a program reads of a pin is up to
    one and a half cycles old (data sheets, "Reading the Pin Value"). */
@@ -184,7 +182,7 @@ static int listen(hw_spi *s) {
 }
 
 hw_spi *hw_spi_new(hw *h, hw_spi_pins pins, void *handle, const hw_spi_timing *timing) {
-    hw_spi *s = h->spi_count < HW_SPIS ? calloc(1, sizeof *s) : NULL;
+    hw_spi *s = chip_new(h, &h->spi_count, HW_SPIS, sizeof *s);
     if (!s)
         return NULL;
     s->h = h;
@@ -193,13 +191,7 @@ hw_spi *hw_spi_new(hw *h, hw_spi_pins pins, void *handle, const hw_spi_timing *t
     s->timing = *timing;
     s->connected = 1;
     memset(s->least, 0xff, sizeof s->least);
-    h->spis[h->spi_count++] = s;
     return listen(s) ? NULL : s;
-}
-
-void spi_free(hw *h) {
-    for (int i = 0; i < h->spi_count; i++)
-        free(h->spis[i]);
 }
 
 void hw_spi_retime(hw_spi *s, const hw_spi_timing *timing) { s->timing = *timing; }

@@ -82,6 +82,14 @@ void crash(hw *h, const char *why) {
     h->avr->state = cpu_Crashed;
 }
 
+/* What is at the pins: so many at most of a kind, freed with the processor. */
+void *chip_new(hw *h, int *count, int most, size_t size) {
+    void *chip = *count < most ? calloc(1, size) : NULL;
+    if (chip)
+        h->chips[h->chip_count++] = chip, ++*count;
+    return chip;
+}
+
 avr_io_t *io_find(hw *h, const char *kind, int nth) {
     for (avr_io_t *io = h->avr->io_port; io; io = io->next)
         if (io->kind && !strcmp(io->kind, kind) && nth-- == 0)

@@ -158,14 +158,8 @@ struct hw {
 
     struct snapshot snapshots[HW_SNAPSHOTS];
     int snapshot_count;
-    hw_onewire *wires[HW_WIRES];
-    int wire_count;
-    hw_spi *spis[HW_SPIS];
-    int spi_count;
-    hw_relay *relays[HW_RELAYS];
-    int relay_count;
-    hw_fan *fans[HW_FANS];
-    int fan_count;
+    void *chips[HW_WIRES + HW_SPIS + HW_RELAYS + HW_FANS];
+    int chip_count, wire_count, spi_count, relay_count, fan_count;
     struct profile *profile;
 };
 
@@ -208,6 +202,7 @@ static inline int waiting(const avr_t *avr) {
     return avr->interrupts.pending.read != avr->interrupts.pending.write;
 }
 
+void *chip_new(hw *h, int *count, int most, size_t size);
 avr_io_t *io_find(hw *h, const char *kind, int nth);
 void limit(hw *h, const char *format, ...);
 void crash(hw *h, const char *why);

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from heatwright.generator.plan.chips import Fuses, fuses
-from heatwright.generator.plan.commissioning import Stage, commissioning
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends
-from heatwright.generator.plan.lines import LineRow, lines
+from heatwright.generator.plan.documents.chips import Fuses, fuses
+from heatwright.generator.plan.documents.commissioning import Stage, commissioning
+from heatwright.generator.plan.documents.lines import LineRow, lines
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Part, Wiring
 from heatwright.generator.plan.programs.programs import in_words

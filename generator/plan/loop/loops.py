@@ -6,19 +6,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 
-from heatwright.generator.plan import adjusted, autotune
 from heatwright.generator.plan.algorithms.common import AlgorithmPlan
 from heatwright.generator.plan.algorithms.pid import in_force
 from heatwright.generator.plan.core import permits
-from heatwright.generator.plan.current import plan_current
-from heatwright.generator.plan.features import FEATURES
-from heatwright.generator.plan.loop_names import LoopNames, loop_names, prefix_of
+from heatwright.generator.plan.loop import adjusted, autotune
+from heatwright.generator.plan.loop.current import plan_current
+from heatwright.generator.plan.loop.features import FEATURES
+from heatwright.generator.plan.loop.names import LoopNames, loop_names, prefix_of
+from heatwright.generator.plan.loop.steps import put_together
 from heatwright.generator.plan.numbers import quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.protection.guard import EffortNames, effort_names, guard_constants
 from heatwright.generator.plan.protection.monitors import plan_monitors
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.steps import put_together
 from heatwright.spec import Controller, Loop
 from heatwright.spec.commands import gcode_of, modbus_of, nextion_of
 from heatwright.spec.loops import Response

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from heatwright.generator.plan.loop_names import LoopNames
+from heatwright.generator.plan.loop.names import LoopNames
 from heatwright.generator.plan.parts import Header, names
 
 STAGES = ("begin", "read", "program", "guard", "decide", "limit", "drive", "report")

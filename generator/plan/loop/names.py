@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan import adjusted
-from heatwright.generator.plan.adjusted import NumberNames
+from heatwright.generator.plan.loop import adjusted
+from heatwright.generator.plan.loop.adjusted import NumberNames
 from heatwright.generator.plan.parts import names
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source

@@ -6,7 +6,7 @@ words.
 
 from __future__ import annotations
 
-from heatwright.generator.plan.steps import Feature
+from heatwright.generator.plan.loop.steps import Feature
 
 SETTINGS = (
     Feature(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from heatwright.generator.plan.documents.readme import readme_names, wiring_of
 from heatwright.generator.plan.parts import File, Part
-from heatwright.generator.plan.readme import readme_names, wiring_of
 from heatwright.generator.plan.text import c_comment
 from heatwright.generator.wiring import Wires
 from heatwright.spec import Spec
