@@ -108,8 +108,7 @@ def _compile(folder: Path, includes: Path) -> Path:
     output = folder / f"{MODULE}.so"
     own = [str(path) for path in _sources() if path.suffix == ".c"]
     command = [_compiler(), "-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-std=gnu11", "-Wall"]
-    command += ["-o", str(output)]
-    command += ["-isystem", str(includes), "-isystem", str(includes / "simavr")]
+    command += ["-o", str(output), "-isystem", str(includes), "-isystem", str(includes / "simavr")]
     command += ["-isystem", str(_python_headers()), "-I", str(HERE), *own, str(_glue(folder))]
     result = subprocess.run(  # noqa: S603 - our own command
         [*command, "-lsimavr", "-lm"], capture_output=True, text=True, check=False

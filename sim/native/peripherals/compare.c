@@ -196,9 +196,8 @@ void compare_reset(hw *h) {
 }
 
 void compare_free(hw *h) {
-    while (h->compares) {
-        struct compare *next = h->compares->next;
+    for (struct compare *next; h->compares; h->compares = next) {
+        next = h->compares->next;
         free(h->compares);
-        h->compares = next;
     }
 }
