@@ -4,10 +4,10 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from host_reference import HOST_BAD, HOST_ONLY, Way, alone, fill_currents, ways_of
-from host_stretches import LONGEST, Stretch, Walk
-from host_stretches_commanded import CommandedWalk, current_of
-from host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
+from courses.host_reference import HOST_BAD, HOST_ONLY, Way, alone, fill_currents, ways_of
+from courses.host_stretches import LONGEST, Stretch, Walk
+from courses.host_stretches_commanded import CommandedWalk, current_of
+from courses.host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed

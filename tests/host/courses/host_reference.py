@@ -5,7 +5,7 @@ from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
-from host_commands import Commands
+from courses.host_commands import Commands
 from numpy.typing import NDArray
 
 from heatwright.sim.host.firmware import READY, STATE, Run

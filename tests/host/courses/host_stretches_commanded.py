@@ -4,7 +4,7 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from host_stretches import AS_DUE, NO_GAINS, Stretch, Walk
+from courses.host_stretches import AS_DUE, NO_GAINS, Stretch, Walk
 
 from heatwright.sim.host.firmware import Command
 from heatwright.sim.reference.algorithms.pid import limits_of

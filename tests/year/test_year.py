@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from cffi import FFI
+from courses.host_reference import Way
 from host_builds import build_of_spec
 from host_control import run_problem
-from host_reference import Way
 from numpy.typing import NDArray
 from rig.avr import whole
 from rig.specs import spec_of

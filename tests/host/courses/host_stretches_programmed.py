@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from host_reference import Restored, Way
-from host_stretches import ALL_CLOSED, NOT_WARM, Stretch
-from host_stretches_commanded import CommandedWalk
+from courses.host_reference import Restored, Way
+from courses.host_stretches import ALL_CLOSED, NOT_WARM, Stretch
+from courses.host_stretches_commanded import CommandedWalk
 
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference.programs.state import IDLE, JUMP, PAUSE, RESUME, SKIP, START, STOP
