@@ -27,7 +27,7 @@ export LINUXCNC EVIDENCE
 .PHONY: $(TESTS_READY)
 endif
 
-MADE_OF := pyproject.toml tools/setup.sh $(wildcard sim/native/*.[ch])
+MADE_OF := pyproject.toml tools/setup.sh $(wildcard sim/native/*.[ch] sim/native/*/*.[ch])
 
 # What the commands need.
 $(READY): $(MADE_OF)

@@ -16,12 +16,12 @@ from heatwright.sim.binary.elf import Elf, ElfError
 from heatwright.sim.contact import contacts_of
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.lcd_keypad.menu_keys import keys_for
 from heatwright.sim.interfaces.look import NO_LOOK, Look
-from heatwright.sim.interfaces.menu_keys import keys_for
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
+from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.sim.interfaces.nextion import Nextion
-from heatwright.sim.interfaces.nextion_orders import in_bytes
-from heatwright.sim.interfaces.registers import registers
+from heatwright.sim.interfaces.nextion.orders import in_bytes
 from heatwright.sim.interfaces.serial_log import SerialLog
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.judges.interlock import Interlock

@@ -19,7 +19,7 @@ from heatwright.cli.tables import show, table
 from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.interfaces.nextion import TURN_S
 from heatwright.sim.circuits.ports import pin_v
-from heatwright.sim.interfaces.keypad import CODES as KEYS
+from heatwright.sim.interfaces.lcd_keypad.keypad import CODES as KEYS
 from heatwright.spec import Controller, Spec, load
 from heatwright.spec.nextion import HEIGHT, WIDTH, chart_top_c
 from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S, CONTROL_CHART_PX

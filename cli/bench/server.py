@@ -135,7 +135,7 @@ class Pages:
         found = self._board.store.pictures.get(request.path_params["number"])
         if found is None:
             return _nothing()
-        from heatwright.sim.interfaces.nextion_screen import as_png  # noqa: PLC0415 - see Nextion
+        from heatwright.sim.interfaces.nextion.screen import as_png  # noqa: PLC0415 - see Nextion
 
         return Response(as_png(found, QUICKLY), 200, SAFE, "image/png")
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from heatwright.cli.plot.hearing import Cut, Hearing, Read, Reading
 from heatwright.generator.plan.registers import NO_TEMPERATURE
-from heatwright.sim.interfaces.modbus_frames import answer_to, framed, read
-from heatwright.sim.interfaces.registers import Register, registers
+from heatwright.sim.interfaces.modbus_rtu.frames import answer_to, framed, read
+from heatwright.sim.interfaces.modbus_rtu.registers import Register, registers
 from heatwright.spec import Controller, ModbusRtu
 
 ASKED = ("temperature", "duty", "setpoint_in_force")

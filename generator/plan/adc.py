@@ -61,8 +61,8 @@ def scan(root: Source) -> Part:
     }
     return Part(
         files=(
-            File("src/adc.h", "src/adc.h.j2", context),
-            File("src/adc.c", "src/adc.c.j2", context),
+            File("src/adc.h", "peripherals/adc.h.j2", context),
+            File("src/adc.c", "peripherals/adc.c.j2", context),
         ),
         start_calls=(Call(Stage.OPERATE, "adc.h", "adc_start();"),),
         tick_calls=(Call(Stage.CONTROL, "adc.h", "adc_tick();"),),

@@ -62,7 +62,7 @@ def plan_analog(
             *shared.files,
             File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", context),
             File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", context),
-            File(f"src/celsius_{name}.c", "src/celsius.c.j2", context),
+            File(f"src/celsius_{name}.c", "sensors/celsius.c.j2", context),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, table, use)),),
         start_calls=shared.start_calls,

@@ -8,14 +8,14 @@ from typing import Any
 
 from heatwright.generator.plan import core
 from heatwright.generator.plan.checks import plan_checks
-from heatwright.generator.plan.loop_names import summary
-from heatwright.generator.plan.loops import plan_loop
+from heatwright.generator.plan.documents.project import project_files
+from heatwright.generator.plan.loop.loops import plan_loop
+from heatwright.generator.plan.loop.names import summary
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
 from heatwright.generator.plan.parts import MARK, Call, File, Header, Part, Plan
 from heatwright.generator.plan.programs import program
 from heatwright.generator.plan.programs.programs import programs as plan_programs
-from heatwright.generator.plan.project import project_files
 from heatwright.generator.plan.protection import relay
 from heatwright.generator.plan.protection.inputs import plan_inputs
 from heatwright.generator.plan.protection.proof import plan_proofs
@@ -125,9 +125,9 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
         "watchdog": f"WDTO_{core.WATCHDOG_NAMES[spec.controller.safety.watchdog_s]}",
     }
     return (
-        File("src/config.h", "src/config.h.j2", config),
-        File("src/pins.h", "src/pins.h.j2", pin_context),
-        File("src/main.c", "src/main.c.j2", main),
+        File("src/config.h", "core/config.h.j2", config),
+        File("src/pins.h", "core/pins.h.j2", pin_context),
+        File("src/main.c", "core/main.c.j2", main),
     )
 
 

@@ -61,7 +61,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         Part(
             files=(
                 File("seal.py", "project/seal.py"),
-                *(File(f"src/{name}", f"src/{name}.j2", context) for name in names),
+                *(File(f"src/{name}", f"self_checks/{name}.j2", context) for name in names),
             ),
             groups=(
                 Group(

@@ -59,8 +59,8 @@ def plan_converter(
     of_sensor = f"of sensor {name}"
     return Part(
         files=(
-            File(f"src/spi_{name}.h", "src/spi.h.j2", context),
-            File(f"src/spi_{name}.c", "src/spi.c.j2", context),
+            File(f"src/spi_{name}.h", "peripherals/spi.h.j2", context),
+            File(f"src/spi_{name}.c", "peripherals/spi.c.j2", context),
             File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", context),
             File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", context),
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.loop_names import LoopSummary
+from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
@@ -53,8 +53,8 @@ def start(root: Source, reset_lines: list[str]) -> Part:
     proves = (Call(Stage.GUARD, "reset.h", "reset_prove_watchdog();"),)
     return Part(
         files=(
-            File("src/reset.h", "src/reset.h.j2", context),
-            File("src/reset.c", "src/reset.c.j2", context),
+            File("src/reset.h", "core/reset.h.j2", context),
+            File("src/reset.c", "core/reset.c.j2", context),
         ),
         start_calls=(
             *(proves if proves_watchdog(controller) else ()),
@@ -97,8 +97,8 @@ def clock(root: Source, timer: int) -> Part:
     }
     return Part(
         files=(
-            File("src/clock.h", "src/clock.h.j2", context),
-            File("src/clock.c", "src/clock.c.j2", context),
+            File("src/clock.h", "core/clock.h.j2", context),
+            File("src/clock.c", "core/clock.c.j2", context),
         ),
         groups=(Group(f"Clock of {TICK_MS} ms", tuple(constants)),),
         start_calls=(Call(Stage.GO, "clock.h", "clock_start();"),),
@@ -136,8 +136,8 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
     }
     return Part(
         files=(
-            File("src/gate.h", "src/gate.h.j2", context),
-            File("src/gate.c", "src/gate.c.j2", context),
+            File("src/gate.h", "protection/gate.h.j2", context),
+            File("src/gate.c", "protection/gate.c.j2", context),
         ),
         groups=(
             Group(
@@ -190,8 +190,8 @@ def fault(root: Source, loops: list[LoopSummary]) -> Part:
     return Part(
         groups=(Group("Faults", constants),) if constants else (),
         files=(
-            File("src/fault.h", "src/fault.h.j2", context),
-            File("src/fault.c", "src/fault.c.j2", context),
+            File("src/fault.h", "protection/fault.h.j2", context),
+            File("src/fault.c", "protection/fault.c.j2", context),
         ),
         tick_calls=(Call(Stage.STORE, "fault.h", "fault_tick();"),) if lockout else (),
     )

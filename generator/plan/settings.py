@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.loop_names import LoopSummary
+from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.max31856 import types_of
@@ -57,8 +57,8 @@ def settings(root: Source, loops: list[LoopSummary]) -> Part:
     }
     return Part(
         files=(
-            File("src/settings.h", "src/settings.h.j2", context),
-            File("src/settings.c", "src/settings.c.j2", context),
+            File("src/settings.h", "core/settings.h.j2", context),
+            File("src/settings.c", "core/settings.c.j2", context),
         ),
         groups=(Group("Settings in EEPROM", tuple(constants)),),
         start_calls=(Call(Stage.RESTORE, "settings.h", "settings_start();"),),

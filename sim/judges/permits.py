@@ -1,4 +1,4 @@
-"""Why a heater is off at this moment: which permit of the gate is missing (templates/src/gate.c).
+"""Why a heater is off at this moment: which permit of the gate is missing (gate.c).
 
 It is read from the running binary, and from the pins that the gate itself reads.
 """

@@ -6,7 +6,8 @@
    for, call it again: it goes on where it was. */
 #include <math.h>
 #include <string.h>
-#include "hw.h"
+#include "core/hw.h"
+#include "callbacks.h"
 
 /* Multiplies the bits of a key into a place of the table. */
 static uint32_t place_of(const hw_machine *m) {
@@ -154,7 +155,7 @@ int hw_machine_heat(hw_machine *m) {
     if (!known)
         return HW_MATRIX;
     for (int i = 0; i < m->meter_count; i++) {
-        hw_meter *meter = &m->meters[i];
+        const hw_meter *meter = &m->meters[i];
         double flows = m->conducts[meter->load] * meter->full_a;
         m->felt[m->feeler_count + i] += meter->share * (flows - m->felt[m->feeler_count + i]);
     }

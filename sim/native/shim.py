@@ -76,7 +76,7 @@ def _python_headers() -> Path:
 
 
 def _sources() -> list[Path]:
-    return sorted(path for path in HERE.iterdir() if path.suffix in {".c", ".h"})
+    return sorted(HERE.rglob("*.[ch]"))
 
 
 def _digest(version: str) -> str:
@@ -95,7 +95,8 @@ def _glue(folder: Path) -> Path:
     from cffi import FFI  # noqa: PLC0415 - only when something is to be compiled
 
     ffi = FFI()
-    ffi.cdef((HERE / "api.h").read_text() + (HERE / "callbacks.h").read_text())
+    ffi.cdef((HERE / "api.h").read_text())
+    ffi.cdef(f'extern "Python+C" {{{(HERE / "callbacks.h").read_text()}}}')
     ffi.set_source(MODULE, '#include <stddef.h>\n#include <stdint.h>\n#include "api.h"\n')
     path = folder / f"{MODULE}.c"
     with contextlib.redirect_stdout(None):  # it tells what it writes
@@ -106,18 +107,8 @@ def _glue(folder: Path) -> Path:
 def _compile(folder: Path, includes: Path) -> Path:
     output = folder / f"{MODULE}.so"
     own = [str(path) for path in _sources() if path.suffix == ".c"]
-    command = [
-        _compiler(),
-        "-O2",
-        "-fPIC",
-        "-fvisibility=hidden",
-        "-shared",
-        "-std=gnu11",
-        "-Wall",
-        "-o",
-        str(output),
-    ]
-    command += ["-isystem", str(includes), "-isystem", str(includes / "simavr")]
+    command = [_compiler(), "-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-std=gnu11", "-Wall"]
+    command += ["-o", str(output), "-isystem", str(includes), "-isystem", str(includes / "simavr")]
     command += ["-isystem", str(_python_headers()), "-I", str(HERE), *own, str(_glue(folder))]
     result = subprocess.run(  # noqa: S603 - our own command
         [*command, "-lsimavr", "-lm"], capture_output=True, text=True, check=False

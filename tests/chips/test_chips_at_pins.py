@@ -6,11 +6,11 @@ from rig.avr import CLOCK_HZ, running
 from rig.small import Small
 
 from heatwright.sim.avr import Avr
-from heatwright.sim.interfaces.character_rom import A00
-from heatwright.sim.interfaces.hd44780 import Hd44780, Times
-from heatwright.sim.interfaces.keypad import CODES, Keypad
 from heatwright.sim.interfaces.lcd import BusLimits, Lcd
+from heatwright.sim.interfaces.lcd.character_rom import A00
+from heatwright.sim.interfaces.lcd.hd44780 import Hd44780, Times
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
+from heatwright.sim.interfaces.lcd_keypad.keypad import CODES, Keypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.native.pins import PIN_EVENT, pin_number
 from heatwright.sim.outputs.stepper import Stepper, attach

@@ -10,7 +10,7 @@ from rig.specs import EXAMPLES, changed, example, files_of, spec_of
 from suite import amount
 
 from heatwright.generator import plan_firmware
-from heatwright.generator.plan.commissioning import Stage, Step
+from heatwright.generator.plan.documents.commissioning import Stage, Step
 from heatwright.sim.circuits.ports import pin_v
 from heatwright.spec import Spec
 

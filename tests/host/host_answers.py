@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
-from host_courses import inputs_of, kinds_of, random_course
-from host_reference import Way
-from host_stretches import NO_GAINS
-from host_stretches_commanded import CRITICAL_C, SWITCHED_ORDERS
-from host_stretches_programmed import ORDERS as ALL_ORDERS
-from host_stretches_programmed import PLACES
+from courses.host_courses import inputs_of, kinds_of, random_course
+from courses.host_reference import Way
+from courses.host_stretches import NO_GAINS
+from courses.host_stretches_commanded import CRITICAL_C, SWITCHED_ORDERS
+from courses.host_stretches_programmed import ORDERS as ALL_ORDERS
+from courses.host_stretches_programmed import PLACES
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Command, Host

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
-from host_courses import (
+from courses.host_courses import (
     LONG_SILENCE,
     LOWERED,
     NARROWED,
@@ -19,9 +19,9 @@ from host_courses import (
     random_course,
     random_firing,
 )
-from host_reference import SLACK, TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
-from host_stretches import Stretch
-from host_stretches_commanded import CRITICAL_C, TUNINGS
+from courses.host_reference import SLACK, TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
+from courses.host_stretches import Stretch
+from courses.host_stretches_commanded import CRITICAL_C, TUNINGS
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host

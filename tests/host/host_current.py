@@ -5,8 +5,8 @@ from math import inf, nan
 from typing import Any
 
 import numpy as np
+from courses.host_stretches_commanded import current_of
 from host_scale import scale_of
-from host_stretches_commanded import current_of
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host

@@ -8,11 +8,11 @@ from typing import Any
 
 import host_specs
 import numpy as np
-from host_courses import random_firing
-from host_reference import Expected, Restored, Way, first_difference
+from courses.host_courses import random_firing
+from courses.host_reference import Expected, Restored, Way, first_difference
+from courses.host_stretches import Stretch
+from courses.host_stretches_programmed import ProgrammedWalk
 from host_scale import scale_of
-from host_stretches import Stretch
-from host_stretches_programmed import ProgrammedWalk
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host

@@ -6,11 +6,11 @@ import host_specs
 import numpy as np
 import pytest
 from arena_host import judges_of
+from courses.host_courses import inputs_of, kinds_of, random_inputs
+from courses.host_reference import Way, expected, ways_of
+from courses.host_stretches import Stretch
 from host_builds import build_of_spec
 from host_control import STRETCHES, all_problem, run_problem
-from host_courses import inputs_of, kinds_of, random_inputs
-from host_reference import Way, expected, ways_of
-from host_stretches import Stretch
 from host_text import MOST_DECIMALS, code_problem, text_problem
 from hypothesis import given, settings
 from hypothesis import strategies as st

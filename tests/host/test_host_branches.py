@@ -10,20 +10,20 @@ import pytest
 from jinja2 import Environment
 
 from heatwright.generator import plan_firmware
-from heatwright.generator.plan.features import FEATURES
-from heatwright.generator.plan.loop_names import loop_names
+from heatwright.generator.plan.loop.features import FEATURES
+from heatwright.generator.plan.loop.names import loop_names
+from heatwright.generator.plan.loop.steps import always
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.steps import always
 
 TEMPLATES = (
-    "src/loop/cooler.c.j2", "src/loop/hosted.c.j2", "src/loop/hosted_mode.c.j2",
-    "src/loop/ready.c.j2", "src/loop/regulates.c.j2", "src/loop/state.c.j2",
-    "src/loop/switched.c.j2", "src/current.c.j2",
-    "src/guard.c.j2", "src/program.c.j2", "src/settings.c.j2", "src/gate.c.j2",
-    "src/fault.c.j2", "algorithms/on_off.c.j2", "algorithms/lead.c.j2", "algorithms/pid.c.j2",
-    "algorithms/three_position.c.j2", "algorithms/autotune.c.j2",
-    "outputs/time_proportional.c.j2", "src/proof.c.j2", "src/proof.h.j2", "src/inputs.c.j2",
-    "src/inputs.h.j2",
+    "loop/step/cooler.c.j2", "loop/public/hosted.c.j2", "loop/public/hosted_mode.c.j2",
+    "loop/public/ready.c.j2", "loop/public/regulates.c.j2", "loop/public/state.c.j2",
+    "loop/public/switched.c.j2", "protection/current.c.j2", "protection/guard.c.j2",
+    "programs/program.c.j2", "core/settings.c.j2", "protection/gate.c.j2", "protection/fault.c.j2",
+    "algorithms/on_off.c.j2", "algorithms/lead.c.j2", "algorithms/pid.c.j2",
+    "algorithms/three_position.c.j2", "algorithms/autotune.c.j2", "outputs/time_proportional.c.j2",
+    "protection/proof.c.j2", "protection/proof.h.j2", "protection/inputs.c.j2",
+    "protection/inputs.h.j2",
 )  # fmt: skip
 INCLUDED_BY = {"algorithms/lead.c.j2": "algorithms/three_position.c.j2"}
 CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)

@@ -13,8 +13,8 @@ from rig.specs import spec_of
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.interfaces import modbus_frames as frames
 from heatwright.sim.interfaces.indicators import Indicators, Led, Light
+from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.native.characters import Format
 
 SPEC = """

@@ -27,7 +27,7 @@ from filelock import FileLock
 from rig.modbus_oracle import Oracle
 from rig.specs import controller_of
 
-from heatwright.sim.interfaces.modbus_frames import EXCEPTION, framed
+from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, framed
 
 LOCK = Path(tempfile.gettempdir()) / "heatwright-hal.lock"
 TOOLS = ("halrun", "halcmd", "mb2hal", "pyvcp")

@@ -11,7 +11,7 @@ from hal_session import FABRICATOR, Hal, linuxcnc_files
 from rig.specs import controller_of, files_of
 
 from heatwright.generator import plan_firmware, render
-from heatwright.sim.interfaces.registers import registers
+from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.spec import load_text
 
 DOCS = (Path(__file__).parents[2] / "docs" / "linuxcnc.md").read_text("utf-8")

@@ -12,7 +12,7 @@ from menu_model import IDLE, LETTERS, PERIOD_MS, POINTS, PROGRAMS, Keypad, Machi
 from rig.hosted import play, world_of
 from rig.specs import changed, sources_of
 
-from heatwright.sim.interfaces.hd44780 import Hd44780, Times
+from heatwright.sim.interfaces.lcd.hd44780 import Hd44780, Times
 
 SPEC = changed(
     "kiln_uno",

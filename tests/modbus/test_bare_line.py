@@ -17,10 +17,9 @@ from suite import amount
 from test_slave import SHORT, pdu, requests
 
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.interfaces import modbus_frames as frames
-from heatwright.sim.interfaces.modbus_bus import Bus, Frame
-from heatwright.sim.interfaces.modbus_frames import crc, framed
-from heatwright.sim.interfaces.modbus_rtu import format_of
+from heatwright.sim.interfaces.modbus_rtu import format_of, frames
+from heatwright.sim.interfaces.modbus_rtu.bus import Bus, Frame
+from heatwright.sim.interfaces.modbus_rtu.frames import crc, framed
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
 from heatwright.sim.timing import steps, waits

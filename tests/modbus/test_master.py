@@ -11,10 +11,9 @@ from test_bare_line import slave_of
 
 from heatwright.sim.bench import bench
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.interfaces import modbus_frames as frames
-from heatwright.sim.interfaces.modbus_bus import Bus
-from heatwright.sim.interfaces.modbus_rtu import ANSWER_S, ModbusMaster
-from heatwright.sim.interfaces.registers import Register
+from heatwright.sim.interfaces.modbus_rtu import ANSWER_S, ModbusMaster, frames
+from heatwright.sim.interfaces.modbus_rtu.bus import Bus
+from heatwright.sim.interfaces.modbus_rtu.registers import Register
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
 from heatwright.sim.replay import replay

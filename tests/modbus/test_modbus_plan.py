@@ -17,7 +17,7 @@ from test_slave import ADDRESS, SLAVE
 
 from heatwright.generator.plan.registers import Register, register_map
 from heatwright.generator.plan.timers import round_interval
-from heatwright.sim.interfaces import registers as documented
+from heatwright.sim.interfaces.modbus_rtu import registers as documented
 from heatwright.spec import BOARDS
 from heatwright.spec.board.timers import allocate
 from heatwright.spec.boards import Timer

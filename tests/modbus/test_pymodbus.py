@@ -9,7 +9,7 @@ from pymodbus.pdu import ModbusPDU
 from rig.live import Cable, LiveBoard, live_board
 from rig.specs import controller_of
 
-from heatwright.sim.interfaces.registers import registers
+from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.sim.native.characters import Format
 from heatwright.spec import digest
 

@@ -16,7 +16,7 @@ from rig.modbus_oracle import GAINS, MODES, Oracle
 from rig.specs import sources_of, spec_of
 from suite import amount
 
-from heatwright.sim.interfaces.modbus_frames import crc, framed
+from heatwright.sim.interfaces.modbus_rtu.frames import crc, framed
 
 SLAVE = r"""
 heatwright: 1

@@ -30,7 +30,7 @@ BATCH = 24
 ENOUGH_EQUAL = 4
 JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")
 """What all judges are made of, besides modules of the tests."""
-_IMPORT = re.compile(r"^\s*(?:from|import) (?:rig\.)?(\w+)", re.MULTILINE)
+_IMPORT = re.compile(r"^\s*(?:from|import) (?:rig\.|courses\.)?(\w+)", re.MULTILINE)
 
 
 def every_arena() -> list[Arena]:
@@ -167,7 +167,7 @@ def _digest(area: str) -> str:
 
 def _imported(modules: Iterable[Path]) -> set[Path]:
     """Return modules of the tests, and all that they import of them; their names are unique."""
-    by_name = {path.stem: path for path in TESTS.glob("*/*.py") if path.parent != HERE}
+    by_name = {path.stem: path for path in TESTS.glob("*/**/*.py") if path.parent != HERE}
     found, new = set[Path](), set(modules)
     while new:
         found |= new

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from heatwright.sim.interfaces.nextion_codes import Code
-from heatwright.sim.interfaces.nextion_colours import rgb
-from heatwright.sim.interfaces.nextion_display import BUFFER_BYTES, Display
-from heatwright.sim.interfaces.nextion_events import PageError
-from heatwright.sim.interfaces.nextion_screen import draw, png
+from heatwright.sim.interfaces.nextion.codes import Code
+from heatwright.sim.interfaces.nextion.colours import rgb
+from heatwright.sim.interfaces.nextion.display import BUFFER_BYTES, Display
+from heatwright.sim.interfaces.nextion.events import PageError
+from heatwright.sim.interfaces.nextion.screen import draw, png
 from heatwright.spec.nextion import Component, Page
 
 FIRST = (

@@ -15,9 +15,9 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.nextion import Nextion
-from heatwright.sim.interfaces.nextion_codes import Code
-from heatwright.sim.interfaces.nextion_colours import rgb
-from heatwright.sim.interfaces.nextion_screen import draw
+from heatwright.sim.interfaces.nextion.codes import Code
+from heatwright.sim.interfaces.nextion.colours import rgb
+from heatwright.sim.interfaces.nextion.screen import draw
 from heatwright.spec.boards import BOARDS
 from heatwright.spec.nextion.parts import GROUND, RED
 

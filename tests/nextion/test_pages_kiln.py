@@ -17,10 +17,10 @@ from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.output import compare
 from heatwright.generator.plan.nextion.documents import KINDS
 from heatwright.sim.faults.catalogue import catalogue
-from heatwright.sim.interfaces.nextion_codes import LONGEST_NAME
-from heatwright.sim.interfaces.nextion_display import Display
-from heatwright.sim.interfaces.nextion_events import Choice, read
-from heatwright.sim.interfaces.nextion_screen import font
+from heatwright.sim.interfaces.nextion.codes import LONGEST_NAME
+from heatwright.sim.interfaces.nextion.display import Display
+from heatwright.sim.interfaces.nextion.events import Choice, read
+from heatwright.sim.interfaces.nextion.screen import font
 from heatwright.spec import Controller, load
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Page, display_pages

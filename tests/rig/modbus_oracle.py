@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from heatwright.sim.interfaces.modbus_frames import EXCEPTION, LONGEST, SHORTEST, crc, framed
-from heatwright.sim.interfaces.registers import TENTH, Register, registers
+from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, LONGEST, SHORTEST, crc, framed
+from heatwright.sim.interfaces.modbus_rtu.registers import TENTH, Register, registers
 from heatwright.spec import Controller, digest, modbus_of
 from heatwright.spec.commands import tunable
 

@@ -4,7 +4,7 @@ import struct
 from functools import lru_cache
 from typing import NamedTuple
 
-from heatwright.sim.interfaces.modbus_frames import crc
+from heatwright.sim.interfaces.modbus_rtu.frames import crc
 from heatwright.spec import Controller, digest
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.board.eeprom import layout

@@ -6,7 +6,7 @@ from typing import Any
 
 from heatwright.cli.bench.parts.seat import BadOrder, Live, Order, Seat, flag_of, number_of
 from heatwright.cli.bench.world import LiveWorld
-from heatwright.sim.interfaces.keypad import CODES
+from heatwright.sim.interfaces.lcd_keypad.keypad import CODES
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import Controller
 

@@ -16,7 +16,7 @@ from heatwright.cli.bench.parts.seat import (
 )
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.sim.interfaces.nextion import Nextion
-from heatwright.sim.interfaces.nextion_screen import draw
+from heatwright.sim.interfaces.nextion.screen import draw
 from heatwright.spec import Controller
 from heatwright.spec.nextion import HEIGHT, WIDTH
 

@@ -38,8 +38,8 @@ def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
     what, of_sensor = f"sensor `{name}`: MAX31865", f"of sensor {name}"
     return Part(
         files=(
-            File(f"src/spi_{name}.h", "src/spi_registers.h.j2", context),
-            File(f"src/spi_{name}.c", "src/spi_registers.c.j2", context),
+            File(f"src/spi_{name}.h", "peripherals/spi_registers.h.j2", context),
+            File(f"src/spi_{name}.c", "peripherals/spi_registers.c.j2", context),
             File(f"src/sensor_{name}.h", "heatwright_max31865:max31865.h.j2", context),
             File(f"src/sensor_{name}.c", "heatwright_max31865:max31865.c.j2", context),
         ),

@@ -67,8 +67,8 @@ def _files(context: HostNames) -> Iterable[File]:
         yield File("src/gcode_feed.c", "interfaces/gcode/gcode_feed.c.j2", context)
     yield File("src/host.h", "interfaces/gcode/host.h")
     yield File("src/host.c", "interfaces/gcode/host.c.j2", context)
-    yield File("src/text.h", "src/text.h")
-    yield File("src/text.c", "src/text.c")
+    yield File("src/text.h", "interfaces/text.h")
+    yield File("src/text.c", "interfaces/text.c")
 
 
 def _constants(source: Source, interface: Gcode) -> Iterable[Constant]:

@@ -1,33 +1,23 @@
-"""The LCD keypad shield: display, keys, and what they show and do."""
+"""The LCD keypad shield: its keys beside its screen, and what they show and do."""
 
 from __future__ import annotations
 
-from heatwright.generator.plan import adjusted
+from heatwright.generator.plan import lcd
 from heatwright.generator.plan.adc import has_sensors, scan
-from heatwright.generator.plan.loop_names import prefix_of
-from heatwright.generator.plan.loops import told_between_steps
-from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
+from heatwright.generator.plan.loop import adjusted
+from heatwright.generator.plan.loop.loops import told_between_steps
+from heatwright.generator.plan.loop.names import prefix_of
+from heatwright.generator.plan.numbers import milliseconds, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
-from heatwright.generator.plan.pins import driven, pulled_up
+from heatwright.generator.plan.pins import pulled_up
 from heatwright.generator.plan.programs.menu import Shown, plan_menu
 from heatwright.generator.plan.protection.monitors import shown as plan_warning
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
 from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import (
-    lockout_of,
-    minds_host,
-    must_release,
-)
+from heatwright.spec.commands import lockout_of, minds_host, must_release
 from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
-
-LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
-"""The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
-
-POWER_UP_S = 0.05
-"""HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
-RESYNC_S = 30.0
 
 MINUTE_S = 60.0
 COARSE = 10
@@ -36,17 +26,8 @@ COARSE = 10
 
 def plan(source: Source, interface: LcdKeypad) -> Part:
     """Plan the shield for one loop."""
-    controller = source.controller
-    board = controller.board
-    keys = scan(Source(source.spec, ()))
-    lcd = {
-        "where": source.where,
-        "resync_s": f"{RESYNC_S:g}",
-        "data_lines": [
-            {"name": name, "mask": mask}
-            for name, mask in (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
-        ],
-    }
+    controller, board = source.controller, source.controller.board
+    keys, screen = scan(Source(source.spec, ())), lcd.plan(source)
     by_program = facts_of(controller, interface.loop).programmed
     shown = (plan_menu if by_program else _plan_panel)(source, interface)
     warning_files, warning_constants = plan_warning(Source(source.spec, ()), interface.loop)
@@ -57,37 +38,28 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         "repeats": by_program or interface.countdown is not None,
     }
     constants = (
-        Constant(
-            "LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet asks for 40 ms"
-        ),
-        Constant(
-            "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
-        ),
+        *lcd.CONSTANTS,
         source.at("step").number("PANEL_STEP_K", interface.step_k, quantity(interface.step_k, "K")),
     )
     return Part(
         files=(
             *keys.files,
-            File("src/lcd.h", "interfaces/lcd_keypad/lcd.h"),
-            File("src/lcd.c", "interfaces/lcd_keypad/lcd.c.j2", lcd),
+            *screen.files,
             File("src/keypad.h", "interfaces/lcd_keypad/keypad.h.j2", keypad),
             File("src/keypad.c", "interfaces/lcd_keypad/keypad.c.j2", keypad),
             File("src/panel.h", "interfaces/lcd_keypad/panel.h"),
             *shown.files,
             *warning_files,
-            File("src/text.h", "src/text.h"),
-            File("src/text.c", "src/text.c"),
+            File("src/text.h", "interfaces/text.h"),
+            File("src/text.c", "interfaces/text.c"),
         ),
         groups=(Group("LCD keypad shield", (*constants, *shown.constants, *warning_constants)),),
         pins=(
-            *(
-                driven(source, f"lcd_{name}", board.pins[pin], f"{name.upper()} of the display")
-                for name, pin in LINES
-            ),
+            *screen.pins,
             pulled_up(source, "keypad", board.pins[LCD_KEYPAD.keys], "keys of the display shield"),
         ),
         start_calls=(
-            Call(Stage.SHOW, "lcd.h", "lcd_start();"),
+            *screen.start_calls,
             Call(Stage.SHOW, "panel.h", "panel_refresh();"),
             Call(Stage.OPERATE, "keypad.h", "keypad_start();"),
             *keys.start_calls,
@@ -96,15 +68,10 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
             Call(Stage.OPERATE, "panel.h", "panel_tick();"),
             *keys.tick_calls,
             *shown.tick_calls,
-            Call(Stage.SHOW, "lcd.h", "lcd_tick();"),
+            *screen.tick_calls,
         ),
         wiring=(
-            Wiring(
-                " ".join(sorted(pin for _, pin in LINES)),
-                "LCD keypad shield, display",
-                "D4..D7 data, D8 RS, D9 E, R/W to ground",
-                end="data, RS, E",
-            ),
+            *screen.wiring,
             Wiring(LCD_KEYPAD.keys, "LCD keypad shield, keys", "resistor ladder"),
         ),
     )

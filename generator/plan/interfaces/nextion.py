@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends, rule_macro
-from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import Begin, Placed, What, components, whats
 from heatwright.generator.plan.nextion.words import words
@@ -78,8 +78,8 @@ def _files(source: Source, interface: Nextion) -> Iterable[File]:
     if context.programs:
         yield File("src/nextion_points.h", "interfaces/nextion/nextion_points.h")
         yield File("src/nextion_points.c", "interfaces/nextion/nextion_points.c.j2", context)
-    yield File("src/text.h", "src/text.h")
-    yield File("src/text.c", "src/text.c")
+    yield File("src/text.h", "interfaces/text.h")
+    yield File("src/text.c", "interfaces/text.c")
     yield from told(Source(source.spec, ()))
     yield from documents(source, interface)
 

@@ -71,7 +71,7 @@ def plan(source: Source, interface: SerialLog) -> Part:
 
 
 def _numbers() -> tuple[File, ...]:
-    return File("src/text.h", "src/text.h"), File("src/text.c", "src/text.c")
+    return File("src/text.h", "interfaces/text.h"), File("src/text.c", "interfaces/text.c")
 
 
 def _constants(source: Source, interface: SerialLog) -> tuple[Constant, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
@@ -62,12 +62,12 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     )
     return Part(
         files=(
-            File("src/serial.h", "src/serial.h"),
-            File("src/serial.c", "src/serial.c.j2", SerialNames(uart, setup)),
+            File("src/serial.h", "peripherals/serial.h"),
+            File("src/serial.c", "peripherals/serial.c.j2", SerialNames(uart, setup)),
             File("src/plotter.h", "interfaces/serial_plotter/plotter.h"),
             File("src/plotter.c", "interfaces/serial_plotter/plotter.c.j2", plotter),
-            File("src/text.h", "src/text.h"),
-            File("src/text.c", "src/text.c"),
+            File("src/text.h", "interfaces/text.h"),
+            File("src/text.c", "interfaces/text.c"),
         ),
         groups=(Group("Serial plotter", constants),),
         start_calls=(Call(Stage.SHOW, "serial.h", "serial_start();"),),

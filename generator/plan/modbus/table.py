@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends
-from heatwright.generator.plan.loop_names import prefix_of
+from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.parts import Header
 from heatwright.generator.plan.registers import (
     BLOCK,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.generator.plan.core import lockout_ends
-from heatwright.generator.plan.loop_names import prefix_of
-from heatwright.generator.plan.loops import told_between_steps
+from heatwright.generator.plan.loop.loops import told_between_steps
+from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.loop_names import LoopSummary
+from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, steps
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
@@ -24,8 +24,8 @@ def plan(root: Source, loop: LoopSummary) -> Part:
     source = root.at("programs")
     return Part(
         files=(
-            File("src/program.h", "src/program.h"),
-            File("src/program.c", "src/program.c.j2", (loop, _names(source, programs, loop))),
+            File("src/program.h", "programs/program.h"),
+            File("src/program.c", "programs/program.c.j2", (loop, _names(source, programs, loop))),
         ),
         groups=(Group("Program", tuple(_constants(root, source, programs))),),
         start_calls=(Call(Stage.SENSE, "program.h", "program_start_up();"),),

@@ -66,10 +66,10 @@ def programs(root: Source) -> Part:
     }
     return Part(
         files=(
-            File("src/programs.h", "src/programs.h.j2", context),
-            File("src/programs.c", "src/programs.c.j2", context),
-            File("src/progress.h", "src/progress.h"),
-            File("src/progress.c", "src/progress.c"),
+            File("src/programs.h", "programs/programs.h.j2", context),
+            File("src/programs.c", "programs/programs.c.j2", context),
+            File("src/progress.h", "programs/progress.h"),
+            File("src/progress.c", "programs/progress.c"),
         ),
         groups=(Group("Programs in EEPROM", _constants(source)),),
         start_calls=(Call(Stage.RESTORE, "progress.h", "progress_start();"),),

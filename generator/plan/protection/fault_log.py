@@ -9,8 +9,8 @@ def fault_log() -> Part:
     """Plan the list; several displays share one."""
     return Part(
         files=(
-            File("src/fault_log.h", "src/fault_log.h"),
-            File("src/fault_log.c", "src/fault_log.c"),
+            File("src/fault_log.h", "protection/fault_log.h"),
+            File("src/fault_log.c", "protection/fault_log.c"),
         ),
         tick_calls=(Call(Stage.SHOW, "fault_log.h", "fault_log_tick();"),),
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.adc import WRONG_TICKS
 from heatwright.generator.plan.checks import PIN_HELD_TICKS
 from heatwright.generator.plan.core import GATE_MAIN_PERMIT_TICKS
-from heatwright.generator.plan.current import FEWEST_STEPS, RULES_S
+from heatwright.generator.plan.loop.current import FEWEST_STEPS, RULES_S
 from heatwright.generator.plan.numbers import TICK_MS, quantity, steps
 from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS

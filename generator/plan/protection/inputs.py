@@ -33,7 +33,7 @@ def plan_inputs(root: Source) -> list[Part]:
     return [
         Part(
             files=tuple(
-                File(f"src/inputs.{end}", f"src/inputs.{end}.j2", context) for end in ("h", "c")
+                File(f"src/inputs.{end}", f"protection/inputs.{end}.j2", context) for end in "hc"
             ),
             groups=(Group("Inputs of the machine", tuple(constants)),),
             pins=tuple(

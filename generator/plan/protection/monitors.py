@@ -46,7 +46,7 @@ def _files(root: Source, name: str, monitor: Monitor, loop_name: str) -> list[Fi
         "stale_where": at.at("stale_after").where,
     }
     return [
-        File(f"src/monitor_{name}.{end}", f"src/monitor.{end}.j2", context) for end in ("h", "c")
+        File(f"src/monitor_{name}.{end}", f"protection/monitor.{end}.j2", context) for end in "hc"
     ]
 
 
@@ -78,8 +78,8 @@ def told(root: Source) -> tuple[File, ...]:
         return ()
     context = {"monitors": names, "where": root.at("monitors").where}
     return (
-        File("src/monitors.h", "src/monitors.h"),
-        File("src/monitors.c", "src/monitors.c.j2", context),
+        File("src/monitors.h", "protection/monitors.h"),
+        File("src/monitors.c", "protection/monitors.c.j2", context),
     )
 
 

@@ -48,7 +48,7 @@ def _proof(source: Source, name: str) -> Part:
     )
     return Part(
         files=tuple(
-            File(f"src/proof_{name}.{end}", f"src/proof.{end}.j2", context) for end in ("h", "c")
+            File(f"src/proof_{name}.{end}", f"protection/proof.{end}.j2", context) for end in "hc"
         ),
         groups=(Group(f"Proof of {name}", (within, *_counts(source, name, fan))),),
         pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),

@@ -51,8 +51,8 @@ def plan(root: Source, name: str) -> Part:
         wired.append(Wiring(label(mirror), f"output `{name}`", how, (closes,), ends=False))
     return Part(
         files=(
-            File("src/relay.h", "src/relay.h.j2", context),
-            File("src/relay.c", "src/relay.c.j2", context),
+            File("src/relay.h", "protection/relay.h.j2", context),
+            File("src/relay.c", "protection/relay.c.j2", context),
         ),
         groups=(Group("Safety relay", _constants(relay, contact)),),
         pins=tuple(pins),

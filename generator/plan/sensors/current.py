@@ -38,7 +38,7 @@ def plan(source: Source, name: str, sensor: CurrentSensor, use: UseOfSensor) -> 
             *shared.files,
             File(f"src/sensor_{name}.h", "sensors/current.h.j2", context),
             File(f"src/sensor_{name}.c", "sensors/current.c.j2", context),
-            File(f"src/amperes_{name}.c", "src/amperes.c.j2", context),
+            File(f"src/amperes_{name}.c", "sensors/amperes.c.j2", context),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, use)),),
         start_calls=shared.start_calls,

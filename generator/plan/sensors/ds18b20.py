@@ -67,8 +67,8 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     )
     return Part(
         files=(
-            File(f"src/one_wire_{name}.h", "src/one_wire.h.j2", bus_context),
-            File(f"src/one_wire_{name}.c", "src/one_wire.c.j2", bus_context),
+            File(f"src/one_wire_{name}.h", "peripherals/one_wire.h.j2", bus_context),
+            File(f"src/one_wire_{name}.c", "peripherals/one_wire.c.j2", bus_context),
             File(f"src/sensor_{name}.h", "sensors/ds18b20.h.j2", context),
             File(f"src/sensor_{name}.c", "sensors/ds18b20.c.j2", context),
         ),

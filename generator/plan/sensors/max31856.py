@@ -59,8 +59,8 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
     of_sensor = f"of sensor {name}"
     return Part(
         files=(
-            File(f"src/spi_{name}.h", "src/spi_registers.h.j2", context),
-            File(f"src/spi_{name}.c", "src/spi_registers.c.j2", context),
+            File(f"src/spi_{name}.h", "peripherals/spi_registers.h.j2", context),
+            File(f"src/spi_{name}.c", "peripherals/spi_registers.c.j2", context),
             File(f"src/sensor_{name}.h", "sensors/max31856.h.j2", context),
             File(f"src/sensor_{name}.c", "sensors/max31856.c.j2", context),
         ),

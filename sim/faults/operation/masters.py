@@ -11,7 +11,7 @@ from heatwright.sim.faults.controller.processor import stays_off
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.operation.operators import keeps_time
 from heatwright.sim.faults.world import Site, World
-from heatwright.sim.interfaces import modbus_frames as frames
+from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.native.characters import Format
 from heatwright.spec import ModbusRtu, modbus_of
 

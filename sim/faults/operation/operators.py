@@ -15,7 +15,7 @@ from heatwright.sim.faults.operation import hosts
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, World
-from heatwright.sim.interfaces.keypad import CODES
+from heatwright.sim.interfaces.lcd_keypad.keypad import CODES
 from heatwright.sim.trace import StepLog
 from heatwright.spec.commands import countdown_of, keypad_of
 from heatwright.spec.facts import facts_of

@@ -1,0 +1,1 @@
+"""What a project has beside its sources, and its builder has to know."""

@@ -1,0 +1,226 @@
+"""What the README of a project tells the one who builds the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends
+from heatwright.generator.plan.documents.chips import Fuses, fuses
+from heatwright.generator.plan.documents.commissioning import Stage, commissioning
+from heatwright.generator.plan.documents.lines import LineRow, lines
+from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.parts import Part, Wiring
+from heatwright.generator.plan.programs.programs import in_words
+from heatwright.generator.plan.protection.hazards import HazardRow, hazards
+from heatwright.generator.plan.protection.limits import limit
+from heatwright.generator.plan.text import markdown
+from heatwright.generator.plan.uart import form
+from heatwright.spec import Controller, Nextion, SerialPlotter, Spec
+from heatwright.spec.adjusted import numbers_of
+from heatwright.spec.breakable import rules_of
+from heatwright.spec.commands import (
+    gcode_of,
+    keypad_of,
+    lockout_of,
+    modbus_of,
+    nextion_of,
+    placed,
+)
+from heatwright.spec.facts import LoopFacts, facts_of
+from heatwright.spec.rules import Rule
+from heatwright.spec.self_checks import proves_watchdog, self_checked
+from heatwright.spec.sensing.budget import Budget, budgets
+
+
+@dataclass(frozen=True, slots=True)
+class ReadmeNames:
+    """All that the README tells."""
+
+    name: str
+    title: str
+    digest: str
+    board: str
+    clock_mhz: str
+    sealed: bool
+    proves: bool
+    fuses: Fuses | None
+    wiring: list[Wiring]
+    commissioning: list[Stage]
+    lines: list[LineRow]
+    loops: list[ReadmeLoop]
+    cooled_to: str
+    """With a fault latched a cooler runs until there."""
+    budgets: list[tuple[str, Budget]]
+    rules: list[tuple[Rule, str]]
+    """With what each trips at."""
+    hazards: list[HazardRow]
+    relay: str | None
+    cooled: bool
+    countdown: str | None
+    numbers: list[str]
+    keypad: bool
+    menu: bool
+    host: ReadmeHost | None
+    modbus: ReadmeMaster | None
+    programs: dict[str, str] | None
+    touch: Nextion | None
+    plotters: list[int]
+    lockout: ReadmeLockout | None
+    watchdog: str
+
+
+def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
+    """Wiring, settings and fault codes."""
+    controller = spec.controller
+    identity, wiring = controller.identity, wiring_of(parts)
+    return ReadmeNames(
+        name=identity.name,
+        title=markdown(identity.title or identity.name),
+        digest=spec.digest,
+        board=identity.board,
+        clock_mhz=f"{controller.board.clock_hz / 1e6:g}",
+        sealed=self_checked(controller),
+        proves=proves_watchdog(controller),
+        fuses=fuses(controller.board),
+        wiring=wiring,
+        commissioning=commissioning(controller, wiring),
+        lines=lines(controller),
+        loops=_loops(spec),
+        cooled_to=f"{FAULT_COOLING_ABOVE_C:g} °C",
+        budgets=list(budgets(controller)),
+        rules=[(rule, limit(spec, rule.id)) for rule in rules_of(controller)],
+        hazards=hazards(controller),
+        relay=controller.safety.relay,
+        cooled=any(loop.cooler for loop in controller.loops.values()),
+        countdown=_countdown(controller),
+        numbers=_numbers(controller),
+        keypad=keypad_of(controller) is not None,
+        menu=any(
+            facts_of(controller, name).keyed and facts_of(controller, name).programmed
+            for name in controller.loops
+        ),
+        host=_host(spec),
+        modbus=_modbus(spec),
+        programs=in_words(controller),
+        touch=nextion_of(controller),
+        plotters=[each.baud for each in placed(controller, SerialPlotter).values()],
+        lockout=_lockout(controller),
+        watchdog=quantity(controller.safety.watchdog_s, "s"),
+    )
+
+
+def wiring_of(parts: Iterable[Part]) -> list[Wiring]:
+    """List what is at which pin, each once."""
+    return list(dict.fromkeys(row for part in parts for row in part.wiring))
+
+
+@dataclass(frozen=True, slots=True)
+class ReadmeLockout:
+    """What repeated trips lead to."""
+
+    trips: int
+    within: str
+    ends: str
+
+
+def _lockout(controller: Controller) -> ReadmeLockout | None:
+    lockout = lockout_of(controller)
+    if lockout is None:
+        return None
+    within = quantity(lockout.within_s, "s")
+    return ReadmeLockout(lockout.trips, within, lockout_ends(controller))
+
+
+@dataclass(frozen=True, slots=True)
+class Addressed:
+    """What the host calls by an address."""
+
+    address: str
+    what: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReadmeHost:
+    """What the host has to know."""
+
+    baud: int
+    names: list[Addressed]
+
+
+def _host(spec: Spec) -> ReadmeHost | None:
+    gcode = gcode_of(spec.controller)
+    if gcode is None:
+        return None
+    served = {"loop": gcode.loops, "fan": gcode.fans, "stepper": gcode.steppers}
+    return ReadmeHost(
+        gcode.baud,
+        [
+            Addressed(address, what, name)
+            for what, names in served.items()
+            for address, name in names.items()
+        ],
+    )
+
+
+def _numbers(controller: Controller) -> list[str]:
+    """Say between which ends keys set which numbers."""
+    keypad = keypad_of(controller)
+    return [
+        f"{each.kind.key} from {each.minimum:g} to {quantity(each.maximum, each.kind.unit)}"
+        for each in (numbers_of(controller, keypad.loop) if keypad else ())
+    ]
+
+
+def _countdown(controller: Controller) -> str | None:
+    """Say from when the time set by keys counts; None if none can be set."""
+    keypad = keypad_of(controller)
+    if keypad is None or keypad.countdown is None:
+        return None
+    if keypad.countdown.counts == "at once":
+        return "while the loop is on"
+    return "from the moment on in which the setpoint is reached"
+
+
+@dataclass(frozen=True, slots=True)
+class ReadmeMaster:
+    """What the master has to know."""
+
+    address: int
+    form: str
+    linuxcnc: bool
+
+
+def _modbus(spec: Spec) -> ReadmeMaster | None:
+    modbus = modbus_of(spec.controller)
+    if modbus is None:
+        return None
+    line = f"{modbus.baud} baud, {form(modbus.parity, modbus.stop_bits)}"
+    return ReadmeMaster(modbus.address, line, modbus.linuxcnc)
+
+
+@dataclass(frozen=True, slots=True)
+class ReadmeLoop:
+    """A loop, as people read of it."""
+
+    facts: LoopFacts
+    algorithm: str
+    period: str
+    initial: str
+    minimum: str
+    maximum: str
+
+
+def _loops(spec: Spec) -> list[ReadmeLoop]:
+    return [
+        ReadmeLoop(
+            facts=facts_of(spec.controller, name),
+            algorithm=loop.algorithm.kind,
+            period=quantity(loop.period_s, "s"),
+            initial=f"{loop.setpoint.initial_c:g} °C",
+            minimum=f"{loop.setpoint.minimum_c:g} °C",
+            maximum=f"{loop.setpoint.maximum_c:g} °C",
+        )
+        for name, loop in spec.controller.loops.items()
+    ]

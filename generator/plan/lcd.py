@@ -1,0 +1,56 @@
+"""The screen of the LCD keypad shield: it takes text (lcd.h), and knows of no keys."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage, Wiring
+from heatwright.generator.plan.pins import driven
+from heatwright.generator.plan.source import Source
+
+LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
+"""The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
+
+POWER_UP_S = 0.05
+"""HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
+RESYNC_S = 30.0
+
+CONSTANTS = (
+    Constant("LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet asks for 40 ms"),
+    Constant(
+        "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
+    ),
+)
+"""Of config.h."""
+
+
+def plan(source: Source) -> Part:
+    """Plan the screen."""
+    pins = source.controller.board.pins
+    lcd = {
+        "where": source.where,
+        "resync_s": f"{RESYNC_S:g}",
+        "data_lines": [
+            {"name": name, "mask": mask}
+            for name, mask in (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
+        ],
+    }
+    return Part(
+        files=(
+            File("src/lcd.h", "interfaces/lcd/lcd.h"),
+            File("src/lcd.c", "interfaces/lcd/lcd.c.j2", lcd),
+        ),
+        pins=tuple(
+            driven(source, f"lcd_{name}", pins[pin], f"{name.upper()} of the display")
+            for name, pin in LINES
+        ),
+        start_calls=(Call(Stage.SHOW, "lcd.h", "lcd_start();"),),
+        tick_calls=(Call(Stage.SHOW, "lcd.h", "lcd_tick();"),),
+        wiring=(
+            Wiring(
+                " ".join(sorted(pin for _, pin in LINES)),
+                "LCD keypad shield, display",
+                "D4..D7 data, D8 RS, D9 E, R/W to ground",
+                end="data, RS, E",
+            ),
+        ),
+    )

@@ -1,0 +1,1 @@
+"""A control loop: what its features make of its step."""

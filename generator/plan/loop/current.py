@@ -1,0 +1,107 @@
+"""The current of a heater: its limit, its rules, their numbers."""
+
+from __future__ import annotations
+
+from heatwright.generator.plan.numbers import milliseconds, quantity, steps
+from heatwright.generator.plan.parts import Constant, File, Group, Part
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Current, Loop
+from heatwright.spec.sensing.circuits import reference_v
+
+RAMP_PERCENT = 25.0
+"""What the limit begins with and rises by in a step: a wire of a third of its resistance then shows
+under three quarters of its rated current, before it carries more."""
+
+RULES_S = 0.5
+"""Time for which there must be too much or too little current."""
+
+LEAST_PERCENT = 0.1
+"""The least that a limit is: that of a wire which trips comes later, and squares stay numbers."""
+
+FEWEST_STEPS = 5
+"""Least control steps in this time: the filter's time constant may be one control step, so after
+four steps less than 2 % of an old value is left."""
+
+IDLE_SHARE = 0.05
+"""Share of the mean nominal current at full duty below which a reading counts as no current."""
+
+IDLE_CODES = 3
+"""Steps of the ADC that are none either: its offset and linearity (data sheets, ADC
+characteristics) are within that."""
+
+
+def plan_current(source: Source, name: str, loop: Loop) -> Part:
+    """Plan what is done about the current of the heater of loop `name`, if it is measured."""
+    current = source.controller.outputs[loop.heater].current
+    if current is None:
+        return Part()
+    at = Source(source.spec, ("outputs", loop.heater)).at("current")
+    prefix = f"CURRENT_{loop.heater.upper()}"
+    context = {
+        "name": name,
+        "heater": loop.heater,
+        "HEATER": loop.heater.upper(),
+        "PREFIX": prefix,
+        "sensor": current.sensor,
+        "limited": current.limit_a is not None,
+        "where": at.where,
+        "limit_where": at.at("limit").where,
+    }
+    return Part(
+        files=tuple(
+            File(f"src/current_{loop.heater}.{end}", f"protection/current.{end}.j2", context)
+            for end in ("h", "c")
+        ),
+        groups=(Group(f"Current of {loop.heater}", tuple(_constants(at, loop, current, prefix))),),
+    )
+
+
+def _constants(at: Source, loop: Loop, current: Current, prefix: str) -> list[Constant]:
+    heater = at.controller.switches[loop.heater]
+    assert heater.power_w is not None and heater.supply_v is not None  # noqa: S101, PT018 - checked
+    power, supply = quantity(heater.power_w, "W"), quantity(heater.supply_v, "V")
+    factor, mean = 1.0, ""
+    if heater.rated_v is not None:
+        factor = heater.mean_of_rms
+        mean = f" rms x {quantity(heater.rated_v, 'V')} / {supply}"
+    idle_a, idle_words = _idle(at, current, factor, mean)
+    limit = []
+    if current.limit_a is not None:
+        shown = f"{quantity(current.limit_a, 'A')}{mean or ' rms'}: its mean at full duty"
+        limit = [
+            at.at("limit").number(f"{prefix}_LIMIT_A", current.limit_a * factor, shown),
+            at.at("limit").number(
+                f"{prefix}_RAMP_PERCENT", RAMP_PERCENT, "begins with it, rises by it in a step"
+            ),
+            at.at("limit").number(f"{prefix}_LEAST_PERCENT", LEAST_PERCENT, "not less than this"),
+        ]
+    over = f"{quantity(current.over_a, 'A')}{mean or ' rms'}: its mean at full duty"
+    return [
+        *limit,
+        at.at("trip").number(f"{prefix}_TRIP_A", current.over_a * factor, over),
+        at.number(f"{prefix}_IDLE_A", idle_a, idle_words),
+        at.number(
+            f"{prefix}_AMPERES_PER_PERCENT",
+            heater.power_w / heater.supply_v / 100,
+            f"{power} / {supply} / 100 %",
+        ),
+        at.count(f"{prefix}_STEPS", *_steps(loop)),
+    ]
+
+
+def _idle(at: Source, current: Current, factor: float, mean: str) -> tuple[float, str]:
+    sensor = at.controller.ammeters[current.sensor]
+    share_a = IDLE_SHARE * current.nominal_a * factor
+    full_v = reference_v(sensor, at.controller.board.mcu)
+    codes_a = IDLE_CODES * full_v / 1024 / sensor.scale_v_per_a
+    if codes_a > share_a:
+        return codes_a, f"{IDLE_CODES} steps of the ADC: less is none"
+    nominal = quantity(current.nominal_a, "A") + mean
+    return share_a, f"{IDLE_SHARE:.0%} of {nominal}: less is none"
+
+
+def _steps(loop: Loop) -> tuple[int, str]:
+    enough = steps(RULES_S, loop.period_s)
+    if enough < FEWEST_STEPS:
+        return FEWEST_STEPS, f"the current may lag by one of {milliseconds(loop.period_s)} ms"
+    return enough, f"{quantity(RULES_S, 's')} in periods of {quantity(loop.period_s, 's')}"

@@ -1,0 +1,264 @@
+"""A control loop: its step, its protections, its algorithm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+
+from heatwright.generator.plan.algorithms.common import AlgorithmPlan
+from heatwright.generator.plan.algorithms.pid import in_force
+from heatwright.generator.plan.core import permits
+from heatwright.generator.plan.loop import adjusted, autotune
+from heatwright.generator.plan.loop.current import plan_current
+from heatwright.generator.plan.loop.features import FEATURES
+from heatwright.generator.plan.loop.names import LoopNames, loop_names, prefix_of
+from heatwright.generator.plan.loop.steps import put_together
+from heatwright.generator.plan.numbers import quantity, steps, ticks
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.protection.guard import EffortNames, effort_names, guard_constants
+from heatwright.generator.plan.protection.monitors import plan_monitors
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Controller, Loop
+from heatwright.spec.commands import gcode_of, modbus_of, nextion_of
+from heatwright.spec.loops import Response
+from heatwright.spec.registry import module_of
+from heatwright.spec.sensing.max31856 import lowered
+
+FULL_PERCENT = 100.0
+
+RULES_OF_LOOP = (
+    "maximum_adjustable", "rise_rate", "runaway", "heating", "frozen", "rising_while_off",
+    "effort", "master_lost_after", "on_for_at_most", "agreement",
+)  # fmt: skip
+"""The keys of `protection` that guard.c names."""
+
+READY_WITHIN_K = 1.0
+"""Where the spec does not say it: what Marlin's `M109` waits for (TEMP_WINDOW)."""
+
+RARE_S = 1.0
+"""With longer steps the display does not wait for a step to show what is latched."""
+
+
+def told_between_steps(controller: Controller, loop: Loop) -> bool:
+    """Return whether the display shows a fault, or its end, before the loop's next step.
+
+    It has to where others find faults or acknowledge them, and where the steps are rare.
+    """
+    others = gcode_of(controller), modbus_of(controller), nextion_of(controller)
+    return len(controller.loops) > 1 or any(others) or loop.period_s > RARE_S
+
+
+@dataclass(frozen=True, slots=True)
+class GuardNames:
+    """Further values for the templates of a loop's protections."""
+
+    where: str
+    where_of: dict[str, str]
+    t: str
+    """The temperature that the rules use, in C."""
+    runaway: bool
+    runaway_below: bool
+    heating: bool
+    full: str
+    """The duty that is full power, in C."""
+    swing: str
+    other_full: bool
+    """In a tuning another duty is full power: `swing`."""
+    frozen: bool
+    holding: bool
+    rising: bool
+    effort: EffortNames | None
+
+
+@dataclass(frozen=True, slots=True)
+class TuningNames:
+    """Further values for the templates of the experiment."""
+
+    where: str
+    band: bool
+    swing: str
+    start: str
+
+
+@dataclass(frozen=True, slots=True)
+class ResponseNames:
+    """Further values for the templates of the response."""
+
+    where: str
+    within_where: str
+    for_where: str
+
+
+def plan_loop(source: Source, name: str, loop: Loop) -> Part:
+    """Plan everything of one loop but its sensor and its heater."""
+    prefix = prefix_of(name)
+    kind = import_module(module_of("algorithm", "plan", loop.algorithm.kind))
+    algorithm: AlgorithmPlan = kind.plan(source.at("algorithm"), name, loop, prefix)
+    told = loop_names(source, name, quantity(_ready_within_k(loop), "K"))
+    measured = plan_current(source, name, loop)
+    monitored = plan_monitors(Source(source.spec, ()), name, loop)
+    constants = (
+        *_loop_constants(source, loop, told),
+        *_types_constants(source, loop, prefix),
+        *(_average(source, told) if told.averaged else ()),
+        *(_readiness(source, loop, prefix) if told.hosted else ()),
+        *(_warmth(source, loop, prefix) if told.has_state and not told.hosted else ()),
+        *permits(source, loop, prefix),
+        *algorithm.constants,
+        *adjusted.range_constants(source, name, prefix),
+        *(autotune.constants(source, loop, prefix) if told.autotune else ()),
+        *(_response(source, loop.response, loop.period_s, prefix) if loop.response else ()),
+        *guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),
+    )
+    return Part(
+        files=(
+            *measured.files,
+            *monitored.files,
+            *_files(source, told, algorithm),
+            *((File("src/mode.h", "loop/mode.h"),) if told.tunable else ()),
+            *((File("src/state.h", "loop/state.h"),) if told.has_state else ()),
+        ),
+        groups=(Group(f"Loop {name}", constants), *measured.groups, *monitored.groups),
+        start_calls=(
+            *monitored.start_calls,
+            Call(Stage.SENSE, f"guard_{name}.h", f"guard_{name}_reset();"),
+            Call(Stage.CONTROL, f"loop_{name}.h", f"loop_{name}_start();"),
+        ),
+        tick_calls=(Call(Stage.CONTROL, f"loop_{name}.h", f"loop_{name}_tick();"),),
+    )
+
+
+def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterator[File]:
+    """Header and source of the step, and of each part of it that has its own."""
+    loop, name = source.controller.loops[told.name], told.name
+    step = put_together(told, FEATURES)
+    yield File(f"src/loop_{name}.h", "loop/loop.h.j2", told)
+    yield File(f"src/loop_{name}.c", "loop/loop.c.j2", (told, step, step.named))
+    guard = (told, _guard_names(source, loop, told))
+    yield from _pair(f"guard_{name}", "protection/guard", guard, "protection")
+    yield from _pair(f"algorithm_{name}", algorithm.template, (told, algorithm.told), "algorithm")
+    if told.autotune and loop.algorithm.pid:
+        swing, start = autotune.names_in_force(loop.algorithm.pid, told.prefix, f"loop_{name}")
+        where, band = source.at("autotune").where, loop.algorithm.pid.band_k is not None
+        tuning = (told, TuningNames(where, band, swing, start))
+        yield from _pair(f"autotune_{name}", "algorithms/autotune", tuning, "autotune")
+    if told.response:
+        at = source.at("response")
+        response = ResponseNames(at.where, at.at("within").where, at.at("for").where)
+        yield from _pair(f"response_{name}", "loop/response", (told, response), "response")
+
+
+def _pair(path: str, template: str, told: object, key: str) -> tuple[File, File]:
+    return (
+        File(f"src/{path}.h", f"{template}.h.j2", told, (key,)),
+        File(f"src/{path}.c", f"{template}.c.j2", told, (key,)),
+    )
+
+
+def _guard_names(source: Source, loop: Loop, told: LoopNames) -> GuardNames:
+    at, rules, pid = source.at("protection"), loop.protection, loop.algorithm.pid
+    experiment = loop.autotune if told.autotune else None
+    return GuardNames(
+        where=at.where,
+        where_of={rule: at.at(rule).where for rule in RULES_OF_LOOP},
+        t=f"loop_{told.name}.{'reading_c' if told.averaged else 'temperature_c'}",
+        runaway=rules.runaway is not None,
+        runaway_below=rules.runaway is not None and rules.runaway.below_k is not None,
+        heating=rules.heating is not None,
+        full=_full_duty(loop, told.name, told.prefix),
+        swing=autotune.names_in_force(pid, told.prefix, f"loop_{told.name}").swing if pid else "",
+        other_full=experiment is not None and experiment.swing_percent < FULL_PERCENT,
+        frozen=rules.frozen is not None,
+        holding=bool(rules.frozen and rules.frozen.holding_percent),
+        rising=rules.rising_while_off is not None,
+        effort=effort_names(loop, told.prefix),
+    )
+
+
+def _full_duty(loop: Loop, name: str, prefix: str) -> str:
+    """Name the duty that is full power in C."""
+    if loop.algorithm.pid and loop.algorithm.limits_adjustable:
+        return in_force(loop.algorithm.pid, prefix, f"loop_{name}").output_maximum
+    return f"{prefix}_FULL_DUTY_PERCENT"
+
+
+def _response(source: Source, response: Response, period_s: float, prefix: str) -> list[Constant]:
+    """What counts as settled."""
+    at = source.at("response")
+    return [
+        at.at("within").number(
+            f"{prefix}_RESPONSE_WITHIN_K", response.within_k, quantity(response.within_k, "K")
+        ),
+        at.at("for").count(
+            f"{prefix}_RESPONSE_STEPS",
+            steps(response.for_s, period_s),
+            f"{quantity(response.for_s, 's')} in periods of {quantity(period_s, 's')}",
+        ),
+        source.at("period").number(
+            f"{prefix}_RESPONSE_PERIOD_S", period_s, quantity(period_s, "s")
+        ),
+    ]
+
+
+def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constant]:
+    """Period and setpoints; its bounds only where keys or a stored value could leave them."""
+    bounded = told.commanded or told.adjustable or told.keyed or told.stored
+    setpoint = source.at("setpoint")
+    bounds = (("minimum", loop.setpoint.minimum_c), ("maximum", loop.setpoint.maximum_c))
+    return [
+        source.at("period").count(
+            f"{told.prefix}_PERIOD_TICKS", ticks(loop.period_s), quantity(loop.period_s, "s")
+        ),
+        *(
+            setpoint.at(key).number(
+                f"{told.prefix}_SETPOINT_{key.upper()}_C", value, quantity(value, "degC")
+            )
+            for key, value in (("initial", loop.setpoint.initial_c), *(bounds if bounded else ()))
+        ),
+    ]
+
+
+def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    """What is asked for, and borne, at most while a type is chosen that bears less."""
+    sensor = source.controller.sensors[loop.sensor]
+    setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c
+    at = Source(source.spec, ("sensors", loop.sensor, "selectable"))
+    constants = []
+    for letter, highest_c in lowered(sensor, setpoint_c, maximum_c).items():
+        hottest_c = highest_c + (maximum_c - setpoint_c)
+        constants += [
+            at.number(f"{prefix}_SETPOINT_MAXIMUM_{letter}_C", highest_c, f"a type {letter}"),
+            at.number(f"{prefix}_MAXIMUM_{letter}_C", hottest_c, "as far above it as ever"),
+        ]
+    return constants
+
+
+def _average(source: Source, told: LoopNames) -> list[Constant]:
+    """How many readings are in the mean that the control uses."""
+    at = Source(source.spec, ("sensors", told.sensor, "moving_average"))
+    return [
+        at.count(f"{told.prefix}_READINGS", told.readings, "whose mean the control goes by"),
+        at.number(f"{told.prefix}_SHARE", 1.0 / told.readings, f"1 / {told.readings}"),
+    ]
+
+
+def _ready_within_k(loop: Loop) -> float:
+    return READY_WITHIN_K if loop.ready_within_k is None else loop.ready_within_k
+
+
+def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    within_k = _ready_within_k(loop)
+    return [
+        source.at("ready_within").number(
+            f"{prefix}_READY_WITHIN_K", within_k, quantity(within_k, "K")
+        )
+    ]
+
+
+def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    """How near to the setpoint is warm, where no host asks whether the loop is ready."""
+    at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
+    if within_k is None:
+        at, within_k = source.at("ready_within"), _ready_within_k(loop)
+    return [at.number(f"{prefix}_WARM_WITHIN_K", within_k, quantity(within_k, "K"))]

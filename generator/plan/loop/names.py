@@ -1,0 +1,133 @@
+"""The values for the templates of a loop: facts and places of the spec, and names in C."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heatwright.generator.plan.loop import adjusted
+from heatwright.generator.plan.loop.adjusted import NumberNames
+from heatwright.generator.plan.parts import names
+from heatwright.generator.plan.sensors.common import raw_type
+from heatwright.generator.plan.source import Source
+from heatwright.spec import Loop
+from heatwright.spec.facts import LoopFacts, facts_of
+from heatwright.spec.sensing.max31856 import TYPE_CODES, lowered
+
+
+def prefix_of(name: str) -> str:
+    """Begin the constants of loop `name` with this."""
+    return f"LOOP_{name.upper()}"
+
+
+@dataclass(frozen=True, slots=True)
+class CodedType:
+    """A type of thermocouple, and its code in the settings."""
+
+    letter: str
+    code: int
+
+
+@dataclass(frozen=True, slots=True)
+class Types:
+    """Types of thermocouple, told apart by what they bear."""
+
+    least: CodedType
+    others: list[CodedType]
+    whole: list[CodedType]
+    where: str
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSummary(LoopFacts):
+    """What gate, fault, settings and the program need to know of a loop."""
+
+    prefix: str
+    where: str
+    fan_where: str
+    cooler_where: str
+    numbers: list[NumberNames]
+    types: Types | None
+
+
+@dataclass(frozen=True, slots=True)
+class LoopNames(LoopSummary):
+    """Further values for the templates of a loop."""
+
+    NAME: str
+    SENSOR: str
+    raw: str
+    """The C type of its sensor's readings."""
+    averaged: bool
+    limited: bool
+    """The heater's current is kept below a limit."""
+    can_idle: bool
+    """There are times in which it does not heat."""
+    idle_call: str
+    """Whether it does not heat now, in C."""
+    warm_within: str
+    ready_within: str
+    also_where: str
+    average_where: str
+    checked_where: str
+    holds_where: str
+    inputs_where: str
+    limit_where: str
+    limits_where: str
+    programs_where: str
+    starts_where: str
+
+
+def summary(source: Source, name: str) -> LoopSummary:
+    """Say what gate, fault and settings need to know of each loop."""
+    return LoopSummary(
+        **names(facts_of(source.controller, name)),
+        prefix=prefix_of(name),
+        where=source.at("heater").where,
+        fan_where=source.at("fan").where,
+        cooler_where=source.at("cooler").where,
+        numbers=adjusted.named(source, name, prefix_of(name)),
+        types=_types(source, source.controller.loops[name]),
+    )
+
+
+def loop_names(source: Source, name: str, ready_within: str) -> LoopNames:
+    """Name what the templates of a loop need."""
+    told = summary(source, name)
+    root, heater = Source(source.spec, ()), Source(source.spec, ("outputs", told.heater))
+    return LoopNames(
+        **{**names(told), "where": source.where},
+        NAME=name.upper(),
+        SENSOR=told.sensor.upper(),
+        raw=raw_type(source.controller.thermometers[told.sensor]),
+        averaged=told.readings > 1,
+        limited=told.current is not None and told.current.limit_a is not None,
+        can_idle=told.commanded or told.inputs,
+        idle_call="is_idle()" if told.inputs else "is_off()",
+        warm_within=f"{told.prefix}_{'READY' if told.hosted else 'WARM'}_WITHIN_K",
+        ready_within=ready_within,
+        also_where=source.at("also").where,
+        average_where=root.at("sensors", told.sensor, "moving_average").where,
+        checked_where=root.at("safety", "self_checks").where,
+        holds_where=heater.at("minimum_on").where,
+        inputs_where=root.at("safety", "inputs").where,
+        limit_where=heater.at("current", "limit").where,
+        limits_where=source.at("algorithm", "limits_adjustable").where,
+        programs_where=root.at("programs", "loop").where,
+        starts_where=source.at("starts").where,
+    )
+
+
+def _types(source: Source, loop: Loop) -> Types | None:
+    """Return the types of thermocouple by their limits; None if all have the same limit."""
+    sensor = source.controller.thermometers[loop.sensor]
+    highest = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
+    if not highest:
+        return None
+    coded = {letter: CodedType(letter, TYPE_CODES.index(letter)) for letter in TYPE_CODES}
+    least, *others = sorted(highest, key=lambda letter: (highest[letter], letter))
+    return Types(
+        least=coded[least],
+        others=[coded[letter] for letter in others],
+        whole=[coded[letter] for letter in sorted(set(sensor.selectable) - highest.keys())],
+        where=Source(source.spec, ("sensors", loop.sensor, "selectable")).where,
+    )

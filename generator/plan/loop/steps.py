@@ -1,0 +1,99 @@
+"""How the C of a loop is put together: features add calls to places, and functions around them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from heatwright.generator.plan.loop.names import LoopNames
+from heatwright.generator.plan.parts import Header, names
+
+STAGES = ("begin", "read", "program", "guard", "decide", "limit", "drive", "report")
+"""Those of a control step, in order."""
+PLACES = (*STAGES, "start", "tick", "follow", "set", "refuse", "switch_off", "disable")
+"""Where features add statements."""
+
+
+def always(_: LoopNames) -> bool:
+    """Return True: every loop has it."""
+    return True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Feature:
+    """What one feature of a loop adds to its C; `{name}` stands for what templates call so."""
+
+    when: Callable[[LoopNames], object] = always
+    """Whether a loop has it."""
+    each: Callable[[LoopNames], Iterable[str]] = lambda _: ("",)
+    """It is added once for each of these, as `{each}`."""
+    names: Mapping[str, str] = field(default_factory=dict)
+    """Values for templates and statements; they replace those of the same name set earlier."""
+    includes: Mapping[str, str] = field(default_factory=dict)
+    """Headers, and the symbols that they are for."""
+    helpers: tuple[str, ...] = ()
+    """Templates, in loop/step, of functions that the step calls."""
+    public: tuple[str, ...] = ()
+    """Templates, in loop/public, of functions that others call."""
+    begin: str = ""
+    """Takes over what was set and commanded since the last step."""
+    read: str = ""
+    program: str = ""
+    guard: str = ""
+    decide: str = ""
+    limit: str = ""
+    drive: str = ""
+    report: str = ""
+    start: str = ""
+    """At the start of the firmware."""
+    tick: str = ""
+    """Behind the step."""
+    follow: str = ""
+    """In each step in which a program runs."""
+    set: str = ""
+    """Where a host sets a setpoint."""
+    refuse: str = ""
+    """A condition in which a setpoint is refused."""
+    switch_off: str = ""
+    """Where the loop goes off, for whatever reason."""
+    disable: str = ""
+    """Where somebody switches it off."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFile:
+    """What the features of a loop make of its C file."""
+
+    includes: list[Header]
+    helpers: list[str]
+    public: list[str]
+    named: Mapping[str, str]
+    at: Mapping[str, list[str]]
+    """The statements at each place."""
+    step: str
+
+
+def put_together(loop: LoopNames, features: Iterable[Feature]) -> LoopFile:
+    """Collect what the features that a loop has add, in their order."""
+    had = [each for each in features if each.when(loop)]
+    known = names(loop)
+    named = {key: text.format(**known) for each in had for key, text in each.names.items()}
+    known |= named
+    symbols = defaultdict[str, list[str]](list)
+    at: dict[str, list[str]] = {place: [] for place in PLACES}
+    for feature in had:
+        for each in feature.each(loop):
+            for header, symbol in feature.includes.items():
+                symbols[header.format(**known, each=each)].append(symbol.format(**known, each=each))
+            for place, statements in at.items():
+                added: str = getattr(feature, place)
+                statements.extend(added.format(**known, each=each).splitlines())
+    return LoopFile(
+        includes=[Header(header, ", ".join(symbols[header])) for header in sorted(symbols)],
+        helpers=[f"loop/step/{name}.c.j2" for feature in had for name in feature.helpers],
+        public=[f"loop/public/{name}.c.j2" for feature in had for name in feature.public],
+        named=named,
+        at=at,
+        step="\n\n".join("\n".join(at[stage]) for stage in STAGES if at[stage]),
+    )

@@ -1,0 +1,63 @@
+"""The Arduino LCD keypad shield: a display of 16 x 2 characters and five keys."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.interfaces.lcd import Lcd
+from heatwright.sim.interfaces.lcd_keypad.keypad import Keypad
+from heatwright.sim.interfaces.lcd_keypad.menu_keys import Fingers
+from heatwright.spec import Board
+from heatwright.spec import LcdKeypad as Spec
+
+LCD_PINS = ("D8", "D9", "D4", "D5", "D6", "D7")
+"""RS, E, D4..D7 of the display, on the board's pins."""
+KEYPAD_PIN = "A0"
+
+
+class LcdKeypad:
+    """The shield on a board. lcd -- its display; keypad -- its keys; fingers -- who plays them."""
+
+    def __init__(self, avr: Avr, board: Board) -> None:
+        self._avr = avr
+        pins = [board.pins[name].port_name for name in LCD_PINS]
+        for pin in pins:
+            avr.pins.watch(pin)
+        self.lcd = Lcd(pins, avr.clock_hz)
+        channel = board.pins[KEYPAD_PIN].adc
+        if channel is None:
+            raise ValueError(f"{board.name}'s {KEYPAD_PIN} is no analog input.")
+        self.keypad = Keypad(avr, channel)
+        self.fingers = Fingers(self.keypad, avr.clock_hz)
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """When somebody presses or lets go next; None: nobody does."""
+        wakes = (self.fingers.wake_cycle, self.keypad.wake_cycle)
+        return min((wake for wake in wakes if wake is not None), default=None)
+
+    def play(self, keys: Iterable[str]) -> None:
+        """Press keys one after the other, from now on."""
+        self.fingers.play(keys, self._avr.cycle)
+
+    @property
+    def complaints(self) -> Iterator[str]:
+        """What was too fast for the display."""
+        for limit, count in self.lcd.violations.items():
+            yield f"display: {limit} was below the data sheet {count} times"
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Process the processor's pin changes."""
+        del sent
+        self.lcd.feed(pins)
+        self.fingers.move(self._avr.cycle)
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> LcdKeypad:
+    """Put the shield on the board."""
+    del interface
+    return LcdKeypad(avr, board)

@@ -1,0 +1,234 @@
+"""A Nextion touch display on a board's serial port, and somebody who touches it."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from heatwright.sim.avr import Avr
+from heatwright.sim.interfaces.look import NEVER, Look
+from heatwright.sim.interfaces.nextion.codes import END, Code
+from heatwright.sim.interfaces.nextion.display import Display
+from heatwright.sim.interfaces.nextion.line import Line
+from heatwright.sim.interfaces.nextion.syntax import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from heatwright.spec import Board
+    from heatwright.spec import Nextion as Spec
+    from heatwright.spec.nextion import Page
+
+START_S = 0.5
+"""From power to its first message; until then it hears nothing."""
+LOOK_S = 0.2
+"""How often it looks at what has come, s: so late it answers at most."""
+REMEMBERED = 10_000
+"""Instructions of the history."""
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """An instruction from the board, and when its end had come, s."""
+
+    time_s: float
+    text: str
+
+
+class Nextion:
+    """The display at the end of a UART.
+
+    history -- the latest instructions from the board; instructions -- how many there were;
+    said -- the latest that it has sent by itself; shortest_gap_s -- the shortest time from the
+    first byte of one to that of the next; display -- what it holds; line -- its line, whose `baud`
+    is the display's own.
+    """
+
+    def __init__(self, avr: Avr, pages: Sequence[Page], baud: int, uart: int = 0) -> None:
+        """Connect it; it is powered together with the board."""
+        self.display = Display(pages)
+        self.line = Line(avr, uart, baud)
+        self.set_speed(baud)
+        self.history: deque[Instruction] = deque(maxlen=REMEMBERED)
+        self.said: deque[bytes] = deque(maxlen=REMEMBERED)
+        self.instructions = 0
+        self.shortest_gap_s = float("inf")
+        self._avr = avr
+        self._began_s = float("-inf")
+        self._begins_s: float | None = None
+        self._seen_s = avr.time_s
+        self._plugged = True
+        self._heard = b""
+        self._starts_s = avr.time_s + START_S
+        self._look_cycles = round(LOOK_S * avr.clock_hz)
+
+    def serve(self, pages: Sequence[Page]) -> None:
+        """Load its pages, as from the editor's file."""
+        baud = self.line.baud
+        self.display = Display(pages)
+        self.set_speed(baud)
+
+    def set_speed(self, baud: int) -> None:
+        """Have a speed of its own, now and from each start on."""
+        self.display.memory.kept_baud = self.line.baud = baud
+        self.display.memory.variables |= {"baud": baud, "bauds": baud}
+
+    # -- what somebody does --------------------------------------------------------------------
+
+    def press(self, name: str) -> None:
+        """Touch a component of the page that is shown. Raises LookupError."""
+        self.display.press(name)
+        self._answer()
+
+    def touch(self, x: int, y: int) -> None:
+        """Touch a place of the page, whatever is there."""
+        self.display.touch(x, y)
+        self._answer()
+
+    def release(self) -> None:
+        """Release the touch."""
+        self.display.release()
+        self._answer()
+
+    def tap(self, *names: str) -> None:
+        """Touch one component after the other and let it go. Raises LookupError."""
+        for name in names:
+            self.press(name)
+            self.release()
+
+    def send(self, data: str | bytes) -> None:
+        """Send the board bytes as they are, now."""
+        if self._plugged:
+            self.line.send(data.encode("latin-1") if isinstance(data, str) else data)
+
+    def unplug(self) -> None:
+        """Pull the plug: it is dark, says and hears nothing."""
+        self._plugged = self.display.is_on = False
+        self.line.cut()
+
+    def plug(self) -> None:
+        """Reconnect the plug: it starts anew."""
+        self._plugged = True
+        self._starts_s = self._avr.time_s + START_S
+
+    # -- what it shows -------------------------------------------------------------------------
+
+    @property
+    def picture(self) -> bytes:
+        """What it shows, as a PNG."""
+        from heatwright.sim.interfaces.nextion.screen import png  # noqa: PLC0415 - brings matplotlib
+
+        return png(self.display)
+
+    @property
+    def page(self) -> str:
+        """The name of the page that is shown."""
+        return self.display.page
+
+    def value(self, attribute: str) -> Value:
+        """Return an attribute: b0.txt of the page that is shown, or main.b0.txt."""
+        return self.display.value(attribute)
+
+    @property
+    def errors(self) -> list[tuple[str, Code]]:
+        """Instructions from the board that it refused, with the reason."""
+        return self.display.errors
+
+    @property
+    def is_plugged(self) -> bool:
+        """Whether it is on the line."""
+        return self._plugged
+
+    # -- time ----------------------------------------------------------------------------------
+
+    @property
+    def wake_cycle(self) -> int | None:
+        """The cycle at which it looks again; None while it is unplugged."""
+        if not self._plugged:
+            return None
+        return (self._avr.cycle // self._look_cycles + 1) * self._look_cycles
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether there is something to look at, or it is still starting."""
+        return self._plugged and (self.line.has_news or not self.display.is_on)
+
+    @property
+    def look(self) -> Look | None:
+        """How it looks if it will do nothing but by a touch, or by what the board sends."""
+        at = self.wake_cycle
+        if at is None or self.is_busy:
+            return None
+        if any(part.values["en"] for part in self.display.memory.timers):
+            return None
+        return Look(at, self._look_cycles, NEVER)
+
+    @property
+    def complaints(self) -> Iterator[str]:
+        """What it refused, and bytes that were none."""
+        if self.errors:
+            text, code = self.errors[0]
+            reason = code.name.lower().replace("_", " ")
+            yield f"display: it refused {len(self.errors)} instructions, first {text!r}: {reason}"
+        if self.line.garbage:
+            yield f"display: {self.line.garbage} bytes had no stop bit where one belongs"
+
+    def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
+        """Receive what the UARTs have sent (UART_BYTE records)."""
+        del pins
+        data, cycles = self.line.hear(sent)
+        self._heard = (self._heard + data)[-len(END) :]
+        if not self._plugged or not self._has_started():
+            return
+        while (changed := self._take(data, cycles)) is not None:
+            self.line.change(self.display.memory.variables["baud"], changed)
+            data, cycles = self.line.hear(sent[:0])
+        self._answer()
+
+    def _take(self, data: bytes, cycles: list[int]) -> int | None:
+        """Receive bytes; return the cycle at which one of them has changed the line's speed."""
+        now_s = self._avr.time_s
+        self.display.pass_time(1000 * (now_s - self._seen_s))
+        self._seen_s = now_s
+        start = 0
+        while start < len(data):
+            if self._begins_s is None:
+                self._begins_s = cycles[start] / self._avr.clock_hz
+            end = data.find(END[:1], start) + 1 or len(data)
+            if end - 1 > start and data.startswith(END, end - 1):
+                end += len(END) - 1  # what does not begin with it may end one that came before
+            for text in self.display.receive(data[start:end]):
+                self._note(text, cycles[end - 1] / self._avr.clock_hz)
+            if self.display.memory.variables["baud"] != self.line.baud:
+                return cycles[end - 1]
+            start = end
+        return None
+
+    def _has_started(self) -> bool:
+        if not self.display.is_on and self._avr.time_s >= self._starts_s:
+            self.display.start(midway=self._heard not in (b"", END))
+            self.line.baud = self.display.memory.kept_baud
+            self._seen_s = self._avr.time_s
+            self._answer()
+            return False  # what has come up to now met a display that was starting
+        return self.display.is_on
+
+    def _note(self, text: str, time_s: float) -> None:
+        self.history.append(Instruction(time_s, text))
+        self.instructions += 1
+        if self._begins_s is not None:
+            self.shortest_gap_s = min(self.shortest_gap_s, self._begins_s - self._began_s)
+            self._began_s, self._begins_s = self._begins_s, None
+
+    def _answer(self) -> None:
+        if said := self.display.take():
+            self.said.append(said)
+            self.send(said)
+
+
+def attach(avr: Avr, board: Board, interface: Spec) -> Nextion:
+    """Connect the display to its UART; it has no pages yet."""
+    return Nextion(avr, (), interface.baud, board.uarts[interface.port].number)

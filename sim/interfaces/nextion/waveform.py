@@ -1,0 +1,36 @@
+"""The curves of a Nextion waveform: a byte a column, up to four channels."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from heatwright.sim.interfaces.nextion.codes import Code, Refused
+
+ALL = 255
+"""The channel that `cle` takes for all of them."""
+
+
+class Waveform:
+    """What one waveform component shows while its page is shown.
+
+    channels -- the newest points of each, as many as the component is wide, the oldest first.
+    """
+
+    def __init__(self, width: int, channels: int) -> None:
+        self.channels: tuple[deque[int], ...] = tuple(deque(maxlen=width) for _ in range(channels))
+
+    def add(self, channel: int, value: int) -> None:
+        """Add a point, 0 to 255; what is beyond is refused (the display's manual forbids it)."""
+        if not 0 <= value <= 255:
+            raise Refused(Code.INVALID_OPERATION)
+        self._channel(channel).append(value)
+
+    def clear(self, channel: int) -> None:
+        """Delete all points of a channel, or of all channels."""
+        for each in self.channels if channel == ALL else (self._channel(channel),):
+            each.clear()
+
+    def _channel(self, channel: int) -> deque[int]:
+        if not 0 <= channel < len(self.channels):
+            raise Refused(Code.INVALID_WAVEFORM)
+        return self.channels[channel]

@@ -1,0 +1,17 @@
+/* What processor.c asks of each peripheral: set up once, put right after every reset, freed. */
+#pragma once
+#include "core/hw.h"
+
+int pins_init(hw *h);
+void pins_reset(hw *h);
+void compare_init(hw *h);
+void compare_reset(hw *h);
+void compare_free(hw *h);
+void uart_init(hw *h);
+void uart_reset(hw *h);
+void uart_free(hw *h);
+void adc_init(hw *h);
+void eeprom_init(hw *h);
+void eeprom_reset(hw *h);
+void watchdog_init(hw *h);
+void old_reset(hw *h);
