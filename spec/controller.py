@@ -180,6 +180,16 @@ class Controller(Model):
     def _derive(self) -> "Controller":
         return with_derived(self)
 
+    @property
+    def shortest_period_s(self) -> float:
+        """The period of the loop with the most steps, s."""
+        return min(loop.period_s for loop in self.loops.values())
+
+    @property
+    def longest_period_s(self) -> float:
+        """The period of the loop with the fewest steps, s."""
+        return max(loop.period_s for loop in self.loops.values())
+
     def with_loop(self, name: str, loop: Loop) -> "Controller":
         """Return the same controller with another loop of a name; nothing is derived anew."""
         return self.model_copy(update={"loops": ReadOnlyDict({**self.loops, name: loop})})

@@ -14,13 +14,13 @@ def entries_are_new(controller: Controller) -> Findings:
     for index, interface in placed(controller, SerialLog).items():
         if interface.loop not in controller.loops:
             continue
-        period_s = controller.loops[interface.loop].period_s
-        if interface.every_s < period_s:
+        loop = controller.loops[interface.loop]
+        if interface.every_s < loop.period_s:
             yield Finding(
                 ("interfaces", index, "every"),
                 f"{duration(interface.every_s)} is shorter than the period of "
-                f"{duration(period_s)}, so entries would repeat themselves",
-                f"Use at least {duration(period_s)}",
+                f"{loop.told_period}, so entries would repeat themselves",
+                f"Use at least {loop.told_period}",
                 (("loops", interface.loop, "period"),),
             )
 
