@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.generator.plan.adc import channel_macro, scan
 from heatwright.generator.plan.core import rule_macro
-from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, ticks
+from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -122,7 +122,7 @@ def _constants(
     prefix, limits = f"SENSOR_{name.upper()}", table.limits
     ends = sorted(sensor.range_c, reverse=table.points[0].celsius > table.points[-1].celsius)
     oversample, span = source.at("oversample"), source.at("range")
-    spare = max(0, ticks(use.period_s) - sensor.oversample - 1)
+    spare = max(0, use.loop.period_ticks - sensor.oversample - 1)
     return (
         oversample.count(f"{prefix}_OVERSAMPLE", sensor.oversample, "codes in a reading"),
         Constant(

@@ -160,16 +160,16 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
 
 def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     """How long one decision of the loop, and one good reading, may hold the heater on."""
-    stale = steps(loop.protection.stale_after_s, loop.period_s)
+    stale = steps(loop.protection.stale_after_s, loop)
     return [
         source.at("period").count(
             f"{prefix}_PERMIT_TICKS",
-            min(2 * ticks(loop.period_s), MOST_PERMIT_TICKS),
+            min(2 * loop.period_ticks, MOST_PERMIT_TICKS),
             "two periods without a decision and the heater is off",
         ),
         source.at("protection", "stale_after").count(
             f"{prefix}_SENSOR_PERMIT_TICKS",
-            min(stale * ticks(loop.period_s) + 1, MOST_PERMIT_TICKS),
+            min(stale * loop.period_ticks + 1, MOST_PERMIT_TICKS),
             f"{quantity(loop.protection.stale_after_s, 's')} without a reading: heater off",
         ),
     ]

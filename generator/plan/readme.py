@@ -9,7 +9,7 @@ from heatwright.generator.plan.chips import Fuses, fuses
 from heatwright.generator.plan.commissioning import Stage, commissioning
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends
 from heatwright.generator.plan.lines import LineRow, lines
-from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.numbers import quantity, told_period
 from heatwright.generator.plan.parts import Part, Wiring
 from heatwright.generator.plan.programs.programs import in_words
 from heatwright.generator.plan.protection.hazards import HazardRow, hazards
@@ -217,7 +217,7 @@ def _loops(spec: Spec) -> list[ReadmeLoop]:
         ReadmeLoop(
             facts=facts_of(spec.controller, name),
             algorithm=loop.algorithm.kind,
-            period=quantity(loop.period_s, "s"),
+            period=told_period(loop),
             initial=f"{loop.setpoint.initial_c:g} °C",
             minimum=f"{loop.setpoint.minimum_c:g} °C",
             maximum=f"{loop.setpoint.maximum_c:g} °C",

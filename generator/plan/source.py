@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.numbers import c_count, c_float
+from heatwright.generator.plan.numbers import c_count, c_float, in_periods, steps
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.text import c_comment
-from heatwright.spec import Controller, Spec
+from heatwright.spec import Controller, Loop, Spec
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +36,10 @@ class Source:
     def count(self, name: str, value: int, derivation: str) -> Constant:
         """An unsigned constant and how it was derived."""
         return Constant(name, c_count(value), f"{self.where}: {derivation}")
+
+    def steps(self, name: str, duration_s: float, loop: Loop, more: str = "") -> Constant:
+        """The control steps that a time lasts, and how they were counted."""
+        return self.count(name, steps(duration_s, loop), in_periods(duration_s, loop) + more)
 
     def number(self, name: str, value: float, derivation: str) -> Constant:
         """A float constant and how it was derived."""

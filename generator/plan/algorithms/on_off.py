@@ -29,7 +29,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
                 quantity(algorithm.hysteresis_k, "K"),
             )
         )
-    constants += lead_constants(source, algorithm, prefix, loop.period_s, keyed)
+    constants += lead_constants(source, algorithm, prefix, loop, keyed)
     return AlgorithmPlan(
         template="algorithms/on_off",
         told={

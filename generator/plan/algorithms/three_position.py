@@ -34,7 +34,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
         },
         constants=(
             *_band(source, algorithm, prefix, keyed),
-            *lead_constants(source, algorithm, prefix, loop.period_s, keyed),
+            *lead_constants(source, algorithm, prefix, loop, keyed),
         ),
         full_duty=source.number(
             f"{prefix}_FULL_DUTY_PERCENT", 100.0, "three-position control: 100 %"

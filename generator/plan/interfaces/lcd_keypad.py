@@ -6,7 +6,7 @@ from heatwright.generator.plan import adjusted
 from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.loops import told_between_steps
-from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.programs.menu import Shown, plan_menu
@@ -182,7 +182,7 @@ def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, 
         Constant("COUNTDOWN_COARSE_MIN", f"{coarse}u", "for each repeat of a key held for long"),
         Constant(
             "COUNTDOWN_PERIOD_MS",
-            f"{milliseconds(loop.period_s)}UL",
-            f"control steps of {quantity(loop.period_s, 's')}",
+            f"{loop.period_ticks * TICK_MS}UL",
+            f"control steps of {told_period(loop)}",
         ),
     )

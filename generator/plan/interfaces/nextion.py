@@ -10,7 +10,7 @@ from heatwright.generator.plan.loop_names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import Begin, Placed, What, components, whats
 from heatwright.generator.plan.nextion.words import words
-from heatwright.generator.plan.numbers import c_float, quantity, ticks
+from heatwright.generator.plan.numbers import c_float, quantity, ticks, told_period
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -249,11 +249,11 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
     )
     power_w = getattr(controller.outputs[loop.heater], "power_w", None)
     if power_w is not None:
-        joules = power_w * loop.period_s / PARTS_OF_DUTY
+        joules = loop.energy_j(power_w) / PARTS_OF_DUTY
         yield Source(source.spec, ("outputs", loop.heater, "power")).number(
             "NEXTION_HUNDREDTHS_OF_KWH",
             joules / JOULES_PER_HUNDREDTH_KWH,
-            f"{quantity(power_w, 'W')} x {quantity(loop.period_s, 's')} / 1000, in 0.01 kWh",
+            f"{quantity(power_w, 'W')} x {told_period(loop)} / 1000, in 0.01 kWh",
         )
     for name, colour, what in (
         ("PLAIN", FIELD, "any segment"),

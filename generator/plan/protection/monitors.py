@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import quantity, steps
+from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
@@ -63,11 +63,7 @@ def _constants(at: Source, name: str, monitor: Monitor, loop: Loop) -> tuple[Con
         at.at("limit").number(
             f"{prefix}_LIMIT_C", monitor.limit_c, quantity(monitor.limit_c, "degC")
         ),
-        at.at("stale_after").count(
-            f"{prefix}_STALE_STEPS",
-            steps(monitor.stale_after_s, loop.period_s),
-            f"{quantity(monitor.stale_after_s, 's')} in periods of {quantity(loop.period_s, 's')}",
-        ),
+        at.at("stale_after").steps(f"{prefix}_STALE_STEPS", monitor.stale_after_s, loop),
     )
 
 
@@ -88,9 +84,8 @@ def shown(root: Source, loop_name: str) -> tuple[tuple[File, ...], tuple[Constan
     if not root.controller.monitors:
         return (), ()
     context = {"loop_name": loop_name, "where": root.at("monitors").where}
-    period_s = root.controller.loops[loop_name].period_s
-    turn = 1
-    while turn * period_s < TURN_S and turn < MOST_TURN_STEPS:
+    loop, turn = root.controller.loops[loop_name], 1
+    while loop.periods_s(turn) < TURN_S and turn < MOST_TURN_STEPS:
         turn *= 2
     return (
         *told(root),

@@ -12,8 +12,8 @@ from heatwright.spec.sensors import Thermometer
 class UseOfSensor:
     """What the firmware does with a sensor."""
 
-    period_s: float
-    """Shortest period of the loops that read it, s."""
+    loop: Loop
+    """Of the loops that read it, be it their monitor's, the one with the shortest period."""
     timer: int | None
     """Number of the timer that is its own; None for a sensor that needs none."""
 
@@ -29,11 +29,12 @@ def current_sensor(controller: Controller, loop: Loop) -> str | None:
     return None if current is None else str(current.sensor)
 
 
-def shortest_period_s(controller: Controller, name: str) -> float:
-    """Find the shortest period of the loops that read a sensor, be it their monitor's."""
-    return min(
-        loop.period_s
+def use_of(controller: Controller, name: str, timer: int | None) -> UseOfSensor:
+    """Find what is done with a sensor."""
+    loops = (
+        loop
         for loop_name, loop in controller.loops.items()
         if name in {loop.sensor, current_sensor(controller, loop)}
         or any(name == each.sensor for each in monitors_of(controller, loop_name).values())
     )
+    return UseOfSensor(min(loops, key=lambda loop: loop.period_ticks), timer)

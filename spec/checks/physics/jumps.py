@@ -23,10 +23,9 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
     if not jumps_k:
         return  # nothing moves
-    needed, jump_k = max(
-        (machine.seen(rate) + machine.loop.rate_k_per_s(each), each) for rate, each in jumps_k
-    )
-    if needed > machine.loop.protection.rise_rate_k_per_s:
+    loop = machine.loop
+    needed, jump_k = max((machine.seen(rate) + loop.rate_k_per_s(k), k) for rate, k in jumps_k)
+    if needed > loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
             f"beside its rise the reading of this plant, healthy, may jump by {about(jump_k)} K in "

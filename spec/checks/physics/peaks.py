@@ -95,13 +95,11 @@ class _Stand:
         algorithm = self.loop.algorithm
         if self._below_k > 0:
             yield _Case("whose reading stands still", still(algorithm, 0.0, self._below_k))
-        lag_s = self.heated.plant.lag_s
-        protection = self.loop.protection
-        fastest_k = (
-            self._fallen_k * (1 - math.exp(-self.loop.period_s / lag_s)) if lag_s else math.inf
-        )
+        loop, lag_s = self.loop, self.heated.plant.lag_s
+        fastest_k = self._fallen_k * (1 - math.exp(-loop.period_s / lag_s)) if lag_s else math.inf
+        protection = loop.protection
         if (
-            fastest_k > self.loop.rise_per_period_k
+            fastest_k > loop.rise_per_period_k
             or self.heated.ambient_c <= protection.minimum_c
             or self._fallen_k <= self.heated.step_k
         ):
