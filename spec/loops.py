@@ -1,7 +1,7 @@
 """Loops: sensor, heater, algorithm, setpoint, and the protections about them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, PrivateAttr, StrictBool, model_validator
@@ -360,9 +360,13 @@ class Loop(Model):
         """Return how fast a change from one step to the next looks, K/s."""
         return change_k / self.period_s
 
-    def energy_j(self, power_w: float) -> float:
-        """Return what a power gives in one period, J."""
-        return power_w * self.period_s
+    def has_time_for(self, seconds: float) -> bool:
+        """Return whether a period is long enough for something."""
+        return self.period_s >= seconds
+
+    def integral(self, total: float) -> float:
+        """Return the integral over time, in s, of a value whose sum over the steps is this."""
+        return total * self.period_s
 
     @model_validator(mode="after")
     def _default_maximum(self) -> "Loop":
@@ -371,3 +375,8 @@ class Loop(Model):
         maximum_c = self.setpoint.maximum_c + DEFAULT_MARGIN_K
         protection = self.protection.model_copy(update={"maximum_c": maximum_c})
         return self.model_copy(update={"protection": protection})
+
+
+def shortest_period_s(loops: Iterable[Loop]) -> float:
+    """Return the shortest period of loops, s; infinite if there are none."""
+    return min((loop.period_s for loop in loops), default=math.inf)

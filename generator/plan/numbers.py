@@ -55,6 +55,11 @@ def steps(duration_s: float, loop: Loop) -> int:
     return max(1, milliseconds(duration_s) // milliseconds(loop.period_s))
 
 
+def filter_share(filter_s: float, loop: Loop) -> float:
+    """Share of the newest value in a first-order low pass: period / (time constant + period)."""
+    return loop.period_s / (filter_s + loop.period_s)
+
+
 def quantity(value: float, unit: str) -> str:
     """A number and its unit for a comment, such as `0.5 K/s`; ASCII only."""
     return f"{value:g} {unit}"

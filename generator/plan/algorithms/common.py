@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from heatwright.generator.plan.numbers import quantity, told_period
+from heatwright.generator.plan.numbers import filter_share, quantity, told_period
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, OnOff, ThreePosition
@@ -38,11 +38,18 @@ def per_period(source: Source, prefix: str, loop: Loop) -> Constant:
     )
 
 
+def per_step(source: Source, name: str, rate: float, unit: str, loop: Loop) -> Constant:
+    """What a rate makes in a period."""
+    return source.number(
+        name, rate * loop.period_s, f"{quantity(rate, unit)} x {told_period(loop)}"
+    )
+
+
 def filter_weight(source: Source, name: str, filter_s: float, loop: Loop) -> Constant:
-    """Weight of the newest value in a first-order low pass: period / (time constant + period)."""
+    """Weight of the newest value in a first-order low pass."""
     return source.number(
         name,
-        loop.period_s / (filter_s + loop.period_s),
+        filter_share(filter_s, loop),
         f"{told_period(loop)} / ({quantity(filter_s, 's')} + {told_period(loop)})",
     )
 

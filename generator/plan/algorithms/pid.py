@@ -11,9 +11,10 @@ from heatwright.generator.plan.algorithms.common import (
     filter_weight,
     least_slope,
     per_period,
+    per_step,
     period,
 )
-from heatwright.generator.plan.numbers import quantity, told_period
+from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
@@ -173,19 +174,14 @@ class _Terms:
         return self.source.at(key).number(f"{self.prefix}_{name}", value, quantity(value, unit))
 
     def _ki(self) -> list[Constant]:
-        ki = quantity(self.pid.ki, "%/(K*s)")
+        unit = "%/(K*s)"
         if self.variable:
             return [
-                self._number("ki", "KI", self.pid.ki, "%/(K*s)"),
+                self._number("ki", "KI", self.pid.ki, unit),
                 period(self._of_loop(), f"{self.prefix}_PERIOD_S", self.loop),
             ]
-        return [
-            self.source.at("ki").number(
-                f"{self.prefix}_KI_PER_STEP",
-                self.pid.ki * self.loop.period_s,
-                f"{ki} x {told_period(self.loop)}",
-            )
-        ]
+        name = f"{self.prefix}_KI_PER_STEP"
+        return [per_step(self.source.at("ki"), name, self.pid.ki, unit, self.loop)]
 
     def _kd(self) -> list[Constant]:
         return [

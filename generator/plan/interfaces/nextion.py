@@ -249,7 +249,7 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
     )
     power_w = getattr(controller.outputs[loop.heater], "power_w", None)
     if power_w is not None:
-        joules = loop.energy_j(power_w) / PARTS_OF_DUTY
+        joules = loop.integral(power_w) / PARTS_OF_DUTY
         yield Source(source.spec, ("outputs", loop.heater, "power")).number(
             "NEXTION_HUNDREDTHS_OF_KWH",
             joules / JOULES_PER_HUNDREDTH_KWH,

@@ -98,7 +98,7 @@ def _constants(source: Source, loop: Loop, step_k: float) -> tuple[Constant, ...
 def _energy(source: Source, loop: Loop, power_w: float | None) -> tuple[Constant, ...]:
     if power_w is None:
         return ()
-    kwh = loop.energy_j(power_w) / TENTHS_PER_DUTY / JOULE_PER_KWH
+    kwh = loop.integral(power_w) / TENTHS_PER_DUTY / JOULE_PER_KWH
     heater = Source(source.spec, ("outputs", loop.heater, "power"))
     return (
         Constant(

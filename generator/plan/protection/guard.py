@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.numbers import c_float, quantity, ticks, told_period
+from heatwright.generator.plan.algorithms.common import per_step
+from heatwright.generator.plan.numbers import c_float, filter_share, quantity, ticks
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import ascii_units
@@ -28,10 +29,12 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
     constants = [
         number(("maximum",), "MAXIMUM_C", rules.maximum_c, "degC"),
         number(("minimum",), "MINIMUM_C", rules.minimum_c, "degC"),
-        source.at("rise_rate").number(
+        per_step(
+            source.at("rise_rate"),
             f"{prefix}_RISE_PER_STEP_K",
-            rules.rise_rate_k_per_s * loop.period_s,
-            f"{quantity(rules.rise_rate_k_per_s, 'K/s')} x {told_period(loop)}",
+            rules.rise_rate_k_per_s,
+            "K/s",
+            loop,
         ),
         count(("stale_after",), "STALE_STEPS", rules.stale_after_s),
     ]
@@ -158,7 +161,7 @@ def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Con
         *limits,
         source.number(
             f"{prefix}_EFFORT_SHARE",
-            loop.period_s / (band.filter_s + loop.period_s),
+            filter_share(band.filter_s, loop),
             f"of a step; the plant feels a power for {about(band.filter_s)} s",
         ),
         source.number(

@@ -42,22 +42,26 @@ def restart_s(first_s: float, loop: Loop) -> float:
     return periods_s(1 + max(1, math.ceil(round(loop.periods_in(first_s), 6))), loop)
 
 
-def time_fits(path: Path, seconds: float, name: str, loop: Loop, most: int) -> Findings:
-    """Find a time that is shorter than a period, or longer than the most that are counted."""
-    because_of = (("loops", name, "period"),)
+def lasts_a_period(path: Path, seconds: float, name: str, loop: Loop, so: str = "") -> Findings:
+    """Find a time that is shorter than a period; so -- what follows, for the message."""
     if seconds < loop.period_s:
         yield Finding(
             path,
-            f"{duration(seconds)} is shorter than the period of {loop.told_period}",
+            f"{duration(seconds)} is shorter than the period of {loop.told_period}{so}",
             f"Use at least {loop.told_period}",
-            because_of,
+            (("loops", name, "period"),),
         )
-    elif seconds > periods_s(most, loop):
+
+
+def time_fits(path: Path, seconds: float, name: str, loop: Loop, most: int) -> Findings:
+    """Find a time that is shorter than a period, or longer than the most that are counted."""
+    yield from lasts_a_period(path, seconds, name, loop)
+    if seconds > periods_s(most, loop):
         yield Finding(
             path,
             f"{duration(seconds)} is more than {most} periods of {loop.told_period}",
             f"Use at most {duration(periods_s(most, loop))}, or a longer period",
-            because_of,
+            (("loops", name, "period"),),
         )
 
 

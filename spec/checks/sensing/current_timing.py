@@ -35,7 +35,7 @@ def currents_in_time(controller: Controller) -> Findings:
                     f"Use at most {duration(LONGEST_PERIOD_S)}",
                     because_of,
                 )
-            elif loop.period_s < needed_s:
+            elif not loop.has_time_for(needed_s):
                 yield Finding(
                     path,
                     f"{loop.told_period} is shorter than the {readings} "

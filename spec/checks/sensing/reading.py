@@ -13,7 +13,7 @@ def conversion_fits(controller: Controller) -> Findings:
     """Check that the sensor's longest conversion (data sheet) and answer fit into the period."""
     for name, loop, sensor in loop_sensors(controller):
         needed_s = shortest_period_s(sensor)
-        if loop.period_s < needed_s:
+        if not loop.has_time_for(needed_s):
             yield Finding(
                 ("loops", name, "period"),
                 f"{loop.told_period} is shorter than {_what_takes_so_long(sensor)}",
