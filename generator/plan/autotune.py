@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.generator.plan.algorithms.pid import in_force
-from heatwright.generator.plan.numbers import in_periods, quantity, steps, told_period
+from heatwright.generator.plan.numbers import quantity, told_period
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Autotune, Loop, Pid
-
-MOST_STEPS = 65535
-"""What the counter of the experiment's steps holds."""
 
 FILTERS_AND_PERIODS = 1.35
 """The closed loop's time constant is at least so many times the derivative filter's and a period
@@ -50,11 +47,7 @@ def _experiment(
             swing_percent(experiment, pid),
             f"{swing} of {quantity(pid.output.maximum_percent, '%')}",
         ),
-        source.at("timeout").count(
-            f"{prefix}_TUNING_TIMEOUT_STEPS",
-            min(MOST_STEPS, steps(experiment.timeout_s, loop)),
-            in_periods(experiment.timeout_s, loop),
-        ),
+        source.at("timeout").steps(f"{prefix}_TUNING_TIMEOUT_STEPS", experiment.timeout_s, loop),
     ]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop_names import LoopSummary
-from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
+from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
@@ -232,9 +232,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     ]
     if keys:
         constants.append(
-            at.at("hold").count(
-                "LOCKOUT_HOLD_TICKS", ticks(spec.hold_s), f"{spec.hold_s:g} s, at most twice that"
-            )
+            at.at("hold").ticks("LOCKOUT_HOLD_TICKS", spec.hold_s, ", at most twice that")
         )
     else:
         constants.append(

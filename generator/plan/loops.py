@@ -187,9 +187,7 @@ def _response(source: Source, response: Response, loop: Loop, prefix: str) -> li
     """What counts as settled."""
     at = source.at("response")
     return [
-        at.at("within").number(
-            f"{prefix}_RESPONSE_WITHIN_K", response.within_k, quantity(response.within_k, "K")
-        ),
+        at.at("within").given(f"{prefix}_RESPONSE_WITHIN_K", response.within_k, "K"),
         at.at("for").steps(f"{prefix}_RESPONSE_STEPS", response.for_s, loop),
         period(source, f"{prefix}_RESPONSE_PERIOD_S", loop),
     ]
@@ -205,9 +203,7 @@ def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constan
             f"{told.prefix}_PERIOD_TICKS", loop.period_ticks, told_period(loop)
         ),
         *(
-            setpoint.at(key).number(
-                f"{told.prefix}_SETPOINT_{key.upper()}_C", value, quantity(value, "degC")
-            )
+            setpoint.at(key).given(f"{told.prefix}_SETPOINT_{key.upper()}_C", value, "degC")
             for key, value in (("initial", loop.setpoint.initial_c), *(bounds if bounded else ()))
         ),
     ]
@@ -243,11 +239,7 @@ def _ready_within_k(loop: Loop) -> float:
 
 def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     within_k = _ready_within_k(loop)
-    return [
-        source.at("ready_within").number(
-            f"{prefix}_READY_WITHIN_K", within_k, quantity(within_k, "K")
-        )
-    ]
+    return [source.at("ready_within").given(f"{prefix}_READY_WITHIN_K", within_k, "K")]
 
 
 def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
@@ -255,4 +247,4 @@ def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
     if within_k is None:
         at, within_k = source.at("ready_within"), _ready_within_k(loop)
-    return [at.number(f"{prefix}_WARM_WITHIN_K", within_k, quantity(within_k, "K"))]
+    return [at.given(f"{prefix}_WARM_WITHIN_K", within_k, "K")]

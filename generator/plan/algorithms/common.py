@@ -93,9 +93,7 @@ def lead_constants(
     if not lead_words(algorithm, keyed):
         return []
     return [
-        source.at("lead").number(
-            f"{prefix}_LEAD_S", algorithm.lead_s, quantity(algorithm.lead_s, "s")
-        ),
+        source.at("lead").given(f"{prefix}_LEAD_S", algorithm.lead_s, "s"),
         filter_weight(
             source.at("lead_filter"), f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, loop
         ),

@@ -9,7 +9,6 @@ from heatwright.generator.plan.algorithms.common import (
     lead_constants,
     lead_words,
 )
-from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, OnOff
@@ -23,11 +22,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     has_width = algorithm.hysteresis_k > 0 or "hysteresis_k" in keyed
     if has_width:
         constants.append(
-            source.at("hysteresis").number(
-                f"{prefix}_HYSTERESIS_K",
-                algorithm.hysteresis_k,
-                quantity(algorithm.hysteresis_k, "K"),
-            )
+            source.at("hysteresis").given(f"{prefix}_HYSTERESIS_K", algorithm.hysteresis_k, "K")
         )
     constants += lead_constants(source, algorithm, prefix, loop, keyed)
     return AlgorithmPlan(

@@ -14,7 +14,6 @@ from heatwright.generator.plan.algorithms.common import (
     per_step,
     period,
 )
-from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
@@ -46,9 +45,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
         template="algorithms/pid",
         told=terms.names(f"algorithm_{name}", gain),
         constants=tuple(terms.constants()),
-        full_duty=source.at("output", "maximum").number(
-            f"{prefix}_FULL_DUTY_PERCENT", maximum, quantity(maximum, "%")
-        ),
+        full_duty=source.at("output", "maximum").given(f"{prefix}_FULL_DUTY_PERCENT", maximum, "%"),
     )
 
 
@@ -171,7 +168,7 @@ class _Terms:
         return constants
 
     def _number(self, key: str, name: str, value: float, unit: str) -> Constant:
-        return self.source.at(key).number(f"{self.prefix}_{name}", value, quantity(value, unit))
+        return self.source.at(key).given(f"{self.prefix}_{name}", value, unit)
 
     def _ki(self) -> list[Constant]:
         unit = "%/(K*s)"
@@ -198,8 +195,8 @@ class _Terms:
 
     def _limits(self, section: str, limits: IntegralLimits | OutputLimits) -> list[Constant]:
         return [
-            self.source.at(section, key).number(
-                f"{self.prefix}_{section.upper()}_{key.upper()}", value, quantity(value, "%")
+            self.source.at(section, key).given(
+                f"{self.prefix}_{section.upper()}_{key.upper()}", value, "%"
             )
             for key, value in (
                 ("minimum", limits.minimum_percent),

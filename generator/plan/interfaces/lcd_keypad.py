@@ -63,7 +63,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         Constant(
             "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
         ),
-        source.at("step").number("PANEL_STEP_K", interface.step_k, quantity(interface.step_k, "K")),
+        source.at("step").given("PANEL_STEP_K", interface.step_k, "K"),
     )
     return Part(
         files=(

@@ -206,10 +206,7 @@ def _headers(source: Source, interface: Nextion) -> list[Header]:
 
 
 def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
-    setting = baud_setting(source.controller.board.clock_hz, interface.baud)
-    yield source.at("baud").count(
-        "NEXTION_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
-    )
+    yield source.baud("NEXTION_DIVISOR", interface.baud)
     yield Constant("NEXTION_BAUD", f"{interface.baud}ul", "to which the display is brought")
     turn = f"{quantity(TURN_S * 1e3, 'ms')} from one instruction to the next at least"
     yield Constant("NEXTION_TURN_TICKS", f"{ticks(TURN_S)}u", turn)

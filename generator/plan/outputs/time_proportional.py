@@ -40,9 +40,7 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         window,
         f"{quantity(output.window_s, 's')} in steps of {resolution_ms} ms",
     )
-    in_ticks = source.at("window").count(
-        f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
-    )
+    in_ticks = source.at("window").ticks(f"{prefix}_WINDOW_TICKS", output.window_s)
     constants = [
         windows if spread else in_ticks,
         source.at("resolution").count(

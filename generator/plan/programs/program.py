@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop_names import LoopSummary
-from heatwright.generator.plan.numbers import c_float, in_periods, quantity, steps, told_period
+from heatwright.generator.plan.numbers import c_float, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop
 from heatwright.spec.programs import Programs
-
-MOST_STEPS = 65_535
-"""What the counter of the steps that a program waits can hold."""
 
 TENTHS_PER_HOUR = 36_000
 """Seconds in an hour, for rates in tenths of a kelvin per hour."""
@@ -83,9 +80,7 @@ def _constants(root: Source, source: Source, programs: Programs) -> list[Constan
             c_float(TENTHS_PER_HOUR / period_s),
             f"periods of {period} in an hour, for rates of 0.1 K/h",
         ),
-        reached.number(
-            "PROGRAM_REACHED_K", programs.reached_within_k, quantity(programs.reached_within_k, "K")
-        ),
+        reached.given("PROGRAM_REACHED_K", programs.reached_within_k, "K"),
         save.steps("PROGRAM_SAVE_STEPS", programs.save_every_s, loop),
     ]
     return [*constants, *_hold_back(source, programs, loop), *_resume(source, programs)]
@@ -96,14 +91,8 @@ def _hold_back(source: Source, programs: Programs, loop: Loop) -> list[Constant]
     if back is None:
         return []
     return [
-        source.at("hold_back").number(
-            "PROGRAM_BACK_K", back.within_k, quantity(back.within_k, "K")
-        ),
-        source.at("hold_back", "limit").count(
-            "PROGRAM_LIMIT_STEPS",
-            min(steps(back.limit_s, loop), MOST_STEPS),
-            in_periods(back.limit_s, loop),
-        ),
+        source.at("hold_back").given("PROGRAM_BACK_K", back.within_k, "K"),
+        source.at("hold_back", "limit").steps("PROGRAM_LIMIT_STEPS", back.limit_s, loop),
     ]
 
 
@@ -112,7 +101,7 @@ def _resume(source: Source, programs: Programs) -> list[Constant]:
     if within_k == 0:
         return []
     return [
-        source.at("after_power_loss", "resume_within").number(
-            "PROGRAM_RESUME_WITHIN_K", within_k, quantity(within_k, "K")
+        source.at("after_power_loss", "resume_within").given(
+            "PROGRAM_RESUME_WITHIN_K", within_k, "K"
         )
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.generator.plan.algorithms.common import per_step
-from heatwright.generator.plan.numbers import c_float, filter_share, quantity, ticks
+from heatwright.generator.plan.numbers import c_float, filter_share, quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import ascii_units
@@ -23,8 +23,7 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
         return source.at(*path).steps(f"{prefix}_{name}", duration_s, loop, more)
 
     def number(path: tuple[str, ...], name: str, value: float, unit: str) -> Constant:
-        derivation = quantity(value, unit) + _from_plant(rules, path)
-        return source.at(*path).number(f"{prefix}_{name}", value, derivation)
+        return source.at(*path).given(f"{prefix}_{name}", value, unit, _from_plant(rules, path))
 
     constants = [
         number(("maximum",), "MAXIMUM_C", rules.maximum_c, "degC"),
@@ -81,9 +80,7 @@ def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     constants = []
     if lost_s is not None:
         constants.append(
-            source.at("master_lost_after").count(
-                f"{prefix}_MASTER_LOST_TICKS", ticks(lost_s), quantity(lost_s, "s")
-            )
+            source.at("master_lost_after").ticks(f"{prefix}_MASTER_LOST_TICKS", lost_s)
         )
     if most_s is not None:
         constants.append(source.at("on_for_at_most").steps(f"{prefix}_ON_STEPS", most_s, loop))

@@ -54,15 +54,11 @@ def _constants(at: Source, name: str, monitor: Monitor, loop: Loop) -> tuple[Con
     prefix = f"MONITOR_{name.upper()}"
     ends_c = monitor.warning_c - monitor.hysteresis_k
     return (
-        at.at("warning").number(
-            f"{prefix}_WARNING_C", monitor.warning_c, quantity(monitor.warning_c, "degC")
-        ),
+        at.at("warning").given(f"{prefix}_WARNING_C", monitor.warning_c, "degC"),
         at.at("hysteresis").number(
             f"{prefix}_WARNING_END_C", ends_c, f"{quantity(monitor.hysteresis_k, 'K')} below it"
         ),
-        at.at("limit").number(
-            f"{prefix}_LIMIT_C", monitor.limit_c, quantity(monitor.limit_c, "degC")
-        ),
+        at.at("limit").given(f"{prefix}_LIMIT_C", monitor.limit_c, "degC"),
         at.at("stale_after").steps(f"{prefix}_STALE_STEPS", monitor.stale_after_s, loop),
     )
 

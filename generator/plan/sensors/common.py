@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heatwright.generator.plan.numbers import TICK_MS
+from heatwright.generator.plan.parts import Constant
+from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Loop, monitors_of
 from heatwright.spec.sensors import Thermometer
 
@@ -16,6 +19,16 @@ class UseOfSensor:
     """Of the loops that read it, be it their monitor's, the one with the shortest period."""
     timer: int | None
     """Number of the timer that is its own; None for a sensor that needs none."""
+
+
+def summed(source: Source, prefix: str, oversample: int, use: UseOfSensor) -> tuple[Constant, ...]:
+    """How many codes of the ADC a reading is, and when it is begun."""
+    spare = max(0, use.loop.period_ticks - oversample - 1)
+    last = f"the last {oversample * TICK_MS} ms when the step comes"
+    return (
+        source.at("oversample").count(f"{prefix}_OVERSAMPLE", oversample, "codes in a reading"),
+        Constant(f"{prefix}_START_TICKS", f"{spare}u", f"wait, so that the reading is of {last}"),
+    )
 
 
 def raw_type(sensor: Thermometer) -> str:
