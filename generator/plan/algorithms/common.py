@@ -26,6 +26,17 @@ class AlgorithmPlan:
     """The duty that counts as full heat for the rule heating_failed, %."""
 
 
+@dataclass(frozen=True, slots=True)
+class SwitchNames:
+    """The values for the templates of a switching algorithm; a word is empty without its term."""
+
+    where: str
+    lead: str
+    hysteresis: str
+    in_use: dict[str, str]
+    inside: str = ""
+
+
 def period(source: Source, name: str, loop: Loop) -> Constant:
     """The period of a loop, s."""
     return source.at("period").number(name, loop.period_s, told_period(loop))
@@ -80,6 +91,13 @@ def lead_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
     if "lead_s" in keyed:
         return "a lead"
     return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
+
+
+def hysteresis_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
+    """How wide its hysteresis is, for a comment; empty if there is none."""
+    if "hysteresis_k" in keyed:
+        return "a hysteresis"
+    return quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k > 0 else ""
 
 
 def lead_constants(

@@ -20,7 +20,6 @@ def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> 
         output,
         use,
         "outputs/digital",
-        told={"runs_where": source.at("runs").where},
         start_calls=() if use.gated else (start,),
     )
 
@@ -41,7 +40,6 @@ def _held(
             source.at(key).ticks(f"OUTPUT_{name}_{key}_TICKS".upper(), duration_s, " at least")
             for key, duration_s in least.items()
         ),
-        told={"stops": use.heats and output.stays_on_s > 0},
         start_calls=start,
         tick_calls=() if use.gated else (tick,),
         wired="".join(
