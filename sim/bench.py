@@ -66,8 +66,7 @@ def step_of(controller: Controller) -> float:
     """Return the time step of the machine that suits a controller's loops and sensors, s."""
     if any(sums_noise(controller, name) for name in controller.thermometers):
         return TICK_S  # the ADC reads once a tick, and each reading has its own noise
-    quickest_s = min(loop.period_s for loop in controller.loops.values())
-    return min(STEP_S, quickest_s / STEPS_PER_PERIOD, metered_step_s(controller))
+    return min(STEP_S, controller.shortest_period_s / STEPS_PER_PERIOD, metered_step_s(controller))
 
 
 def bench(  # noqa: PLR0913 – all but two have defaults and names

@@ -1,10 +1,10 @@
 """What goes from a device to its machine: heat, moving air, fed material."""
 
-import math
 from collections.abc import Iterable, Mapping, Set
 from typing import Protocol
 
 from heatwright.spec import Controller
+from heatwright.spec.loops import shortest_period_s
 
 METERED_PARTS = 10
 """Least time steps in a control period where a current is measured: a limiter must read the
@@ -37,12 +37,12 @@ def metered_step_s(controller: Controller) -> float:
 
     It shows the mean over the step before. Infinite where no current is measured.
     """
-    periods_s = (
-        loop.period_s
+    metered = (
+        loop
         for loop in controller.loops.values()
         if getattr(controller.outputs[loop.heater], "current", None)
     )
-    return min(periods_s, default=math.inf) / METERED_PARTS
+    return shortest_period_s(metered) / METERED_PARTS
 
 
 class Coupling:

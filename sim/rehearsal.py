@@ -16,9 +16,11 @@ from heatwright.sim.faults.healthy import Healthy, machines, take_through
 from heatwright.sim.faults.site import OfState, Place
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plots.plot_data import faults
+from heatwright.sim.reference.numbers import steps
 from heatwright.sim.scenario import long_enough, unasked
 from heatwright.spec import Controller, Loop, ThermalNetwork
 from heatwright.spec.adjusted import Setting, extremes, with_setting, words
+from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.checks import check
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.commands import keypad_of
@@ -273,16 +275,16 @@ def stricter(controller: Controller) -> Controller:
         for number in {each for rule in NUMBERS if rule != NO_MARGIN for each in NUMBERS[rule]}:
             value = _value(loop, number)
             if value is not None:
-                controller = _with(controller, name, number, _less(value, number, loop.period_s))
+                controller = _with(controller, name, number, _less(value, number, loop))
     return controller
 
 
-def _less(value: float, number: Number, period_s: float) -> float:
+def _less(value: float, number: Number, loop: Loop) -> float:
     """Reduce a limit by MARGIN; one that a rule counts in periods by at least one, if it can be."""
-    periods = max(1, round(1000 * value) // round(1000 * period_s))
+    periods = steps(value, loop)
     if number.unit != "s" or periods == 1:
         return (1 - MARGIN) * value
-    return period_s * min(periods - 1, math.floor((1 - MARGIN) * periods))
+    return loop.periods_s(min(periods - 1, math.floor((1 - MARGIN) * periods)))
 
 
 def _raised(
@@ -328,9 +330,8 @@ def _step_s(controller: Controller) -> float:
     Where a current is measured it is a tenth of the shortest period, unless all periods are whole
     multiples of the usual step: then the duty is constant in the step before a reading.
     """
-    periods_s = [loop.period_s for loop in controller.loops.values()]
-    step_s = min(STEP_S, *periods_s)
-    if all(math.isclose(each / step_s, round(each / step_s)) for each in periods_s):
+    step_s = min(STEP_S, controller.shortest_period_s)
+    if not any(loop.period_ticks % round(step_s / TICK_S) for loop in controller.loops.values()):
         return step_s
     return min(step_s, metered_step_s(controller))
 

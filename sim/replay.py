@@ -86,7 +86,7 @@ def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str,
     """
     results = {name: replay(controller, log, name) for name, log in logs.items()}
     own = [each for result in results.values() for each in result.latched if each.own]
-    slowest_s = max(loop.period_s for loop in controller.loops.values()) + TICK_S
+    slowest_s = controller.longest_period_s + TICK_S
 
     def is_anothers(seen: Latched | Restored) -> bool:
         return any(

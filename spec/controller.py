@@ -24,7 +24,7 @@ from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.inputs import Inputs
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loading.suggest import one_of
-from heatwright.spec.loops import Loop
+from heatwright.spec.loops import Loop, shortest_period_s
 from heatwright.spec.monitors import Monitors
 from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
 from heatwright.spec.physics.derived import with_derived
@@ -179,6 +179,16 @@ class Controller(Model):
     @model_validator(mode="after")
     def _derive(self) -> "Controller":
         return with_derived(self)
+
+    @property
+    def shortest_period_s(self) -> float:
+        """The period of the loop with the most steps, s."""
+        return shortest_period_s(self.loops.values())
+
+    @property
+    def longest_period_s(self) -> float:
+        """The period of the loop with the fewest steps, s."""
+        return max(loop.period_s for loop in self.loops.values())
 
     def with_loop(self, name: str, loop: Loop) -> "Controller":
         """Return the same controller with another loop of a name; nothing is derived anew."""

@@ -1,14 +1,14 @@
 """Loops: sensor, heater, algorithm, setpoint, and the protections about them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, PrivateAttr, StrictBool, model_validator
 
 from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.base import DEFAULTS, Model, Off, Reference, Temperature, WholeNumber
-from heatwright.spec.quantity import Quantity
+from heatwright.spec.quantity import Quantity, duration
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT, RATE
 
 DEFAULT_MARGIN_K = 15.0
@@ -329,6 +329,45 @@ class Loop(Model):
         description="The rules that stop the heater; all are on by default.",
     )
 
+    @property
+    def period_ticks(self) -> int:
+        """The period in ticks of 10 ms."""
+        return round(self.period_s * 100)
+
+    @property
+    def told_period(self) -> str:
+        """The period as a message says it."""
+        return duration(self.period_s)
+
+    @property
+    def rise_per_period_k(self) -> float:
+        """The most by which rule `rise_rate` lets a reading change from one step to the next, K."""
+        return self.protection.rise_rate_k_per_s * self.period_s
+
+    def periods_s(self, count: float) -> float:
+        """Return the time of so many periods, s."""
+        return count * self.period_s
+
+    def periods_in(self, seconds: float) -> float:
+        """Return how many periods a time is, with the part of one that is left over."""
+        return seconds / self.period_s
+
+    def next_step_s(self, after_s: float) -> float:
+        """Return the time by which the next step has come after a time, at the latest, s."""
+        return after_s + self.period_s
+
+    def rate_k_per_s(self, change_k: float) -> float:
+        """Return how fast a change from one step to the next looks, K/s."""
+        return change_k / self.period_s
+
+    def has_time_for(self, seconds: float) -> bool:
+        """Return whether a period is long enough for something."""
+        return self.period_s >= seconds
+
+    def integral(self, total: float) -> float:
+        """Return the integral over time, in s, of a value whose sum over the steps is this."""
+        return total * self.period_s
+
     @model_validator(mode="after")
     def _default_maximum(self) -> "Loop":
         if math.isfinite(self.protection.maximum_c):
@@ -336,3 +375,8 @@ class Loop(Model):
         maximum_c = self.setpoint.maximum_c + DEFAULT_MARGIN_K
         protection = self.protection.model_copy(update={"maximum_c": maximum_c})
         return self.model_copy(update={"protection": protection})
+
+
+def shortest_period_s(loops: Iterable[Loop]) -> float:
+    """Return the shortest period of loops, s; infinite if there are none."""
+    return min((loop.period_s for loop in loops), default=math.inf)

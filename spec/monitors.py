@@ -58,7 +58,7 @@ def watching_loop(controller: Controller, name: str) -> str | None:
     needed_s = shortest_period_s(sensor)
     loops = {loop: each for loop, each in controller.loops.items() if each.also == name}
     return next(
-        (loop for loop, each in (loops or controller.loops).items() if each.period_s >= needed_s),
+        (loop for loop, each in (loops or controller.loops).items() if each.has_time_for(needed_s)),
         None,
     )
 

@@ -129,8 +129,7 @@ class Board:
 
     def step(self) -> None:
         """Advance by one step of the quickest loop, while it stands."""
-        period_s = min(loop.period_s for loop in self.controller.loops.values())
-        self.go_to(self.world.now_s + period_s)
+        self.go_to(self.world.now_s + self.controller.shortest_period_s)
 
     # -- the thread ----------------------------------------------------------------------------
 

@@ -63,8 +63,7 @@ class Asked:
             return chosen, self.scales
         if not log.names and self.plotter is not None and width - log.stamped == self.plotter[1]:
             time = Column(width - 1, "s") if log.stamped else None
-            full = self.scales.full or PLOTTER_FULL
-            scales = Scales(self.scales.power_w, full, self.scales.period_s)
+            scales = replace(self.scales, full=self.scales.full or PLOTTER_FULL)
             return Roles(Column(0, "°C"), time, Column(self.plotter[0], "")), scales
         if self.reported is not None and {*self.reported} <= {*log.names}:
             scales = replace(self.scales, full=self.scales.full or gcode.FULL)

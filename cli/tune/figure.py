@@ -12,7 +12,6 @@ from heatwright.cli.tune.methods import OWN, ROBUST, Judged, Task, Tried
 from heatwright.sim.plots.plot import PANEL_IN, dress
 from heatwright.sim.plots.plot_data import SETPOINT, TimeAxis, eventful_s, time_axis, with_reading
 from heatwright.sim.trace import StepLog
-from heatwright.sim.tuning.margins import open_loop
 
 COLOURS = {
     OWN: "#7f7f7f", "relay": "#0050a0", "simc": "#e69f00", "lambda": "#009e73", ROBUST: "#cc79a7",
@@ -57,7 +56,7 @@ def _draw(
 
 
 def _bode(size: Axes, angle: Axes, task: Task, row: Judged, colour: str) -> None:
-    loop = open_loop(task.process, row.gains, task.period_s)
+    loop = task.open_loop(row.gains)
     size.loglog(loop.omega, np.abs(loop.response), color=colour, lw=1.4, label=row.method)
     phase = np.degrees(np.unwrap(np.angle(loop.response)))
     angle.semilogx(loop.omega, phase, color=colour, lw=1.4)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from heatwright.cli.ends import Refused
@@ -12,10 +12,11 @@ from heatwright.sim.plots.plot_data import Tripped, faults
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.disturbed import Load, load_answer, step_kick
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.margins import Margins, margins
+from heatwright.sim.tuning.margins import Margins, OpenLoop, margins, open_loop
 from heatwright.sim.tuning.process import Process
 from heatwright.sim.tuning.reduced import Reduced
 from heatwright.sim.tuning.relay import TuningFailed, relay
+from heatwright.sim.tuning.robust import Machine, is_sound
 from heatwright.sim.tuning.rules import lambda_rule, model_for, robust_simc, simc
 from heatwright.sim.tuning.trial import try_gains
 from heatwright.spec import Controller
@@ -47,6 +48,18 @@ class Task:
     def period_s(self) -> float:
         """Time between control steps, s."""
         return self.controller.loops[self.loop].period_s
+
+    def open_loop(self, gains: Gains) -> OpenLoop:
+        """Return what the machine and gains make of a deviation, opened."""
+        return open_loop(self.process, gains, self.period_s)
+
+    def margins(self, gains: Gains, process: Process) -> Margins:
+        """Return the margins of gains on a process, such as a machine that is drawn."""
+        return margins(process, gains, self.period_s)
+
+    def are_sound(self, gains: Gains, machines: Iterable[Machine]) -> bool:
+        """Return whether gains keep away from instability on each of the machines."""
+        return is_sound(gains, machines, self.period_s)
 
     @property
     def model(self) -> Reduced:
@@ -112,7 +125,7 @@ def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Faile
 
 def judged(task: Task, method: str, gains: Gains) -> Judged:
     """Judge a method's gains by their margins, and by what they do about a load."""
-    found = margins(task.process, gains, task.period_s)
+    found = task.margins(gains, task.process)
     load = load_answer(task.process, gains, task.period_s) if found.stable else None
     return Judged(method, gains, found, load, step_kick(gains, task.step_k, task.period_s))
 

@@ -14,7 +14,7 @@ from heatwright.cli.talk import Job, Talk
 from heatwright.cli.tune.methods import ROBUST, SETTLING, Failed, Judged, Task, judged
 from heatwright.cli.tune.task import warm_s
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.margins import SOUND, margins
+from heatwright.sim.tuning.margins import SOUND
 from heatwright.sim.tuning.process import process_of
 from heatwright.sim.tuning.robust import (
     Course,
@@ -23,7 +23,6 @@ from heatwright.sim.tuning.robust import (
     Spread,
     drawn,
     improved,
-    is_sound,
     worst_cost,
 )
 from heatwright.spec.quantity import about, celsius
@@ -118,7 +117,7 @@ def _course(task: Task, rows: Sequence[Judged], machines: Sequence[Machine]) -> 
 def _improved(
     task: Task, rows: Sequence[Judged], machines: Sequence[Machine], job: Job
 ) -> Judged | Failed:
-    sound = [row for row in rows if is_sound(row.gains, machines, task.period_s)]
+    sound = [row for row in rows if task.are_sound(row.gains, machines)]
     if not sound:
         reason = f"no method has gains with an Ms of at most {SOUND:g} on all machines"
         return Failed(ROBUST, reason)
@@ -130,7 +129,7 @@ def _improved(
 
     def costs_of(asked: Sequence[Gains]) -> list[float]:
         job.note(f"round {next(rounds)}")
-        able = [each for each in asked if is_sound(each, machines, task.period_s)]
+        able = [each for each in asked if task.are_sound(each, machines)]
         found = dict(zip(able, course.tried(able, machines, job), strict=True)) if able else {}
         return [worst_cost(found[each]) if each in found else math.inf for each in asked]
 
@@ -140,7 +139,7 @@ def _improved(
 
 
 def _sensitivity(task: Task, gains: Gains, machines: Sequence[Machine]) -> float | None:
-    found = [margins(each.process, gains, task.period_s) for each in machines]
+    found = [task.margins(gains, each.process) for each in machines]
     return max(each.sensitivity for each in found) if all(each.stable for each in found) else None
 
 

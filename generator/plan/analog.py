@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heatwright.generator.plan.adc import channel_macro, scan
 from heatwright.generator.plan.core import rule_macro
-from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, ticks
+from heatwright.generator.plan.numbers import c_float, quantity
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -17,7 +17,7 @@ from heatwright.generator.plan.parts import (
     pulled,
 )
 from heatwright.generator.plan.pins import label
-from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.sensors.common import UseOfSensor, summed
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Analog, Divider, Rtd, Thermistor
 from heatwright.spec.rules import RULES
@@ -121,16 +121,9 @@ def _constants(
 ) -> tuple[Constant, ...]:
     prefix, limits = f"SENSOR_{name.upper()}", table.limits
     ends = sorted(sensor.range_c, reverse=table.points[0].celsius > table.points[-1].celsius)
-    oversample, span = source.at("oversample"), source.at("range")
-    spare = max(0, ticks(use.period_s) - sensor.oversample - 1)
+    span = source.at("range")
     return (
-        oversample.count(f"{prefix}_OVERSAMPLE", sensor.oversample, "codes in a reading"),
-        Constant(
-            f"{prefix}_START_TICKS",
-            f"{spare}u",
-            f"wait, so that the reading is of the last {sensor.oversample * TICK_MS} ms "
-            "when the step comes",
-        ),
+        *summed(source, prefix, sensor.oversample, use),
         span.count(f"{prefix}_CODE_LOW", limits.low, quantity(ends[0], "degC")),
         span.count(f"{prefix}_CODE_HIGH", limits.high, quantity(ends[1], "degC")),
         Constant(

@@ -19,7 +19,7 @@ from heatwright.generator.plan.programs.programs import programs as plan_program
 from heatwright.generator.plan.protection import relay
 from heatwright.generator.plan.protection.inputs import plan_inputs
 from heatwright.generator.plan.protection.proof import plan_proofs
-from heatwright.generator.plan.sensors.common import UseOfSensor, shortest_period_s
+from heatwright.generator.plan.sensors.common import use_of
 from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
@@ -156,11 +156,9 @@ def _unique(files: Iterable[File]) -> tuple[File, ...]:
 
 
 def _sensor(root: Source, name: str, timer: int | None) -> Part:
-    controller = root.controller
-    sensor = controller.sensors[name]
-    period_s = shortest_period_s(controller, name)
+    sensor, use = root.controller.sensors[name], use_of(root.controller, name, timer)
     module = import_module(module_of("sensor", "plan", sensor.kind))
-    part: Part = module.plan(root.at("sensors", name), name, sensor, UseOfSensor(period_s, timer))
+    part: Part = module.plan(root.at("sensors", name), name, sensor, use)
     return part
 
 

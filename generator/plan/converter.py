@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -111,8 +111,8 @@ def _constants(
         ),
         Constant(
             f"{prefix}_PERIOD_TICKS",
-            f"{ticks(use.period_s)}u",
-            f"it is read once every {quantity(use.period_s, 's')}, in the tick of the step",
+            f"{use.loop.period_ticks}u",
+            f"it is read once every {told_period(use.loop)}, in the tick of the step",
         ),
         Constant(
             f"{prefix}_POWER_UP_TICKS",

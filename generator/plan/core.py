@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import LoopSummary
-from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps, ticks
+from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
@@ -160,16 +160,16 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
 
 def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     """How long one decision of the loop, and one good reading, may hold the heater on."""
-    stale = steps(loop.protection.stale_after_s, loop.period_s)
+    stale = steps(loop.protection.stale_after_s, loop)
     return [
         source.at("period").count(
             f"{prefix}_PERMIT_TICKS",
-            min(2 * ticks(loop.period_s), MOST_PERMIT_TICKS),
+            min(2 * loop.period_ticks, MOST_PERMIT_TICKS),
             "two periods without a decision and the heater is off",
         ),
         source.at("protection", "stale_after").count(
             f"{prefix}_SENSOR_PERMIT_TICKS",
-            min(stale * ticks(loop.period_s) + 1, MOST_PERMIT_TICKS),
+            min(stale * loop.period_ticks + 1, MOST_PERMIT_TICKS),
             f"{quantity(loop.protection.stale_after_s, 's')} without a reading: heater off",
         ),
     ]
@@ -232,9 +232,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     ]
     if keys:
         constants.append(
-            at.at("hold").count(
-                "LOCKOUT_HOLD_TICKS", ticks(spec.hold_s), f"{spec.hold_s:g} s, at most twice that"
-            )
+            at.at("hold").ticks("LOCKOUT_HOLD_TICKS", spec.hold_s, ", at most twice that")
         )
     else:
         constants.append(

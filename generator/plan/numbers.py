@@ -5,6 +5,8 @@ from __future__ import annotations
 import struct
 from decimal import Decimal
 
+from heatwright.spec import Loop
+
 TICK_MS = 10
 """The firmware's tick. Every period and time-out is a whole number of ticks."""
 
@@ -48,11 +50,26 @@ def ticks(duration_s: float) -> int:
     return milliseconds(duration_s) // TICK_MS
 
 
-def steps(duration_s: float, period_s: float) -> int:
+def steps(duration_s: float, loop: Loop) -> int:
     """Whole control periods in `duration_s`, rounded down, one at least."""
-    return max(1, milliseconds(duration_s) // milliseconds(period_s))
+    return max(1, milliseconds(duration_s) // milliseconds(loop.period_s))
+
+
+def filter_share(filter_s: float, loop: Loop) -> float:
+    """Share of the newest value in a first-order low pass: period / (time constant + period)."""
+    return loop.period_s / (filter_s + loop.period_s)
 
 
 def quantity(value: float, unit: str) -> str:
     """A number and its unit for a comment, such as `0.5 K/s`; ASCII only."""
     return f"{value:g} {unit}"
+
+
+def told_period(loop: Loop) -> str:
+    """The control period for a comment, such as `0.5 s`."""
+    return quantity(loop.period_s, "s")
+
+
+def in_periods(duration_s: float, loop: Loop) -> str:
+    """What `steps` are counted from, for a comment, such as `60 s in periods of 0.5 s`."""
+    return f"{quantity(duration_s, 's')} in periods of {told_period(loop)}"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.numbers import c_count, c_float
+from heatwright.generator.plan.numbers import c_count, c_float, in_periods, quantity, steps, ticks
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.text import c_comment
-from heatwright.spec import Controller, Spec
+from heatwright.spec import Controller, Loop, Spec
+from heatwright.spec.board.uart import baud_setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,24 @@ class Source:
     def count(self, name: str, value: int, derivation: str) -> Constant:
         """An unsigned constant and how it was derived."""
         return Constant(name, c_count(value), f"{self.where}: {derivation}")
+
+    def steps(self, name: str, duration_s: float, loop: Loop, more: str = "") -> Constant:
+        """The control steps that a time lasts, and how they were counted."""
+        return self.count(name, steps(duration_s, loop), in_periods(duration_s, loop) + more)
+
+    def ticks(self, name: str, duration_s: float, more: str = "") -> Constant:
+        """The ticks that a time lasts."""
+        return self.count(name, ticks(duration_s), quantity(duration_s, "s") + more)
+
+    def baud(self, name: str, baud: int) -> Constant:
+        """The divisor of a serial port, and the speed that it really makes of the asked one."""
+        setting = baud_setting(self.controller.board.clock_hz, baud)
+        words = f"{baud} baud, really {setting.baud:.0f}"
+        return self.at("baud").count(name, setting.divisor, words)
+
+    def given(self, name: str, value: float, unit: str, more: str = "") -> Constant:
+        """A float constant as the spec gives it."""
+        return self.number(name, value, quantity(value, unit) + more)
 
     def number(self, name: str, value: float, derivation: str) -> Constant:
         """A float constant and how it was derived."""

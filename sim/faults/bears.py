@@ -109,10 +109,10 @@ def _peaks_c(
     cold = network.model_copy(update={"initial_c": ambient_c})
     plant = plant_of(controller, cold, ambient_c=ambient_c, step_s=loop.period_s)
     peaks, heated = plant.temperatures_c.copy(), full_power(controller, name, 1.0)
-    left = math.ceil(reading_s(loop) / loop.period_s)
-    minute = max(1, round(60.0 / loop.period_s))
+    left = math.ceil(loop.periods_in(reading_s(loop)))
+    minute = max(1, round(loop.periods_in(60.0)))
     before = peaks.copy()
-    for row in range(1, round(LONGEST_S / loop.period_s)):
+    for row in range(1, round(loop.periods_in(LONGEST_S))):
         plant.step(heated)
         np.maximum(peaks, plant.temperatures_c, out=peaks)
         if plant.sensed_c()[loop.sensor] >= loop.protection.maximum_c:

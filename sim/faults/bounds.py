@@ -15,6 +15,7 @@ import math
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults.site import Site
 from heatwright.sim.native.parts import PARTS
+from heatwright.sim.reference.numbers import steps
 from heatwright.spec import Controller, Loop
 from heatwright.spec.controller import WATCHDOG_S
 from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, proves_watchdog, self_checked
@@ -30,24 +31,19 @@ FLASH_CYCLES_A_BYTE = 72
 """At most, to read a byte of the flash, also beyond 64 KB, and take it into a CRC."""
 
 
-def steps(duration_s: float, loop: Loop) -> int:
-    """Count the whole periods in a duration, at least one (docs/control.md, "Numbers")."""
-    return max(1, round(1000 * duration_s) // round(1000 * loop.period_s))
-
-
 def reading_s(loop: Loop) -> float:
     """A temperature passes a limit that is judged at once: 2 P."""
-    return 2 * loop.period_s + TICK_S
+    return loop.periods_s(2) + TICK_S
 
 
 def answer_s(loop: Loop) -> float:
     """The sensor answers badly, or no longer: STEPS(stale_after) steps, and the one in hand."""
-    return (steps(loop.protection.stale_after_s, loop) + 1) * loop.period_s + TICK_S
+    return lasting_s(loop.protection.stale_after_s, loop)
 
 
 def lasting_s(duration_s: float, loop: Loop) -> float:
     """Something must last: seen within 2 P, then STEPS(duration) steps, the first included."""
-    return (steps(duration_s, loop) + 1) * loop.period_s + TICK_S
+    return loop.periods_s(steps(duration_s, loop) + 1) + TICK_S
 
 
 def watchdog_s(site: Site) -> float:

@@ -120,7 +120,7 @@ def noisy(site: Place) -> ThermalNetwork:
     """
     loop = site.loop
     step_k = max(sensor_step_k(site), *(blur_k(site, each) for each in starts.setpoints_c(site)))
-    passes_k = loop.protection.rise_rate_k_per_s * loop.period_s - step_k
+    passes_k = loop.rise_per_period_k - step_k
     allowed_k = max(0.0, passes_k) / 2**0.5
     noise_k = min(allowed_k, room_k(site)) / SIGMAS
     sense = dict(site.network.sense)
@@ -135,7 +135,7 @@ def _hold_s(site: Place) -> float:
         protection.runaway.for_s if protection.runaway else 0.0,
         protection.rising_while_off.settle_s if protection.rising_while_off else 0.0,
     ]
-    return min(HOLD_S, max(2 * max(times_s), HOLD_PERIODS * site.loop.period_s))
+    return min(HOLD_S, max(2 * max(times_s), site.loop.periods_s(HOLD_PERIODS)))
 
 
 def healthy(site: Site, machine: Healthy) -> Fault:

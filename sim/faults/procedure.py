@@ -391,7 +391,7 @@ class _Trial:
             return
         since_s = world.now_s
         world.acknowledge()
-        world.run(REST_S + 3 * world.site.loop.period_s)
+        world.run(REST_S + world.site.loop.periods_s(3))
         if world.fault:
             self._wrong(f"{_name(world.fault)} is latched after its acknowledgement")
         elif world.trips.since(max(since_s, world.trips.acknowledged_s())):

@@ -84,7 +84,7 @@ def setpoint_moved(world: World, expected_c: float) -> str:
 
 def first_steps(world: Operated) -> None:
     """Let the controller start."""
-    world.run(FIRST_STEPS * world.site.loop.period_s)
+    world.run(world.site.loop.periods_s(FIRST_STEPS))
 
 
 def heating(site: Site) -> World:

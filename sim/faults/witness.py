@@ -62,7 +62,7 @@ def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> I
     logs = {name: world.device.steps(name) for name in world.site.controller.loops}
     idle = [name for name, log in logs.items() if not len(log)]
     had_s = world.now_s - world.power_on_s
-    late = [name for name in idle if had_s > 2 * world.site.controller.loops[name].period_s]
+    late = [name for name in idle if had_s > world.site.controller.loops[name].periods_s(2)]
     if late:
         yield f"{' and '.join(late)} did no control step"
         return
@@ -93,7 +93,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     read_c = good[single if single in (log.dtype.names or ()) else f"{prefix}temperature_c"]
     times_s, tips_c = world.tips_c(sensor)
     thermometer = controller.thermometers[sensor]
-    age_s = thermometer.conversion_s + controller.loops[name].period_s + world.step_s
+    age_s = controller.loops[name].next_step_s(thermometer.conversion_s) + world.step_s
     if thermometer.clips_c is not None:
         tips_c = np.clip(tips_c, *thermometer.clips_c)
     spans = _spans(times_s, good["time_s"] - age_s, good["time_s"] + world.step_s)
@@ -139,7 +139,7 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
     times_s, flowed_a = world.currents_a(current.sensor)
     volts = current_v(sensor, flowed_a)
     codes = np.minimum(np.floor(CODES * volts / reference_v(sensor, controller.board)), CODES - 1)
-    age_s = loop.period_s + sensor.oversample * TICK_S + world.step_s
+    age_s = loop.next_step_s(sensor.oversample * TICK_S) + world.step_s
     spans = _spans(times_s, log["time_s"] - age_s, log["time_s"] + world.step_s)
     least, most = _extremes(codes, spans)
     code = log["current.raw"] / sensor.oversample

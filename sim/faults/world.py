@@ -190,8 +190,8 @@ class World:
         sensors = (loop.sensor for loop in site.controller.loops.values())
         sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
         period_s = site.loop.period_s  # whole steps, or readings would seem to jump
-        periods_s = (loop.period_s for loop in site.controller.loops.values())
-        most_s = min(STEP_S, metered_step_s(site.controller), *periods_s)
+        shortest_s = site.controller.shortest_period_s
+        most_s = min(STEP_S, metered_step_s(site.controller), shortest_s)
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)

@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
+from heatwright.sim.reference.numbers import TICK_US, period_us
 from heatwright.spec import Controller, Loop, monitors_of, proofs
 from heatwright.spec.board.timers import TICK_S, allocate, looks, looks_in_tick
 from heatwright.spec.facts import LoopFacts, facts_of
@@ -173,7 +174,7 @@ def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
     control: Loop = controller.loops[parts.name]
     flags = [f"-DLOOP={parts.name}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DRAW={_raw_type(controller.thermometers[parts.sensor])}")
-    flags.append(f"-DPERIOD_TICKS={round(control.period_s * 100)}u")
+    flags.append(f"-DPERIOD_TICKS={period_us(control) // TICK_US}u")
     flags += ["-DHOSTED"] * (parts.hosted)
     flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable
     flags += ["-DAUTOTUNE"] * parts.autotune + ["-DADJUSTABLE"] * parts.adjustable

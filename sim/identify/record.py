@@ -33,7 +33,7 @@ class Scales:
     """Power of the heater at full duty, W."""
     full: float | None = None
     """Number in the duty's column that means full power."""
-    period_s: float | None = None
+    every_s: float | None = None
     """Time between two rows, s, where the log has no times."""
 
 
@@ -123,9 +123,9 @@ def _celsius(values: Series, column: Column) -> Series:
 
 def _times(values: Series, column: Column | None, scales: Scales) -> Series:
     if column is None:
-        if scales.period_s is None:
+        if scales.every_s is None:
             raise Unusable("has no times; say how far its lines are apart, such as --period 1s")
-        return np.arange(len(values), dtype=np.float64) * scales.period_s
+        return np.arange(len(values), dtype=np.float64) * scales.every_s
     seconds = _SECONDS.get(column.unit)
     if seconds is None:
         raise Unusable(f"has times in {column.unit}; s, ms, min and h can be read")

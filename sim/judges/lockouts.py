@@ -8,7 +8,8 @@ What several of them within one step, and a reset, have made of the count is tak
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from heatwright.sim.reference.protection.lockout import SECOND_US, Lockout
+from heatwright.sim.reference.numbers import SECOND_US, period_us
+from heatwright.sim.reference.protection.lockout import Lockout
 from heatwright.sim.tape import Tape
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
@@ -33,7 +34,7 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
     spec = lockout_of(controller)
     if spec is None or TRIPS not in (log.dtype.names or ()):
         return
-    period_us = round(controller.loops[loop].period_s * SECOND_US)
+    step_us = period_us(controller.loops[loop])
     by_keys = keypad_of(controller) is not None
     told = log["fault.time_s"].tolist() if "fault.time_s" in (log.dtype.names or ()) else None
     tape, model, steps, latched = Tape(log), Lockout(controller), 0, 0
@@ -41,7 +42,7 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
     for row, (code, trips) in enumerate(zip(tape.fault_code, log[TRIPS].tolist(), strict=True)):
         begins, acknowledged = tape.begins[row], tape.acknowledged[row]
         steps = 1 if begins else steps + 1
-        now_us = steps * period_us
+        now_us = steps * step_us
         at_us = now_us if told is None else told[row] * SECOND_US
         if acknowledged and model.is_locked and not begins:
             if not by_keys and (locked_since_reset or now_us < spec.wait_s * SECOND_US):

@@ -106,7 +106,7 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
         steady_minimum_c=float(steady_c.min()),
         steady_maximum_c=float(steady_c.max()),
         steady_error_k=float(np.abs(steady_c - setpoint_c).max()),
-        iae_ks=float(np.abs(errors_k).sum() * spec.period_s),
+        iae_ks=float(spec.integral(np.abs(errors_k).sum())),
         switchings=switchings(log, controller, name),
         audible=audible(log, controller, name),
         energy_j=energy(trace, controller, spec.heater),
@@ -129,7 +129,7 @@ def _fired(trace: Trace, controller: Controller, name: str, firing: Firing) -> M
         steady_minimum_c=float(steady_c.min()),
         steady_maximum_c=float(steady_c.max()),
         steady_error_k=float(np.abs(steady_c - firing.steady["setpoint_c"]).max()),
-        iae_ks=float(np.abs(readings_c - firing.rows["setpoint_c"]).sum() * spec.period_s),
+        iae_ks=float(spec.integral(np.abs(readings_c - firing.rows["setpoint_c"]).sum())),
         switchings=switchings(log, controller, name),
         audible=audible(log, controller, name),
         energy_j=energy(trace, controller, spec.heater),
@@ -196,7 +196,7 @@ def switchings(log: StepLog, controller: Controller, loop: str) -> float:
     partial = on & (log["duty_percent"] < 100) & (pulses_hz > 0)
     full = on & ~partial
     begun = np.count_nonzero(full & ~np.concatenate(([False], on[:-1])))
-    return float(begun + pulses_hz[partial].sum() * spec.period_s)
+    return float(begun + spec.integral(pulses_hz[partial].sum()))
 
 
 def audible(log: StepLog, controller: Controller, loop: str) -> bool:

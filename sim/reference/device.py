@@ -10,8 +10,8 @@ from heatwright.sim.reference.interfaces.master import Master
 from heatwright.sim.reference.interfaces.menu import MenuKeys
 from heatwright.sim.reference.interfaces.pages import Pages
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
-from heatwright.sim.reference.modelled_loop import SECOND_US, Feels, ModelledLoop
-from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.sim.reference.modelled_loop import Feels, ModelledLoop
+from heatwright.sim.reference.numbers import FULL, SECOND_US, ZERO, Single
 from heatwright.sim.reference.outputs.driven import Clock, Driven
 from heatwright.sim.reference.outputs.feed import Feed
 from heatwright.sim.reference.programs.orders import ProgrammedOperator

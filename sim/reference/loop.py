@@ -55,12 +55,11 @@ class Reference:
         self._readings = Readings(controller, spec.sensor)
         self._guard = Guard(spec, self._readings.raw_width)
         self.steering = Steering(controller, loop)
-        self.limiter = limiter_of(controller, spec.heater, spec.period_s)
+        self.limiter = limiter_of(controller, spec)
         self.program = _program(controller, loop)
         self._response = response_of(spec)
         self._monitors = {
-            name: MonitorModel(controller, name, spec.period_s)
-            for name in monitors_of(controller, loop)
+            name: MonitorModel(controller, name, spec) for name in monitors_of(controller, loop)
         }
         self._also = spec.also
         self._has_cooler = spec.cooler is not None

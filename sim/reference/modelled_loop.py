@@ -9,7 +9,7 @@ from heatwright.sim.reference.interfaces.countdown import CountdownKeys
 from heatwright.sim.reference.interfaces.operator import Operator
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.loop import Record, Reference
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.numbers import SECOND_US, Single, period_us
 from heatwright.sim.reference.programs.copies import Cell, cell_of, column_of
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.sensors.current import IdealSensor
@@ -22,7 +22,6 @@ from heatwright.spec import (
 from heatwright.spec.commands import countdown_of
 from heatwright.spec.facts import facts_of
 
-SECOND_US = 1_000_000
 DEFAULT_READY_K = 1.0
 
 
@@ -68,7 +67,7 @@ class ModelledLoop:
         self._samplers = (own, *self._monitors.values())
         self._felt = felt
         self._ammeter = _ammeter(controller, self.spec.heater)
-        self._period_us = round(self.spec.period_s * SECOND_US)
+        self._period_us = period_us(self.spec)
         self._step_us = self._period_us
         self._rows: deque[tuple[object, ...]] = deque(maxlen=most_rows)
         programs = controller.programs

@@ -7,23 +7,36 @@ below the least normal number, of which it rounds some otherwise.
 
 import numpy as np
 
+from heatwright.spec import Loop
+
 Single = np.float32
 
 ZERO = np.float32(0.0)
 FULL = np.float32(100.0)
 LEAST_SLOPE = np.float32(1e-9)
 """K/s; a filtered slope that is less is 0, before avr-libc's products are no longer IEEE 754's."""
+SECOND_US, TICK_US = 1_000_000, 10_000
 LARGEST_COUNT = 65535
 """Counters of steps are 16 bits wide and stay at their end."""
 
 
-def steps(duration_s: float, period_s: float) -> int:
+def steps(duration_s: float, loop: Loop) -> int:
     """Count the whole control steps in a duration, at least one.
 
     Both are taken in whole milliseconds first: 0.3 s at a period of 0.1 s are 3 steps, although
     0.3 / 0.1 is less than 3 in binary arithmetic.
     """
-    return max(1, round(duration_s * 1000) // round(period_s * 1000))
+    return max(1, round(duration_s * 1000) // round(loop.period_s * 1000))
+
+
+def period(loop: Loop) -> Single:
+    """Return a loop's period as the firmware has it, s."""
+    return Single(loop.period_s)
+
+
+def period_us(loop: Loop) -> int:
+    """Return a loop's period, µs."""
+    return round(loop.period_s * SECOND_US)
 
 
 def filter_share(period_s: float, filter_s: float) -> Single:

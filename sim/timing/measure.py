@@ -72,7 +72,7 @@ def measure(
 
 
 def _length_s(controller: Controller) -> float:
-    return max(LEAST_S, *(LEAST_STEPS * loop.period_s for loop in controller.loops.values()))
+    return max(LEAST_S, LEAST_STEPS * controller.longest_period_s)
 
 
 def _planned(controller: Controller, program: Elf) -> list[Press]:

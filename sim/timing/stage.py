@@ -40,7 +40,7 @@ class Beat:
     """Something that is done once a period."""
 
     due_s: float
-    period_s: float
+    every_s: float
     act: Callable[[], object]
 
 
@@ -61,9 +61,9 @@ class Stage:
             middle_c = resting_c(controller, name)
             for sensor in (loop.sensor, *second):
                 averaged = controller.thermometers[sensor].moving_average
-                dips_k = _dips(loop, middle_c, averaged * loop.period_s, lasts_s)
+                dips_k = _dips(loop, middle_c, loop.periods_s(averaged), lasts_s)
                 swing = _swing(device, sensor, middle_c, dips_k)
-                swings[sensor] = Beat(0.0, loop.period_s, swing)
+                swings[sensor] = _beat(loop, 0.0, swing)
             self._beats += _current(controller, device, loop)
             if facts_of(controller, name).switched:
                 self._beats.append(Beat(STARTED_S, inf, partial(_go, controller, device, name)))
@@ -81,7 +81,7 @@ class Stage:
         for beat in self._beats:
             if beat.due_s <= at_s:
                 beat.act()
-                beat.due_s += beat.period_s
+                beat.due_s += beat.every_s
 
 
 def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
@@ -131,14 +131,14 @@ def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> lis
         return [0.0]
     room_k = min(middle_c - rules.minimum_c, rules.maximum_c - middle_c) - ABOVE_MINIMUM_K
     deep_k = min(DEEPER * effort.band.move_k + 3 * SWING_K, room_k)
-    step_k = rules.rise_rate_k_per_s * loop.period_s / SLOWER
+    step_k = loop.rise_per_period_k / SLOWER
     way = max(1, math.ceil(deep_k / step_k))
     down = [deep_k * turn / way for turn in range(1, way + 1)]
-    dip = [*down, *[deep_k] * math.ceil(BOTTOM_S / loop.period_s), *reversed(down)]
+    dip = [*down, *[deep_k] * math.ceil(loop.periods_in(BOTTOM_S)), *reversed(down)]
     gap_s = min(effort.for_s / DIPS, rules.heating.within_s / 2 if rules.heating else math.inf)
-    between = [0.0] * max(1, int(gap_s / loop.period_s) - len(dip))
+    between = [0.0] * max(1, int(loop.periods_in(gap_s)) - len(dip))
     rise = [*between, *(-each for each in dip)]
-    dips_s = len(dip) * loop.period_s + averaged_s
+    dips_s = loop.periods_s(len(dip)) + averaged_s
     if rules.heating is not None and dips_s > rules.heating.within_s:
         return rise
     rising = rules.rising_while_off
@@ -163,8 +163,12 @@ def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat
     def flow() -> None:
         device.sense(sensor, whole_a * device.on_fraction(loop.heater))
 
-    period_s = loop.period_s
-    return [Beat(period_s / 4, period_s, forget), Beat(period_s / 2, period_s, flow)]
+    return [_beat(loop, 0.25, forget), _beat(loop, 0.5, flow)]
+
+
+def _beat(loop: Loop, share: float, act: Callable[[], object]) -> Beat:
+    """Do something in each period of a loop, when a share of it has gone by."""
+    return Beat(loop.periods_s(share), loop.periods_s(1), act)
 
 
 def resting_c(controller: Controller, loop: str) -> float:

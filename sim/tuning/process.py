@@ -124,7 +124,7 @@ def process_of(controller: Controller, loop: str, at_c: float | None = None) -> 
     late_s = (
         network.sense[spec.sensor].delay_s
         + reading_age_s(controller, spec.sensor)
-        + (controller.thermometers[spec.sensor].moving_average - 1) / 2 * spec.period_s
+        + spec.periods_s((controller.thermometers[spec.sensor].moving_average - 1) / 2)
         + output_delay_s(controller, spec.heater, spec.period_s)
     )
     return Process(

@@ -149,8 +149,8 @@ class Course(NamedTuple):
         readings_c = response["temperature_c"].astype(float)
         errors_k = np.maximum(np.abs(readings_c - self.target_c) - self.step_k, 0.0)
         whole = max(self.step_k, abs(self.target_c - readings_c[0])) * machine.warm_s**2
-        period_s = self.controller.loops[self.loop].period_s
-        cost = float((times_s * errors_k).sum()) * period_s / whole
+        lost_k = float((times_s * errors_k).sum())
+        cost = self.controller.loops[self.loop].integral(lost_k) / whole
         return Outcome(
             overshoot(readings_c, self.target_c),
             settling(times_s, readings_c, self.target_c, self.step_k),

@@ -388,12 +388,7 @@ class _Rules:
         heated = self._heated
         plant, bears_k = heated.warm
         holding_percent = self._number("frozen", "holding_percent")
-        time_s = ends_s(
-            self._loop.algorithm,
-            lie,
-            Times(within_s, for_s, holding_percent),
-            heated.period_s,
-        )
+        time_s = ends_s(self._loop, lie, Times(within_s, for_s, holding_percent))
         peaks = peaks_k(heated, plant, heated.warm_rest, lie, time_s)
         return all(peak <= most for peak, most in zip(peaks, bears_k, strict=True))
 

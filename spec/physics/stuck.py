@@ -12,6 +12,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from heatwright.spec.algorithms import Algorithm
+from heatwright.spec.loops import Loop
 from heatwright.spec.physics.heated_loop import HeatedLoop
 from heatwright.spec.physics.matrices import Vector, apply
 from heatwright.spec.physics.network import Heated
@@ -87,16 +88,16 @@ def fallen(algorithm: Algorithm) -> Lie:
     return Lie(full, 0.0, full)
 
 
-def ends_s(algorithm: Algorithm, lie: Lie, times: Times, period_s: float) -> float:
+def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
     """Return when the first rule ends it, s: a period to see it, and one more until it is off."""
-    full = algorithm.full_percent
-    if algorithm.limits_adjustable and lie.first_percent < full:
+    full = loop.algorithm.full_percent
+    if loop.algorithm.limits_adjustable and lie.first_percent < full:
         full = math.inf  # a host may have left the integral too little to get there
     counts_s = (
         lie.reaches_s(full) + times.within_s,
         lie.reaches_s(times.holding_percent + LEAST_PERCENT) + times.for_s,
     )
-    return min(counts_s) + 2 * period_s
+    return min(counts_s) + loop.periods_s(2)
 
 
 def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, lie: Lie, time_s: float) -> Vector:

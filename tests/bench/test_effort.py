@@ -23,7 +23,7 @@ from heatwright.sim.faults.world import Weather, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.protection.rules import EFFORT_HIGH, EFFORT_LOW, EffortRule, Look
-from heatwright.spec import Controller, Event
+from heatwright.spec import Controller, Event, Loop
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.loops import Effort, EffortBand, EffortLine
 from heatwright.spec.physics.effort import band_percent
@@ -65,7 +65,9 @@ def rule(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:
     effort = Effort.model_validate({"for": "5 s"}).model_copy(
         update={"high_percent": high, "low_percent": low}
     )
-    return EffortRule(effort.with_band(BAND._replace(lines=tuple(lines))), 1.0)
+    return EffortRule(
+        effort.with_band(BAND._replace(lines=tuple(lines))), Loop.model_construct(period_s=1.0)
+    )
 
 
 def stepped(effort: EffortRule, celsius: float, duty: float, steps: int = 1) -> list[int]:

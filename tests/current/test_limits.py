@@ -24,7 +24,7 @@ class Wire:
     def __init__(self, ohm: float, *, rated: bool, text: str = "") -> None:
         plain = "fabricator" if rated else changed("fabricator", (", rated: 25.57 V", ""))
         self._controller = controller_of(text or plain)
-        self.limiter = Limiter(self._controller, "heater", 0.2)
+        self.limiter = Limiter(self._controller, self._controller.loops["nozzle"])
         sensor = self._controller.sensors["current"]
         self._meter = IdealSensor(sensor, self._controller.board)  # type: ignore[arg-type]
         self._full_share = (RATED[rated] / SUPPLY_V) ** 2

@@ -17,7 +17,7 @@ from rig.specs import EXAMPLES, changed, files_of
 from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.numbers import c_float, float32, milliseconds, steps, ticks
 from heatwright.generator.plan.text import c_comment, markdown
-from heatwright.spec import SpecError, load_text
+from heatwright.spec import Loop, SpecError, load_text
 from heatwright.spec.base import LONGEST_TITLE
 
 CHAMBER = changed("chamber")
@@ -162,7 +162,7 @@ def test_a_limit_comes_early_rather_than_late(duration_ms: int, period_ticks: in
     duration_s, period_s = duration_ms / 1000, period_ms / 1000
     assert milliseconds(duration_s) == duration_ms
     assert ticks(duration_s) == duration_ms // 10
-    count = steps(duration_s, period_s)
+    count = steps(duration_s, Loop.model_construct(period_s=period_s))
     assert count == max(1, duration_ms // period_ms)
     assert count == 1 or count * period_ms <= duration_ms < (count + 1) * period_ms
 

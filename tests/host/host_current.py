@@ -29,7 +29,7 @@ def current_problem(host: Host) -> str:
     current = current_of(controller)
     if current is None:
         return ""
-    limiter = Limiter(controller, loop.heater, loop.period_s)
+    limiter = Limiter(controller, loop)
     members = [name for name, _ in limiter.members]
     inputs = np.zeros(1, INPUT)
     inputs["reading_raw"] = scale_of(controller).code(MILD_C)

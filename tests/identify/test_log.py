@@ -164,7 +164,7 @@ OWN_CSV = (
         (rows(), BY_NAME, Scales(40.0, full=255.0), (19, 34, 40 * 100 / 255)),
         (rows(), BY_NAME, Scales(40.0, full=200.0), (19, 34, 20)),
         (rows().replace(",100", ",1"), BY_NAME, SCALES, (19, 34, 40)),  # a switch of 0 and 1
-        (rows(line="{1} {2}"), "temperature,duty", Scales(40.0, period_s=0.5), (9.5, 34, 40)),
+        (rows(line="{1} {2}"), "temperature,duty", Scales(40.0, every_s=0.5), (9.5, 34, 40)),
         (rows(BY_NAME) + "19,35,100\n19,36,100\n", None, SCALES, (19, 36, 40)),  # count once
     ],
 )  # fmt: skip

@@ -14,14 +14,15 @@ from heatwright.sim.reference import Reference
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
 from heatwright.sim.reference.inputs import Orders
 from heatwright.sim.reference.numbers import Single, filter_share, steps
-from heatwright.spec import BOARDS, Sensor, kinds
+from heatwright.spec import BOARDS, Loop, Sensor, kinds
 from heatwright.spec.registry import module_of
 
 
 def test_durations_in_whole_milliseconds_and_the_shares_of_filters():
     assert 0.3 / 0.1 < 3
-    found = [steps(0.3, 0.1), steps(0.29, 0.1), steps(0.01, 1.0), steps(120.0, 1.0)]
-    assert found == [3, 2, 1, 120]
+    quick, slow = (Loop.model_construct(period_s=period_s) for period_s in (0.1, 1.0))
+    assert [steps(0.3, quick), steps(0.29, quick), steps(0.01, slow)] == [3, 2, 1]
+    assert steps(120.0, slow) == 120
     assert filter_share(1.0, 4.0) == Single(0.2)
     assert filter_share(1.0, 0.0) == 1
 

@@ -4,13 +4,14 @@ import pytest
 
 from heatwright.sim.reference.algorithms.response import Response
 from heatwright.sim.reference.numbers import Single
+from heatwright.spec import Loop
 
 
 class Course:
     """A loop that is measured; its period is half a second, so 5 s are 10 steps."""
 
     def __init__(self) -> None:
-        self.response = Response(2.0, 5.0, 0.5)
+        self.response = Response(2.0, 5.0, Loop.model_construct(period_s=0.5))
 
     def go(self, setpoint_c: float, *temperatures_c: float | None, held: bool = True) -> None:
         for each in temperatures_c:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from heatwright.generator.plan.converter import shifted
-from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pulled
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor
@@ -111,8 +111,8 @@ def _constants(
         ),
         Constant(
             f"{prefix}_PERIOD_TICKS",
-            f"{ticks(use.period_s)}u",
-            f"it is read once every {quantity(use.period_s, 's')}, in the ticks up to the step's",
+            f"{use.loop.period_ticks}u",
+            f"it is read once every {told_period(use.loop)}, in the ticks up to the step's",
         ),
         Constant(f"{prefix}_READ_A_TICK", f"{a_tick}u", "registers, in less than 100 us"),
         Constant(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.numbers import filter_share, quantity, told_period
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
-from heatwright.spec import OnOff, ThreePosition
+from heatwright.spec import Loop, OnOff, ThreePosition
 from heatwright.spec.adjusted import numbers_of
 
 LEAST_SLOPE_K_PER_S = 1e-9
@@ -26,19 +26,42 @@ class AlgorithmPlan:
     """The duty that counts as full heat for the rule heating_failed, %."""
 
 
-def per_period(loop: Source, prefix: str, period_s: float) -> Constant:
+@dataclass(frozen=True, slots=True)
+class SwitchNames:
+    """The values for the templates of a switching algorithm; a word is empty without its term."""
+
+    where: str
+    lead: str
+    hysteresis: str
+    in_use: dict[str, str]
+    inside: str = ""
+
+
+def period(source: Source, name: str, loop: Loop) -> Constant:
+    """The period of a loop, s."""
+    return source.at("period").number(name, loop.period_s, told_period(loop))
+
+
+def per_period(source: Source, prefix: str, loop: Loop) -> Constant:
     """1/period: makes a slope in K/s of a change in K."""
-    return loop.at("period").number(
-        f"{prefix}_PER_PERIOD", 1.0 / period_s, f"1 / {quantity(period_s, 's')}"
+    return source.at("period").number(
+        f"{prefix}_PER_PERIOD", 1.0 / loop.period_s, f"1 / {told_period(loop)}"
     )
 
 
-def filter_weight(source: Source, name: str, filter_s: float, period_s: float) -> Constant:
-    """Weight of the newest value in a first-order low pass: period / (time constant + period)."""
+def per_step(source: Source, name: str, rate: float, unit: str, loop: Loop) -> Constant:
+    """What a rate makes in a period."""
+    return source.number(
+        name, rate * loop.period_s, f"{quantity(rate, unit)} x {told_period(loop)}"
+    )
+
+
+def filter_weight(source: Source, name: str, filter_s: float, loop: Loop) -> Constant:
+    """Weight of the newest value in a first-order low pass."""
     return source.number(
         name,
-        period_s / (filter_s + period_s),
-        f"{period_s:g} s / ({quantity(filter_s, 's')} + {period_s:g} s)",
+        filter_share(filter_s, loop),
+        f"{told_period(loop)} / ({quantity(filter_s, 's')} + {told_period(loop)})",
     )
 
 
@@ -70,23 +93,28 @@ def lead_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
     return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
 
 
+def hysteresis_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
+    """How wide its hysteresis is, for a comment; empty if there is none."""
+    if "hysteresis_k" in keyed:
+        return "a hysteresis"
+    return quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k > 0 else ""
+
+
 def lead_constants(
     source: Source,
     algorithm: OnOff | ThreePosition,
     prefix: str,
-    period_s: float,
+    loop: Loop,
     keyed: Collection[str],
 ) -> list[Constant]:
     """The numbers of the look ahead along the slope; none without a lead."""
     if not lead_words(algorithm, keyed):
         return []
     return [
-        source.at("lead").number(
-            f"{prefix}_LEAD_S", algorithm.lead_s, quantity(algorithm.lead_s, "s")
-        ),
+        source.at("lead").given(f"{prefix}_LEAD_S", algorithm.lead_s, "s"),
         filter_weight(
-            source.at("lead_filter"), f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, period_s
+            source.at("lead_filter"), f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, loop
         ),
         least_slope(source.at("lead_filter"), prefix),
-        per_period(Source(source.spec, source.path[:-1]), prefix, period_s),
+        per_period(Source(source.spec, source.path[:-1]), prefix, loop),
     ]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from heatwright.generator.plan.algorithms.common import (
     AlgorithmPlan,
+    SwitchNames,
     by_keys,
+    hysteresis_words,
     in_use,
     lead_constants,
     lead_words,
 )
-from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, OnOff
@@ -20,24 +21,20 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     algorithm, keyed = loop.algorithm, by_keys(source, name)
     assert isinstance(algorithm, OnOff)  # noqa: S101 - found by its kind
     constants: list[Constant] = []
-    has_width = algorithm.hysteresis_k > 0 or "hysteresis_k" in keyed
-    if has_width:
+    hysteresis = hysteresis_words(algorithm, keyed)
+    if hysteresis:
         constants.append(
-            source.at("hysteresis").number(
-                f"{prefix}_HYSTERESIS_K",
-                algorithm.hysteresis_k,
-                quantity(algorithm.hysteresis_k, "K"),
-            )
+            source.at("hysteresis").given(f"{prefix}_HYSTERESIS_K", algorithm.hysteresis_k, "K")
         )
-    constants += lead_constants(source, algorithm, prefix, loop.period_s, keyed)
+    constants += lead_constants(source, algorithm, prefix, loop, keyed)
     return AlgorithmPlan(
         template="algorithms/on_off",
-        told={
-            "where": source.where,
-            "lead": lead_words(algorithm, keyed),
-            "hysteresis": has_width,
-            "in_use": in_use(name, prefix, keyed),
-        },
+        told=SwitchNames(
+            source.where,
+            lead_words(algorithm, keyed),
+            hysteresis,
+            in_use(name, prefix, keyed),
+        ),
         constants=tuple(constants),
         full_duty=source.number(f"{prefix}_FULL_DUTY_PERCENT", 100.0, "on-off control: 100 %"),
     )

@@ -11,8 +11,9 @@ from heatwright.generator.plan.algorithms.common import (
     filter_weight,
     least_slope,
     per_period,
+    per_step,
+    period,
 )
-from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid
@@ -29,7 +30,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
         source,
         loop.algorithm,
         prefix,
-        loop.period_s,
+        loop,
         variable=facts.tunable or sets_gains(source.controller, name),
         moved=facts.programmed and loop.algorithm.feed_forward > 0,
     )
@@ -44,9 +45,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
         template="algorithms/pid",
         told=terms.names(f"algorithm_{name}", gain),
         constants=tuple(terms.constants()),
-        full_duty=source.at("output", "maximum").number(
-            f"{prefix}_FULL_DUTY_PERCENT", maximum, quantity(maximum, "%")
-        ),
+        full_duty=source.at("output", "maximum").given(f"{prefix}_FULL_DUTY_PERCENT", maximum, "%"),
     )
 
 
@@ -97,7 +96,7 @@ class _Terms:
     source: Source
     pid: Pid
     prefix: str
-    period_s: float
+    loop: Loop
     variable: bool
     """Somebody sets gains: a host, a master, or people."""
     moved: bool
@@ -169,20 +168,17 @@ class _Terms:
         return constants
 
     def _number(self, key: str, name: str, value: float, unit: str) -> Constant:
-        return self.source.at(key).number(f"{self.prefix}_{name}", value, quantity(value, unit))
+        return self.source.at(key).given(f"{self.prefix}_{name}", value, unit)
 
     def _ki(self) -> list[Constant]:
-        ki, period = quantity(self.pid.ki, "%/(K*s)"), quantity(self.period_s, "s")
+        unit = "%/(K*s)"
         if self.variable:
             return [
-                self._number("ki", "KI", self.pid.ki, "%/(K*s)"),
-                self._loop().at("period").number(f"{self.prefix}_PERIOD_S", self.period_s, period),
+                self._number("ki", "KI", self.pid.ki, unit),
+                period(self._of_loop(), f"{self.prefix}_PERIOD_S", self.loop),
             ]
-        return [
-            self.source.at("ki").number(
-                f"{self.prefix}_KI_PER_STEP", self.pid.ki * self.period_s, f"{ki} x {period}"
-            )
-        ]
+        name = f"{self.prefix}_KI_PER_STEP"
+        return [per_step(self.source.at("ki"), name, self.pid.ki, unit, self.loop)]
 
     def _kd(self) -> list[Constant]:
         return [
@@ -191,16 +187,16 @@ class _Terms:
                 self.source.at("derivative_filter"),
                 f"{self.prefix}_SLOPE_WEIGHT",
                 self.pid.derivative_filter_s,
-                self.period_s,
+                self.loop,
             ),
             least_slope(self.source.at("derivative_filter"), self.prefix),
-            per_period(self._loop(), self.prefix, self.period_s),
+            per_period(self._of_loop(), self.prefix, self.loop),
         ]
 
     def _limits(self, section: str, limits: IntegralLimits | OutputLimits) -> list[Constant]:
         return [
-            self.source.at(section, key).number(
-                f"{self.prefix}_{section.upper()}_{key.upper()}", value, quantity(value, "%")
+            self.source.at(section, key).given(
+                f"{self.prefix}_{section.upper()}_{key.upper()}", value, "%"
             )
             for key, value in (
                 ("minimum", limits.minimum_percent),
@@ -208,5 +204,5 @@ class _Terms:
             )
         ]
 
-    def _loop(self) -> Source:
+    def _of_loop(self) -> Source:
         return Source(self.source.spec, self.source.path[:-1])

@@ -6,7 +6,9 @@ from collections.abc import Collection
 
 from heatwright.generator.plan.algorithms.common import (
     AlgorithmPlan,
+    SwitchNames,
     by_keys,
+    hysteresis_words,
     in_use,
     lead_constants,
     lead_words,
@@ -23,30 +25,23 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     assert isinstance(algorithm, ThreePosition)  # noqa: S101 - found by its kind
     return AlgorithmPlan(
         template="algorithms/three_position",
-        told={
-            "where": source.where,
-            "lead": lead_words(algorithm, keyed),
-            "hysteresis": _inwards(algorithm, keyed),
-            "inside": f"({prefix}_DEAD_BAND_K - algorithm_{name}.hysteresis_k)"
+        told=SwitchNames(
+            source.where,
+            lead_words(algorithm, keyed),
+            hysteresis_words(algorithm, keyed),
+            in_use(name, prefix, keyed),
+            f"({prefix}_DEAD_BAND_K - algorithm_{name}.hysteresis_k)"
             if "hysteresis_k" in keyed
             else f"{prefix}_INSIDE_K",
-            "in_use": in_use(name, prefix, keyed),
-        },
+        ),
         constants=(
             *_band(source, algorithm, prefix, keyed),
-            *lead_constants(source, algorithm, prefix, loop.period_s, keyed),
+            *lead_constants(source, algorithm, prefix, loop, keyed),
         ),
         full_duty=source.number(
             f"{prefix}_FULL_DUTY_PERCENT", 100.0, "three-position control: 100 %"
         ),
     )
-
-
-def _inwards(algorithm: ThreePosition, keyed: Collection[str]) -> str:
-    """How far what is on goes on into the band, for a comment; empty if it does not."""
-    if "hysteresis_k" in keyed:
-        return "a hysteresis"
-    return quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k else ""
 
 
 def _band(

@@ -137,7 +137,7 @@ def _board(controller: Controller) -> Iterator[Step]:
                 seen += "; less: the element's current is not constant, and all readings too low"
             yield Step(f"Measure {pin} (`{name}`) at {quantity(ROOM_C, '°C')}", seen)
     for name, loop in controller.loops.items():
-        seconds = loop.protection.stale_after_s + loop.period_s + TICK_MS / 1000
+        seconds = loop.next_step_s(loop.protection.stale_after_s) + TICK_MS / 1000
         yield Step(
             f"Loop `{name}` on: pull the sensor's plug",
             f"{_codes(controller, *READINGS)} within {seconds:.3g} s; plug it in and acknowledge",
@@ -170,7 +170,7 @@ def _lamp(controller: Controller) -> Iterator[Step]:
             f"{first}the lamp is lit{_not_a_heater(controller, loop)}",
         )
         yield Step("Press the reset button", "it is dark at once, and as long as it is held")
-        seconds = loop.protection.stale_after_s + loop.period_s + TICK_MS / 1000
+        seconds = loop.next_step_s(loop.protection.stale_after_s) + TICK_MS / 1000
         yield Step(
             "Lit again: pull the sensor's plug", f"dark within {seconds:.3g} s, and stays so"
         )

@@ -9,13 +9,14 @@ from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends
 from heatwright.generator.plan.documents.chips import Fuses, fuses
 from heatwright.generator.plan.documents.commissioning import Stage, commissioning
 from heatwright.generator.plan.documents.lines import LineRow, lines
-from heatwright.generator.plan.numbers import quantity
+from heatwright.generator.plan.numbers import quantity, told_period
 from heatwright.generator.plan.parts import Part, Wiring
 from heatwright.generator.plan.programs.programs import in_words
 from heatwright.generator.plan.protection.hazards import HazardRow, hazards
 from heatwright.generator.plan.protection.limits import limit
-from heatwright.generator.plan.text import markdown
+from heatwright.generator.plan.text import c_comment, markdown
 from heatwright.generator.plan.uart import form
+from heatwright.generator.wiring import Wires
 from heatwright.spec import Controller, Nextion, SerialPlotter, Spec
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.breakable import rules_of
@@ -35,10 +36,17 @@ from heatwright.spec.sensing.budget import Budget, budgets
 
 @dataclass(frozen=True, slots=True)
 class ReadmeNames:
-    """All that the README tells."""
+    """All that the README tells, and the other files around the sources."""
 
     name: str
     title: str
+    comment: str
+    """The title in a comment of C."""
+    platformio: str
+    """The board as PlatformIO calls it."""
+    clock_hz: int | None
+    """Where it is not the board's own."""
+    wires: Wires
     digest: str
     board: str
     clock_mhz: str
@@ -73,10 +81,15 @@ class ReadmeNames:
 def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
     """Wiring, settings and fault codes."""
     controller = spec.controller
-    identity, wiring = controller.identity, wiring_of(parts)
+    identity = controller.identity
+    wiring = list(dict.fromkeys(row for part in parts for row in part.wiring))  # each pin's once
     return ReadmeNames(
         name=identity.name,
         title=markdown(identity.title or identity.name),
+        comment=c_comment(identity.title or identity.name),
+        platformio=controller.board.platformio,
+        clock_hz=controller.board.clock_hz if identity.clock_hz is not None else None,
+        wires=Wires(identity.name, identity.board, wiring),
         digest=spec.digest,
         board=identity.board,
         clock_mhz=f"{controller.board.clock_hz / 1e6:g}",
@@ -108,11 +121,6 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
         lockout=_lockout(controller),
         watchdog=quantity(controller.safety.watchdog_s, "s"),
     )
-
-
-def wiring_of(parts: Iterable[Part]) -> list[Wiring]:
-    """List what is at which pin, each once."""
-    return list(dict.fromkeys(row for part in parts for row in part.wiring))
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +225,7 @@ def _loops(spec: Spec) -> list[ReadmeLoop]:
         ReadmeLoop(
             facts=facts_of(spec.controller, name),
             algorithm=loop.algorithm.kind,
-            period=quantity(loop.period_s, "s"),
+            period=told_period(loop),
             initial=f"{loop.setpoint.initial_c:g} °C",
             minimum=f"{loop.setpoint.minimum_c:g} °C",
             maximum=f"{loop.setpoint.maximum_c:g} °C",

@@ -22,7 +22,6 @@ from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import Gcode
-from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import minds_host
 from heatwright.spec.facts import facts_of
@@ -72,10 +71,7 @@ def _files(context: HostNames) -> Iterable[File]:
 
 
 def _constants(source: Source, interface: Gcode) -> Iterable[Constant]:
-    setting = baud_setting(source.controller.board.clock_hz, interface.baud)
-    yield source.at("baud").count(
-        "HOST_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
-    )
+    yield source.baud("HOST_DIVISOR", interface.baud)
     yield Constant(
         "HOST_SILENT_TICKS",
         f"{ticks(SILENT_S)}u",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.numbers import TICK_MS, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Symbol, Wiring
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
@@ -129,9 +129,7 @@ def _groups(source: Source, name: str, loop: Loop, meanings: set[str]) -> tuple[
         return (common,)
     asked_s = loop.protection.master_lost_after_s
     lost_s = LOST_AFTER_S if asked_s is None else asked_s
-    lost = Source(source.spec, ("loops", name, "protection", "master_lost_after")).count(
-        f"INDICATORS_{name.upper()}_LOST_TICKS",
-        ticks(lost_s),
-        f"{quantity(lost_s, 's')} without a request",
+    lost = Source(source.spec, ("loops", name, "protection", "master_lost_after")).ticks(
+        f"INDICATORS_{name.upper()}_LOST_TICKS", lost_s, " without a request"
     )
     return (common, Group(f"Indicators of {name}", (lost,)))

@@ -7,7 +7,7 @@ from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.loop import adjusted
 from heatwright.generator.plan.loop.loops import told_between_steps
 from heatwright.generator.plan.loop.names import prefix_of
-from heatwright.generator.plan.numbers import milliseconds, quantity
+from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import pulled_up
 from heatwright.generator.plan.programs.menu import Shown, plan_menu
@@ -39,7 +39,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     }
     constants = (
         *lcd.CONSTANTS,
-        source.at("step").number("PANEL_STEP_K", interface.step_k, quantity(interface.step_k, "K")),
+        source.at("step").given("PANEL_STEP_K", interface.step_k, "K"),
     )
     return Part(
         files=(
@@ -149,7 +149,7 @@ def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, 
         Constant("COUNTDOWN_COARSE_MIN", f"{coarse}u", "for each repeat of a key held for long"),
         Constant(
             "COUNTDOWN_PERIOD_MS",
-            f"{milliseconds(loop.period_s)}UL",
-            f"control steps of {quantity(loop.period_s, 's')}",
+            f"{loop.period_ticks * TICK_MS}UL",
+            f"control steps of {told_period(loop)}",
         ),
     )

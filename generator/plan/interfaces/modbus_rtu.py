@@ -33,7 +33,6 @@ from heatwright.generator.plan.timers import registers as timer_registers
 from heatwright.generator.plan.uart import UartRegisters, form, registers
 from heatwright.spec import ModbusRtu
 from heatwright.spec.board.timers import Interval, allocate
-from heatwright.spec.board.uart import baud_setting
 
 VENDOR = "heatwright"
 
@@ -80,11 +79,8 @@ def _silence(source: Source, interface: ModbusRtu) -> tuple[int, Interval]:
 def _constants(
     source: Source, interface: ModbusRtu, silence: tuple[int, Interval]
 ) -> Iterable[Constant]:
-    setting = baud_setting(source.controller.board.clock_hz, interface.baud)
     timer, interval = silence
-    yield source.at("baud").count(
-        "MODBUS_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
-    )
+    yield source.baud("MODBUS_DIVISOR", interface.baud)
     yield source.at("address").count("MODBUS_ADDRESS", interface.address, "of this slave")
     why = (
         f"{SILENT_CHARACTERS} characters of {interface.character_bits} bits"

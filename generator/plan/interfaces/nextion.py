@@ -10,7 +10,7 @@ from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import Begin, Placed, What, components, whats
 from heatwright.generator.plan.nextion.words import words
-from heatwright.generator.plan.numbers import c_float, quantity, ticks
+from heatwright.generator.plan.numbers import c_float, quantity, ticks, told_period
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -206,10 +206,7 @@ def _headers(source: Source, interface: Nextion) -> list[Header]:
 
 
 def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
-    setting = baud_setting(source.controller.board.clock_hz, interface.baud)
-    yield source.at("baud").count(
-        "NEXTION_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
-    )
+    yield source.baud("NEXTION_DIVISOR", interface.baud)
     yield Constant("NEXTION_BAUD", f"{interface.baud}ul", "to which the display is brought")
     turn = f"{quantity(TURN_S * 1e3, 'ms')} from one instruction to the next at least"
     yield Constant("NEXTION_TURN_TICKS", f"{ticks(TURN_S)}u", turn)
@@ -249,11 +246,11 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
     )
     power_w = getattr(controller.outputs[loop.heater], "power_w", None)
     if power_w is not None:
-        joules = power_w * loop.period_s / PARTS_OF_DUTY
+        joules = loop.integral(power_w) / PARTS_OF_DUTY
         yield Source(source.spec, ("outputs", loop.heater, "power")).number(
             "NEXTION_HUNDREDTHS_OF_KWH",
             joules / JOULES_PER_HUNDREDTH_KWH,
-            f"{quantity(power_w, 'W')} x {quantity(loop.period_s, 's')} / 1000, in 0.01 kWh",
+            f"{quantity(power_w, 'W')} x {told_period(loop)} / 1000, in 0.01 kWh",
         )
     for name, colour, what in (
         ("PLAIN", FIELD, "any segment"),

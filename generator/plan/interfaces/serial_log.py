@@ -10,7 +10,6 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import registers
 from heatwright.spec import SerialLog
 from heatwright.spec.board.eeprom import layout
-from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.facts import facts_of
 
 
@@ -76,13 +75,10 @@ def _numbers() -> tuple[File, ...]:
 
 def _constants(source: Source, interface: SerialLog) -> tuple[Constant, ...]:
     controller = source.controller
-    setting = baud_setting(controller.board.clock_hz, interface.baud)
     every = source.at("every")
     shown = quantity(interface.every_s, "s")
     constants = [
-        source.at("baud").count(
-            "LOG_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
-        ),
+        source.baud("LOG_DIVISOR", interface.baud),
         every.count("LOG_EVERY_S", round(interface.every_s), "from one entry to the next"),
         Constant("LOG_EVERY_TICKS", f"{ticks(interface.every_s)}ul", f"{every.where}: {shown}"),
         source.at("entries").count(

@@ -11,7 +11,6 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import Controller, Pid, SerialPlotter
 from heatwright.spec.adjusted import numbers_of, sets_gains
-from heatwright.spec.board.uart import baud_setting
 from heatwright.spec.facts import facts_of
 
 
@@ -45,13 +44,10 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     """Plan transmitter and plotter for one loop."""
     controller = source.controller
     board = controller.board
-    setting = baud_setting(board.clock_hz, interface.baud)
     uart = registers(board)
     setup = uart.setup("SERIAL_DIVISOR", receives=False)
     constants = (
-        source.at("baud").count(
-            "SERIAL_DIVISOR", setting.divisor, f"{interface.baud} baud, really {setting.baud:.0f}"
-        ),
+        source.baud("SERIAL_DIVISOR", interface.baud),
         _decimals(source, interface),
     )
     plotter = PlotterNames(

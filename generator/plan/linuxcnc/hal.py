@@ -49,7 +49,6 @@ def hal_names(source: Source, interface: ModbusRtu) -> HalNames:
     """Find what the HAL files need to know."""
     controller, names = source.controller, loop_names(source.controller)
     round_s = 1 / rate_hz(source, interface)
-    step_s = max(loop.period_s for loop in controller.loops.values())
     return HalNames(
         name=controller_name(controller),
         file=controller.identity.name,
@@ -69,7 +68,9 @@ def hal_names(source: Source, interface: ModbusRtu) -> HalNames:
         ],
         heard_s=_seconds(max(lost_after_s(controller), UPTIME_S + ROUNDS * round_s)),
         obeyed_s=_seconds(
-            ROUNDS * round_s + STEPS * step_s + LOST_ANSWERS * answer_within_s(interface)
+            ROUNDS * round_s
+            + STEPS * controller.longest_period_s
+            + LOST_ANSWERS * answer_within_s(interface)
         ),
     )
 

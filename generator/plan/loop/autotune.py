@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heatwright.generator.plan.algorithms.pid import in_force
-from heatwright.generator.plan.numbers import quantity, steps
+from heatwright.generator.plan.numbers import quantity, told_period
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Autotune, Loop, Pid
-
-MOST_STEPS = 65535
-"""What the counter of the experiment's steps holds."""
 
 FILTERS_AND_PERIODS = 1.35
 """The closed loop's time constant is at least so many times the derivative filter's and a period
@@ -24,8 +21,8 @@ def constants(loop: Source, spec: Loop, prefix: str) -> list[Constant]:
     assert pid is not None  # noqa: S101 - a loop that can be tuned
     assert experiment is not None  # noqa: S101 - and is
     return [
-        *_experiment(loop.at("autotune"), experiment, pid, prefix, spec.period_s),
-        *_rule(loop.at("algorithm"), pid, prefix, spec.period_s),
+        *_experiment(loop.at("autotune"), experiment, pid, prefix, spec),
+        *_rule(loop.at("algorithm"), pid, prefix, spec),
     ]
 
 
@@ -35,9 +32,9 @@ def swing_percent(experiment: Autotune, pid: Pid) -> float:
 
 
 def _experiment(
-    source: Source, experiment: Autotune, pid: Pid, prefix: str, period_s: float
+    source: Source, experiment: Autotune, pid: Pid, prefix: str, loop: Loop
 ) -> list[Constant]:
-    swing, timeout = quantity(experiment.swing_percent, "%"), quantity(experiment.timeout_s, "s")
+    swing = quantity(experiment.swing_percent, "%")
     return [
         source.at("swing").number(
             f"{prefix}_TUNING_SWING_SHARE",
@@ -50,15 +47,11 @@ def _experiment(
             swing_percent(experiment, pid),
             f"{swing} of {quantity(pid.output.maximum_percent, '%')}",
         ),
-        source.at("timeout").count(
-            f"{prefix}_TUNING_TIMEOUT_STEPS",
-            min(MOST_STEPS, steps(experiment.timeout_s, period_s)),
-            f"{timeout} in periods of {quantity(period_s, 's')}",
-        ),
+        source.at("timeout").steps(f"{prefix}_TUNING_TIMEOUT_STEPS", experiment.timeout_s, loop),
     ]
 
 
-def _rule(source: Source, pid: Pid, prefix: str, period_s: float) -> list[Constant]:
+def _rule(source: Source, pid: Pid, prefix: str, loop: Loop) -> list[Constant]:
     filter_s, limits = pid.derivative_filter_s, pid.integral
     shown = quantity(filter_s, "s")
     start = source.at("integral").number(
@@ -70,8 +63,8 @@ def _rule(source: Source, pid: Pid, prefix: str, period_s: float) -> list[Consta
         source.at("derivative_filter").number(f"{prefix}_TUNING_FILTER_S", filter_s, shown),
         source.at("derivative_filter").number(
             f"{prefix}_TUNING_LEAST_S",
-            FILTERS_AND_PERIODS * (filter_s + period_s),
-            f"{FILTERS_AND_PERIODS:g} x ({shown} + {quantity(period_s, 's')})",
+            FILTERS_AND_PERIODS * (filter_s + loop.period_s),
+            f"{FILTERS_AND_PERIODS:g} x ({shown} + {told_period(loop)})",
         ),
         *([] if pid.limits_adjustable else [start]),
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import milliseconds, quantity, steps
+from heatwright.generator.plan.numbers import TICK_MS, in_periods, quantity, steps
 from heatwright.generator.plan.parts import Constant, File, Group, Part
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Current, Loop
@@ -101,7 +101,7 @@ def _idle(at: Source, current: Current, factor: float, mean: str) -> tuple[float
 
 
 def _steps(loop: Loop) -> tuple[int, str]:
-    enough = steps(RULES_S, loop.period_s)
+    enough = steps(RULES_S, loop)
     if enough < FEWEST_STEPS:
-        return FEWEST_STEPS, f"the current may lag by one of {milliseconds(loop.period_s)} ms"
-    return enough, f"{quantity(RULES_S, 's')} in periods of {quantity(loop.period_s, 's')}"
+        return FEWEST_STEPS, f"the current may lag by one of {loop.period_ticks * TICK_MS} ms"
+    return enough, in_periods(RULES_S, loop)

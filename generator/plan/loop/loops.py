@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 
-from heatwright.generator.plan.algorithms.common import AlgorithmPlan
+from heatwright.generator.plan.algorithms.common import AlgorithmPlan, period
 from heatwright.generator.plan.algorithms.pid import in_force
 from heatwright.generator.plan.core import permits
 from heatwright.generator.plan.loop import adjusted, autotune
@@ -14,7 +14,7 @@ from heatwright.generator.plan.loop.current import plan_current
 from heatwright.generator.plan.loop.features import FEATURES
 from heatwright.generator.plan.loop.names import LoopNames, loop_names, prefix_of
 from heatwright.generator.plan.loop.steps import put_together
-from heatwright.generator.plan.numbers import quantity, steps, ticks
+from heatwright.generator.plan.numbers import quantity, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.protection.guard import EffortNames, effort_names, guard_constants
 from heatwright.generator.plan.protection.monitors import plan_monitors
@@ -46,7 +46,7 @@ def told_between_steps(controller: Controller, loop: Loop) -> bool:
     It has to where others find faults or acknowledge them, and where the steps are rare.
     """
     others = gcode_of(controller), modbus_of(controller), nextion_of(controller)
-    return len(controller.loops) > 1 or any(others) or loop.period_s > RARE_S
+    return len(controller.loops) > 1 or any(others) or loop.periods_in(RARE_S) < 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ def plan_loop(source: Source, name: str, loop: Loop) -> Part:
         *algorithm.constants,
         *adjusted.range_constants(source, name, prefix),
         *(autotune.constants(source, loop, prefix) if told.autotune else ()),
-        *(_response(source, loop.response, loop.period_s, prefix) if loop.response else ()),
+        *(_response(source, loop.response, loop, prefix) if loop.response else ()),
         *guard_constants(source.at("protection"), loop, prefix, algorithm.full_duty),
     )
     return Part(
@@ -183,21 +183,13 @@ def _full_duty(loop: Loop, name: str, prefix: str) -> str:
     return f"{prefix}_FULL_DUTY_PERCENT"
 
 
-def _response(source: Source, response: Response, period_s: float, prefix: str) -> list[Constant]:
+def _response(source: Source, response: Response, loop: Loop, prefix: str) -> list[Constant]:
     """What counts as settled."""
     at = source.at("response")
     return [
-        at.at("within").number(
-            f"{prefix}_RESPONSE_WITHIN_K", response.within_k, quantity(response.within_k, "K")
-        ),
-        at.at("for").count(
-            f"{prefix}_RESPONSE_STEPS",
-            steps(response.for_s, period_s),
-            f"{quantity(response.for_s, 's')} in periods of {quantity(period_s, 's')}",
-        ),
-        source.at("period").number(
-            f"{prefix}_RESPONSE_PERIOD_S", period_s, quantity(period_s, "s")
-        ),
+        at.at("within").given(f"{prefix}_RESPONSE_WITHIN_K", response.within_k, "K"),
+        at.at("for").steps(f"{prefix}_RESPONSE_STEPS", response.for_s, loop),
+        period(source, f"{prefix}_RESPONSE_PERIOD_S", loop),
     ]
 
 
@@ -208,12 +200,10 @@ def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constan
     bounds = (("minimum", loop.setpoint.minimum_c), ("maximum", loop.setpoint.maximum_c))
     return [
         source.at("period").count(
-            f"{told.prefix}_PERIOD_TICKS", ticks(loop.period_s), quantity(loop.period_s, "s")
+            f"{told.prefix}_PERIOD_TICKS", loop.period_ticks, told_period(loop)
         ),
         *(
-            setpoint.at(key).number(
-                f"{told.prefix}_SETPOINT_{key.upper()}_C", value, quantity(value, "degC")
-            )
+            setpoint.at(key).given(f"{told.prefix}_SETPOINT_{key.upper()}_C", value, "degC")
             for key, value in (("initial", loop.setpoint.initial_c), *(bounds if bounded else ()))
         ),
     ]
@@ -249,11 +239,7 @@ def _ready_within_k(loop: Loop) -> float:
 
 def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     within_k = _ready_within_k(loop)
-    return [
-        source.at("ready_within").number(
-            f"{prefix}_READY_WITHIN_K", within_k, quantity(within_k, "K")
-        )
-    ]
+    return [source.at("ready_within").given(f"{prefix}_READY_WITHIN_K", within_k, "K")]
 
 
 def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
@@ -261,4 +247,4 @@ def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
     if within_k is None:
         at, within_k = source.at("ready_within"), _ready_within_k(loop)
-    return [at.number(f"{prefix}_WARM_WITHIN_K", within_k, quantity(within_k, "K"))]
+    return [at.given(f"{prefix}_WARM_WITHIN_K", within_k, "K")]

@@ -77,10 +77,14 @@ class OutputNames:
     gated: bool
     commanded: bool
     watched: bool
+    stops: bool
+    """A heater that stays on for a while, and has to be stopped."""
+    runs_where: str
 
 
 def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
     """Return the values for every output's template."""
+    output = source.controller.switches.get(name)
     return OutputNames(
         name=name,
         NAME=name.upper(),
@@ -90,6 +94,8 @@ def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
         gated=use.gated,
         commanded=use.commanded,
         watched=use.watched,
+        stops=use.heats and output is not None and output.stays_on_s > 0,
+        runs_where=source.at("runs").where,
     )
 
 

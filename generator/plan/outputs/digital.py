@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import quantity, ticks
+from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
-from heatwright.generator.plan.parts import Call, Constant, Part, Stage
+from heatwright.generator.plan.parts import Call, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import DigitalOutput
 
@@ -20,7 +20,6 @@ def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> 
         output,
         use,
         "outputs/digital",
-        told={"runs_where": source.at("runs").where},
         start_calls=() if use.gated else (start,),
     )
 
@@ -38,10 +37,9 @@ def _held(
         use,
         "outputs/held",
         constants=tuple(
-            _least(source.at(key), f"OUTPUT_{name}_{key}_TICKS".upper(), duration_s)
+            source.at(key).ticks(f"OUTPUT_{name}_{key}_TICKS".upper(), duration_s, " at least")
             for key, duration_s in least.items()
         ),
-        told={"stops": use.heats and output.stays_on_s > 0},
         start_calls=start,
         tick_calls=() if use.gated else (tick,),
         wired="".join(
@@ -50,7 +48,3 @@ def _held(
             if duration_s > 0
         ),
     )
-
-
-def _least(source: Source, name: str, duration_s: float) -> Constant:
-    return source.count(name, ticks(duration_s), f"{quantity(duration_s, 's')} at least")

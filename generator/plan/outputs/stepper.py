@@ -113,11 +113,7 @@ def _constants(
             steps_per_mm,
             f"{output.steps} x {output.microsteps} / {quantity(output.lead_mm, 'mm')}",
         ),
-        maximum.number(
-            f"{prefix}_MAXIMUM_MM_PER_S",
-            output.maximum_mm_per_s,
-            quantity(output.maximum_mm_per_s, "mm/s"),
-        ),
+        maximum.given(f"{prefix}_MAXIMUM_MM_PER_S", output.maximum_mm_per_s, "mm/s"),
         maximum.number(
             f"{prefix}_FASTEST_STEPS_PER_S",
             output.maximum_mm_per_s * steps_per_mm,

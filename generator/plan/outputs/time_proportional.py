@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks
 from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
-from heatwright.generator.plan.parts import Part
+from heatwright.generator.plan.parts import Constant, Part
 from heatwright.generator.plan.source import Source
 from heatwright.spec import TimeProportionalOutput
 
@@ -33,6 +33,12 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
     def in_steps(duration_s: float) -> int:
         return milliseconds(duration_s) // resolution_ms
 
+    def least(key: str, duration_s: float) -> Constant:
+        steps = in_steps(duration_s)
+        return source.at(key).count(
+            f"{prefix}_{key.upper()}_STEPS", steps, quantity(duration_s, "s")
+        )
+
     spread = output.distribution == "spread"
     window = in_steps(output.window_s)
     windows = source.at("window").count(
@@ -40,9 +46,7 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         window,
         f"{quantity(output.window_s, 's')} in steps of {resolution_ms} ms",
     )
-    in_ticks = source.at("window").count(
-        f"{prefix}_WINDOW_TICKS", ticks(output.window_s), quantity(output.window_s, "s")
-    )
+    in_ticks = source.at("window").ticks(f"{prefix}_WINDOW_TICKS", output.window_s)
     constants = [
         windows if spread else in_ticks,
         source.at("resolution").count(
@@ -53,22 +57,9 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         ),
     ]
     if output.minimum_on_s > 0:
-        constants.append(
-            source.at("minimum_on").count(
-                f"{prefix}_MINIMUM_ON_STEPS",
-                in_steps(output.minimum_on_s),
-                quantity(output.minimum_on_s, "s"),
-            )
-        )
+        constants.append(least("minimum_on", output.minimum_on_s))
     if output.minimum_off_s > 0:
-        constants += [
-            windows,
-            source.at("minimum_off").count(
-                f"{prefix}_MINIMUM_OFF_STEPS",
-                in_steps(output.minimum_off_s),
-                quantity(output.minimum_off_s, "s"),
-            ),
-        ]
+        constants += [windows, least("minimum_off", output.minimum_off_s)]
     return output_part(
         source,
         name,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.loop.loops import told_between_steps
 from heatwright.generator.plan.loop.names import prefix_of
-from heatwright.generator.plan.numbers import c_float, quantity, ticks
+from heatwright.generator.plan.numbers import c_float, quantity, told_period
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.source import Source
@@ -84,8 +84,8 @@ def _constants(source: Source, loop: Loop, step_k: float) -> tuple[Constant, ...
     return (
         Constant(
             "PANEL_PERIOD_TICKS",
-            f"{ticks(loop.period_s)}UL",
-            f"a control step of {quantity(loop.period_s, 's')}, in ticks of 10 ms",
+            f"{loop.period_ticks}UL",
+            f"a control step of {told_period(loop)}, in ticks of 10 ms",
         ),
         Constant(
             "PANEL_TARGET_STEP",
@@ -98,13 +98,12 @@ def _constants(source: Source, loop: Loop, step_k: float) -> tuple[Constant, ...
 def _energy(source: Source, loop: Loop, power_w: float | None) -> tuple[Constant, ...]:
     if power_w is None:
         return ()
-    kwh = power_w * loop.period_s / TENTHS_PER_DUTY / JOULE_PER_KWH
+    kwh = loop.integral(power_w) / TENTHS_PER_DUTY / JOULE_PER_KWH
     heater = Source(source.spec, ("outputs", loop.heater, "power"))
     return (
         Constant(
             "PANEL_KWH_PER_COUNT",
             c_float(kwh),
-            f"{heater.where}: {quantity(power_w, 'W')} x {quantity(loop.period_s, 's')} "
-            "/ 1000 / 3.6e6 J",
+            f"{heater.where}: {quantity(power_w, 'W')} x {told_period(loop)} / 1000 / 3.6e6 J",
         ),
     )

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import LoopSummary
-from heatwright.generator.plan.numbers import c_float, quantity, steps
+from heatwright.generator.plan.numbers import c_float, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
+from heatwright.spec import Loop
 from heatwright.spec.programs import Programs
-
-MOST_STEPS = 65_535
-"""What the counter of the steps that a program waits can hold."""
 
 TENTHS_PER_HOUR = 36_000
 """Seconds in an hour, for rates in tenths of a kelvin per hour."""
@@ -71,8 +69,8 @@ def _names(source: Source, programs: Programs, loop: LoopSummary) -> ProgramName
 
 
 def _constants(root: Source, source: Source, programs: Programs) -> list[Constant]:
-    period_s = root.controller.loops[programs.loop].period_s
-    period = quantity(period_s, "s")
+    loop = root.controller.loops[programs.loop]
+    period_s, period = loop.period_s, told_period(loop)
     save, reached = source.at("save_every"), source.at("reached_within")
     constants = [
         Constant("PROGRAM_PER_PERIOD", c_float(1.0 / period_s), f"1 / {period}"),
@@ -82,30 +80,19 @@ def _constants(root: Source, source: Source, programs: Programs) -> list[Constan
             c_float(TENTHS_PER_HOUR / period_s),
             f"periods of {period} in an hour, for rates of 0.1 K/h",
         ),
-        reached.number(
-            "PROGRAM_REACHED_K", programs.reached_within_k, quantity(programs.reached_within_k, "K")
-        ),
-        save.count(
-            "PROGRAM_SAVE_STEPS",
-            steps(programs.save_every_s, period_s),
-            f"{quantity(programs.save_every_s, 's')} in periods of {period}",
-        ),
+        reached.given("PROGRAM_REACHED_K", programs.reached_within_k, "K"),
+        save.steps("PROGRAM_SAVE_STEPS", programs.save_every_s, loop),
     ]
-    return [*constants, *_hold_back(source, programs, period_s), *_resume(source, programs)]
+    return [*constants, *_hold_back(source, programs, loop), *_resume(source, programs)]
 
 
-def _hold_back(source: Source, programs: Programs, period_s: float) -> list[Constant]:
+def _hold_back(source: Source, programs: Programs, loop: Loop) -> list[Constant]:
     back = programs.hold_back
     if back is None:
         return []
-    limit = f"{quantity(back.limit_s, 's')} in periods of {quantity(period_s, 's')}"
     return [
-        source.at("hold_back").number(
-            "PROGRAM_BACK_K", back.within_k, quantity(back.within_k, "K")
-        ),
-        source.at("hold_back", "limit").count(
-            "PROGRAM_LIMIT_STEPS", min(steps(back.limit_s, period_s), MOST_STEPS), limit
-        ),
+        source.at("hold_back").given("PROGRAM_BACK_K", back.within_k, "K"),
+        source.at("hold_back", "limit").steps("PROGRAM_LIMIT_STEPS", back.limit_s, loop),
     ]
 
 
@@ -114,7 +101,7 @@ def _resume(source: Source, programs: Programs) -> list[Constant]:
     if within_k == 0:
         return []
     return [
-        source.at("after_power_loss", "resume_within").number(
-            "PROGRAM_RESUME_WITHIN_K", within_k, quantity(within_k, "K")
+        source.at("after_power_loss", "resume_within").given(
+            "PROGRAM_RESUME_WITHIN_K", within_k, "K"
         )
     ]

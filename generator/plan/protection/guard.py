@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan.numbers import c_float, quantity, steps, ticks
+from heatwright.generator.plan.algorithms.common import per_step
+from heatwright.generator.plan.numbers import c_float, filter_share, quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import ascii_units
@@ -15,25 +16,24 @@ from heatwright.spec.quantity import about
 
 def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant) -> list[Constant]:
     """Limits and times of the rules that the loop has; `source` is its `protection`."""
-    rules, period_s = loop.protection, loop.period_s
+    rules = loop.protection
 
     def count(path: tuple[str, ...], name: str, duration_s: float) -> Constant:
-        derivation = f"{quantity(duration_s, 's')} in periods of {quantity(period_s, 's')}"
-        return source.at(*path).count(
-            f"{prefix}_{name}", steps(duration_s, period_s), derivation + _from_plant(rules, path)
-        )
+        more = _from_plant(rules, path)
+        return source.at(*path).steps(f"{prefix}_{name}", duration_s, loop, more)
 
     def number(path: tuple[str, ...], name: str, value: float, unit: str) -> Constant:
-        derivation = quantity(value, unit) + _from_plant(rules, path)
-        return source.at(*path).number(f"{prefix}_{name}", value, derivation)
+        return source.at(*path).given(f"{prefix}_{name}", value, unit, _from_plant(rules, path))
 
     constants = [
         number(("maximum",), "MAXIMUM_C", rules.maximum_c, "degC"),
         number(("minimum",), "MINIMUM_C", rules.minimum_c, "degC"),
-        source.at("rise_rate").number(
+        per_step(
+            source.at("rise_rate"),
             f"{prefix}_RISE_PER_STEP_K",
-            rules.rise_rate_k_per_s * period_s,
-            f"{quantity(rules.rise_rate_k_per_s, 'K/s')} x {quantity(period_s, 's')}",
+            rules.rise_rate_k_per_s,
+            "K/s",
+            loop,
         ),
         count(("stale_after",), "STALE_STEPS", rules.stale_after_s),
     ]
@@ -70,7 +70,7 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
             count(("rising_while_off", "settle"), "OFF_SETTLE_STEPS", rising.settle_s),
         ]
     if rules.effort is not None:
-        constants += _effort(source.at("effort"), rules.effort, period_s, prefix)
+        constants += _effort(source.at("effort"), rules.effort, loop, prefix)
     return constants
 
 
@@ -80,18 +80,10 @@ def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     constants = []
     if lost_s is not None:
         constants.append(
-            source.at("master_lost_after").count(
-                f"{prefix}_MASTER_LOST_TICKS", ticks(lost_s), quantity(lost_s, "s")
-            )
+            source.at("master_lost_after").ticks(f"{prefix}_MASTER_LOST_TICKS", lost_s)
         )
     if most_s is not None:
-        constants.append(
-            source.at("on_for_at_most").count(
-                f"{prefix}_ON_STEPS",
-                steps(most_s, loop.period_s),
-                f"{quantity(most_s, 's')} in periods of {quantity(loop.period_s, 's')}",
-            )
-        )
+        constants.append(source.at("on_for_at_most").steps(f"{prefix}_ON_STEPS", most_s, loop))
     return constants
 
 
@@ -148,7 +140,7 @@ def _ends(effort: Effort) -> dict[str, tuple[float, str]]:
     return {end: (share, season) for end, (share, season) in ends.items() if share is not None}
 
 
-def _effort(source: Source, effort: Effort, period_s: float, prefix: str) -> list[Constant]:
+def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Constant]:
     """The band of the power, and the time beyond it; lines that bend stand in a table."""
     band, (line, *bent) = effort.band, effort.band.lines
     limits = []
@@ -166,17 +158,14 @@ def _effort(source: Source, effort: Effort, period_s: float, prefix: str) -> lis
         *limits,
         source.number(
             f"{prefix}_EFFORT_SHARE",
-            period_s / (band.filter_s + period_s),
+            filter_share(band.filter_s, loop),
             f"of a step; the plant feels a power for {about(band.filter_s)} s",
         ),
         source.number(
             f"{prefix}_EFFORT_MOVE_K", band.move_k, "a reading that moves by less stands"
         ),
-        source.at("for").count(
-            f"{prefix}_EFFORT_STEPS",
-            steps(effort.for_s, period_s),
-            f"{quantity(effort.for_s, 's')} in periods of {quantity(period_s, 's')}"
-            f"{_words(effort.derived.get('for'))}",
+        source.at("for").steps(
+            f"{prefix}_EFFORT_STEPS", effort.for_s, loop, _words(effort.derived.get("for"))
         ),
     ]
 

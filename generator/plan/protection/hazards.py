@@ -281,8 +281,8 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
     lasts_s = _lasting(loop)
     if rule in lasts_s:
         ahead = 2 if rule == "sensor_frozen" else 1
-        return (steps(lasts_s[rule], loop.period_s) + ahead) * loop.period_s + TICK_S
-    return _waits(controller, loop).get(rule, 0.0) + 2 * loop.period_s + TICK_S
+        return loop.periods_s(steps(lasts_s[rule], loop) + ahead) + TICK_S
+    return _waits(controller, loop).get(rule, 0.0) + loop.periods_s(2) + TICK_S
 
 
 def _asked_within_s(controller: Controller) -> float:
@@ -315,7 +315,7 @@ def _lasting(loop: Loop) -> dict[str, float]:
         found["effort_high"] = found["effort_low"] = protection.effort.for_s
     if protection.on_for_at_most_s is not None:
         found["on_too_long"] = protection.on_for_at_most_s
-    current_s = max(RULES_S, FEWEST_STEPS * loop.period_s)
+    current_s = max(RULES_S, loop.periods_s(FEWEST_STEPS))
     return found | {"current_while_off": current_s, "no_current": current_s}
 
 

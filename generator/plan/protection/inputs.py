@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.parts import Call, File, Group, Part, Stage, Symbol, Wiring
 from heatwright.generator.plan.pins import contact, label
 from heatwright.generator.plan.source import Source
@@ -18,17 +17,13 @@ def plan_inputs(root: Source) -> list[Part]:
     section, trips = root.at("safety", "inputs"), tripping(root.controller)
     context = {"where": section.where, "inputs": list(inputs), "tripping": list(trips)}
     constants = [
-        section.at(name, "for").count(
-            f"INPUT_{name.upper()}_TICKS", ticks(each.for_s), quantity(each.for_s, "s")
-        )
+        section.at(name, "for").ticks(f"INPUT_{name.upper()}_TICKS", each.for_s)
         for name, each in trips.items()
     ]
     slowest = max(inputs, key=lambda name: inputs[name].for_s)
-    closed_s = inputs[slowest].for_s
+    closed = section.at(slowest, "for")
     constants.append(
-        section.at(slowest, "for").count(
-            "GATE_INPUT_TICKS", ticks(closed_s), f"{quantity(closed_s, 's')} closed before any heat"
-        )
+        closed.ticks("GATE_INPUT_TICKS", inputs[slowest].for_s, " closed before any heat")
     )
     return [
         Part(

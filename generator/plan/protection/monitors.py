@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.numbers import quantity, steps
+from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
@@ -54,20 +54,12 @@ def _constants(at: Source, name: str, monitor: Monitor, loop: Loop) -> tuple[Con
     prefix = f"MONITOR_{name.upper()}"
     ends_c = monitor.warning_c - monitor.hysteresis_k
     return (
-        at.at("warning").number(
-            f"{prefix}_WARNING_C", monitor.warning_c, quantity(monitor.warning_c, "degC")
-        ),
+        at.at("warning").given(f"{prefix}_WARNING_C", monitor.warning_c, "degC"),
         at.at("hysteresis").number(
             f"{prefix}_WARNING_END_C", ends_c, f"{quantity(monitor.hysteresis_k, 'K')} below it"
         ),
-        at.at("limit").number(
-            f"{prefix}_LIMIT_C", monitor.limit_c, quantity(monitor.limit_c, "degC")
-        ),
-        at.at("stale_after").count(
-            f"{prefix}_STALE_STEPS",
-            steps(monitor.stale_after_s, loop.period_s),
-            f"{quantity(monitor.stale_after_s, 's')} in periods of {quantity(loop.period_s, 's')}",
-        ),
+        at.at("limit").given(f"{prefix}_LIMIT_C", monitor.limit_c, "degC"),
+        at.at("stale_after").steps(f"{prefix}_STALE_STEPS", monitor.stale_after_s, loop),
     )
 
 
@@ -88,9 +80,8 @@ def shown(root: Source, loop_name: str) -> tuple[tuple[File, ...], tuple[Constan
     if not root.controller.monitors:
         return (), ()
     context = {"loop_name": loop_name, "where": root.at("monitors").where}
-    period_s = root.controller.loops[loop_name].period_s
-    turn = 1
-    while turn * period_s < TURN_S and turn < MOST_TURN_STEPS:
+    loop, turn = root.controller.loops[loop_name], 1
+    while loop.periods_s(turn) < TURN_S and turn < MOST_TURN_STEPS:
         turn *= 2
     return (
         *told(root),

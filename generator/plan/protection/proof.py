@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -43,9 +43,7 @@ def _proof(source: Source, name: str) -> Part:
         "counted": fan is not None,
         "counted_where": source.at("tachometer").where,
     }
-    within = source.at("within").count(
-        f"PROOF_{name.upper()}_TICKS", ticks(proof.within_s), quantity(proof.within_s, "s")
-    )
+    within = source.at("within").ticks(f"PROOF_{name.upper()}_TICKS", proof.within_s)
     return Part(
         files=tuple(
             File(f"src/proof_{name}.{end}", f"protection/proof.{end}.j2", context) for end in "hc"

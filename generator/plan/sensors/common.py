@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heatwright.generator.plan.numbers import TICK_MS
+from heatwright.generator.plan.parts import Constant
+from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, Loop, monitors_of
 from heatwright.spec.sensors import Thermometer
 
@@ -12,10 +15,20 @@ from heatwright.spec.sensors import Thermometer
 class UseOfSensor:
     """What the firmware does with a sensor."""
 
-    period_s: float
-    """Shortest period of the loops that read it, s."""
+    loop: Loop
+    """Of the loops that read it, be it their monitor's, the one with the shortest period."""
     timer: int | None
     """Number of the timer that is its own; None for a sensor that needs none."""
+
+
+def summed(source: Source, prefix: str, oversample: int, use: UseOfSensor) -> tuple[Constant, ...]:
+    """How many codes of the ADC a reading is, and when it is begun."""
+    spare = max(0, use.loop.period_ticks - oversample - 1)
+    last = f"the last {oversample * TICK_MS} ms when the step comes"
+    return (
+        source.at("oversample").count(f"{prefix}_OVERSAMPLE", oversample, "codes in a reading"),
+        Constant(f"{prefix}_START_TICKS", f"{spare}u", f"wait, so that the reading is of {last}"),
+    )
 
 
 def raw_type(sensor: Thermometer) -> str:
@@ -29,11 +42,12 @@ def current_sensor(controller: Controller, loop: Loop) -> str | None:
     return None if current is None else str(current.sensor)
 
 
-def shortest_period_s(controller: Controller, name: str) -> float:
-    """Find the shortest period of the loops that read a sensor, be it their monitor's."""
-    return min(
-        loop.period_s
+def use_of(controller: Controller, name: str, timer: int | None) -> UseOfSensor:
+    """Find what is done with a sensor."""
+    loops = (
+        loop
         for loop_name, loop in controller.loops.items()
         if name in {loop.sensor, current_sensor(controller, loop)}
         or any(name == each.sensor for each in monitors_of(controller, loop_name).values())
     )
+    return UseOfSensor(min(loops, key=lambda loop: loop.period_ticks), timer)

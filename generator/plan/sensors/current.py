@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from heatwright.generator.plan.adc import channel_macro, scan
-from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
-from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.sensors.common import UseOfSensor, summed
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, CurrentSensor
 from heatwright.spec.sensing.circuits import reference_v
@@ -63,17 +63,8 @@ def _constants(
     prefix = f"SENSOR_{name.upper()}"
     full_v = reference_v(sensor, source.controller.board.mcu)
     full, scale = quantity(full_v, "V"), quantity(sensor.scale_v_per_a, "V/A")
-    spare = max(0, ticks(use.period_s) - sensor.oversample - 1)
     return (
-        source.at("oversample").count(
-            f"{prefix}_OVERSAMPLE", sensor.oversample, "codes in a reading"
-        ),
-        Constant(
-            f"{prefix}_START_TICKS",
-            f"{spare}u",
-            f"wait, so that the reading is of the last {sensor.oversample * TICK_MS} ms "
-            "when the step comes",
-        ),
+        *summed(source, prefix, sensor.oversample, use),
         source.at("scale").number(
             f"{prefix}_AMPERES_PER_COUNT",
             full_v / (CODES * sensor.oversample * sensor.scale_v_per_a),
@@ -93,7 +84,7 @@ def _filter(controller: Controller, name: str, use: UseOfSensor) -> str:
         heater = controller.outputs[loop.heater]
         if heater.frequency_hz and heater.current and heater.current.sensor == name:
             least = quantity(FILTER_PULSES / heater.frequency_hz, "s")
-            most = quantity(_rounded_down(use.period_s / heater.current.filter_parts), "s")
+            most = quantity(_rounded_down(use.loop.periods_s(1) / heater.current.filter_parts), "s")
             return f"; through an RC of {least} to {most}: the mean"
     return ""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pulled
 from heatwright.generator.plan.pins import label, open_drain
 from heatwright.generator.plan.sensors.common import UseOfSensor
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, halted, registers, slot_interval
-from heatwright.spec import Ds18b20
+from heatwright.spec import Ds18b20, Loop
 
 SLOT_US = 64
 """A slot lasts 60 us at least (data sheet, t_SLOT); the rest is its recovery and our latency."""
@@ -75,7 +75,7 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
         groups=(
             Group(
                 f"Sensor {name}",
-                (*_constants(source, sensor, prefix, use.period_s), *bus_constants),
+                (*_constants(source, sensor, prefix, use.loop), *bus_constants),
             ),
         ),
         pins=(
@@ -94,13 +94,11 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     )
 
 
-def _constants(
-    source: Source, sensor: Ds18b20, prefix: str, period_s: float
-) -> tuple[Constant, ...]:
+def _constants(source: Source, sensor: Ds18b20, prefix: str, loop: Loop) -> tuple[Constant, ...]:
     resolution = source.at("resolution")
     bits = sensor.resolution_bits
     conversion = math.ceil(round(sensor.conversion_s * 1e6) / (TICK_MS * 1000))
-    start = max(0, ticks(period_s) - conversion - TRANSFER_TICKS)
+    start = max(0, loop.period_ticks - conversion - TRANSFER_TICKS)
     return (
         Constant(f"{prefix}_STEP_C", "0.0625f", "one step of the reading, at any resolution"),
         Constant(

@@ -56,7 +56,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "setpoint_flipped",
         lambda: starts.heating(site),
         flip_setpoint,
-        trip=Trip(("memory_damaged",), 2 * site.loop.period_s),
+        trip=Trip(("memory_damaged",), site.loop.periods_s(2)),
     )
     if self_checked(site.controller):
         for name, cause, rule in (

@@ -82,7 +82,7 @@ def off(site: Site) -> World:
         world.switch(on=False)
     else:
         world.set_setpoint(0.0)
-    world.run(PERIODS * site.loop.period_s + STEP_S)
+    world.run(site.loop.periods_s(PERIODS) + STEP_S)
     return world
 
 
@@ -103,7 +103,7 @@ def draw(controller: Controller, program: Elf, number: int, seed: int) -> Upset:
         number,
         site.loop_name,
         random.choice(states),
-        random.uniform(0.0, PERIODS * site.loop.period_s),
+        random.uniform(0.0, site.loop.periods_s(PERIODS)),
         kind,
         _address(controller, program, kind, random),
         random.randrange(8),
@@ -135,7 +135,7 @@ def try_upset(controller: Controller, program: Elf, upset: Upset) -> Outcome:
     since_s, before, acknowledged = world.now_s, world.fault, _acknowledgements(world)
     try:
         _strike(world, upset)
-        world.run(max(WATCH_S, WATCH_PERIODS * site.loop.period_s))
+        world.run(max(WATCH_S, site.loop.periods_s(WATCH_PERIODS)))
         result, words = _judged(world, upset, since_s, acknowledged)
     except AvrError as error:
         return Outcome(upset, "unknown", str(error))
@@ -168,14 +168,13 @@ def _judged(
 ) -> tuple[str, str]:
     """Say which of RESULTS it is, by the machine and the pins; "nothing" where nothing shows."""
     resets = upset.kind != "eeprom" and len(world.device.avr.take_resets())
-    period_s = world.site.loop.period_s
     acknowledged = not resets and _acknowledgements(world) != acknowledged_before
     starts_anew = resets and facts_of(world.site.controller, upset.loop).starts_enabled
     must_be_off = (upset.state == "latched" and not acknowledged) or (
         upset.state == "off" and not starts_anew
     )
     heater = world.heaters if upset.state == "latched" else world.heater
-    last_s = heater.last_on_s(since_s + PERIODS * period_s + 2 * TICK_S)
+    last_s = heater.last_on_s(since_s + world.site.loop.periods_s(PERIODS) + 2 * TICK_S)
     if must_be_off and last_s is not None:
         return HEATS, f"a heater was on {last_s - since_s:.2f} s after it"
     if upset.state == "latched" and not world.fault and not acknowledged:

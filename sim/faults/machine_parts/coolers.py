@@ -80,4 +80,4 @@ def _turns(world: World) -> None:
     high_c, low_c = starts.highest_c(world.site), starts.setpoints_c(world.site)[0]
     for turn in range(TURNS):
         world.set_setpoint(low_c if turn % 2 == 0 else high_c)
-        world.run(2 * world.site.loop.period_s)
+        world.run(world.site.loop.periods_s(2))

@@ -21,7 +21,7 @@ def complaint(world: World) -> str:
 def _held_s(world: World, cooler: str) -> float:
     """Return how long its minimum times, and a wait for the loop's next step, may keep it."""
     output = world.site.controller.on_off_output(cooler)
-    return world.site.loop.period_s + max(output.minimum_on_s, output.minimum_off_s)
+    return world.site.loop.next_step_s(max(output.minimum_on_s, output.minimum_off_s))
 
 
 def _is_right(world: World) -> bool:

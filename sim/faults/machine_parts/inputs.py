@@ -34,7 +34,7 @@ def _opens(site: Site, name: str, each: Input) -> Fault:
         lambda: starts.heating(site),
         lambda world: _move(world, name, is_open=True),
         lambda world: _move(world, name, is_open=False),
-        trip=Trip(("input_open",), each.for_s + site.loop.period_s + 2 * TICK_S),
+        trip=Trip(("input_open",), site.loop.next_step_s(each.for_s) + 2 * TICK_S),
         off_within_s=2 * TICK_S,
         all_off=True,
         again=True,
@@ -88,14 +88,14 @@ def _bounces(site: Site, name: str, each: Input) -> Fault:
     def cause(world: World) -> None:
         for _ in range(BOUNCES):
             world.act_within(shake(world))
-            world.run(site.loop.period_s)
+            world.run(site.loop.periods_s(1))
 
     return Fault(
         f"input_{name}_bounces",
         lambda: starts.heating(site),
         cause,
         calm=True,
-        watch_s=site.loop.period_s,
+        watch_s=site.loop.periods_s(1),
         judge=lambda world: "" if world.until(starts.heater_on(site), AGAIN_S) else "no heat",
     )
 

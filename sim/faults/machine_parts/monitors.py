@@ -8,7 +8,7 @@ from typing import NamedTuple, cast
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import TICK_S, reading_s, steps
+from heatwright.sim.faults.bounds import TICK_S, lasting_s, reading_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.world import Site, World
@@ -70,8 +70,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 def _broken(site: Site, watched: Watched) -> Iterator[Fault]:
     """A sensor that is torn or shorted: the heaters are off once it has been so for long."""
-    loop = watched.loop
-    allowed_s = (steps(watched.monitor.stale_after_s, loop) + 1) * loop.period_s + TICK_S
+    allowed_s = lasting_s(watched.monitor.stale_after_s, watched.loop)
     for what in ("torn", "shorted"):
         yield Fault(
             f"monitor_{watched.name}_{what}",
@@ -140,7 +139,7 @@ def _warned(site: Site, watched: Watched) -> Fault:
             return f"{watched.name} is at {watched.warned_c:.1f} °C, and nothing warns"
         told = "; ".join(untold(world))
         _feel(watched, watched.well_c)(world)
-        world.run(3 * watched.loop.period_s)
+        world.run(watched.loop.periods_s(3))
         if world.device.read(f"monitor_{watched.name}.warns"):
             return f"{watched.name} is at {watched.well_c:.1f} °C, and the warning goes on"
         return told
@@ -150,7 +149,7 @@ def _warned(site: Site, watched: Watched) -> Fault:
         lambda: starts.heating(site),
         _feel(watched, watched.warned_c),
         calm=True,
-        watch_s=reading_s(watched.loop) + watched.loop.period_s,
+        watch_s=watched.loop.next_step_s(reading_s(watched.loop)),
         judge=judge,
     )
 
@@ -160,8 +159,7 @@ def untold(world: World) -> Iterator[str]:
     site, device = world.site, world.device
     warning = [name for name in site.controller.monitors if device.read(f"monitor_{name}.warns")]
     first = warning[0]
-    periods_s = [loop.period_s for loop in site.controller.loops.values()]
-    within_s = TOLD_S + TOLD_STEPS * max(periods_s)
+    within_s = TOLD_S + TOLD_STEPS * site.controller.longest_period_s
     if site.has_keys:
         end = f" {first[:COLUMNS]}!"
         if not world.until(lambda now: now.screen[1].rstrip().endswith(end), within_s):

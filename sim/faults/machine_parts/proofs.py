@@ -65,7 +65,7 @@ def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
         lambda: starts.heating(site),
         cause,
         _mend(fan),
-        trip=Trip(rules, counting_s + proof.within_s + site.loop.period_s + TICK_S),
+        trip=Trip(rules, site.loop.next_step_s(counting_s + proof.within_s) + TICK_S),
         off_within_s=counting_s + 2 * TICK_S,
         again=True,
     )

@@ -26,8 +26,8 @@ def faults(site: Site) -> Iterator[Fault]:
     if safety.relay_feedback is None:
         yield from _unseen(site)
         return
-    allowed_s = CONTACT_S + site.loop.period_s + TICK_S
-    closes_s = CLOSES_S + starts.FIRST_STEPS * site.loop.period_s
+    allowed_s = site.loop.next_step_s(CONTACT_S) + TICK_S
+    closes_s = CLOSES_S + site.loop.periods_s(starts.FIRST_STEPS)
     stays_open = Trip(("relay_open",), allowed_s, _is_on(safety.relay), closes_s)
     stays_closed = Trip(("relay_welded",), allowed_s + start_up_s(site))
     for name, armature, wire, trip in (

@@ -61,7 +61,7 @@ def _silent(site: Site, after_s: float) -> Iterator[Fault]:
         lambda: starts.heating(site),
         lambda world: world.device.host.unplug(),
         lambda world: world.device.host.plug(),
-        trip=Trip(("master_lost",), after_s + site.loop.period_s + TICK_S),
+        trip=Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S),
     )
     yield Fault(
         "host_only_asks",

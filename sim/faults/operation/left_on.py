@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.bounds import TICK_S, reading_s
 from heatwright.sim.faults.fault import Fault, Trip, nothing
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import Controller
@@ -22,7 +22,6 @@ def faults(site: Site) -> Iterator[Fault]:
     most_s = site.loop.protection.on_for_at_most_s
     if most_s is None:
         return
-    period_s = site.loop.period_s
 
     def switch_anew(world: World) -> None:
         world.run(SHARE * most_s)
@@ -34,7 +33,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "left_on",
         lambda: starts.heating(site),
         nothing,
-        trip=Trip((TOO_LONG,), most_s + period_s + TICK_S),
+        trip=Trip((TOO_LONG,), site.loop.next_step_s(most_s) + TICK_S),
     )
     yield Fault(
         "switched_on_anew",
@@ -47,7 +46,7 @@ def faults(site: Site) -> Iterator[Fault]:
         "on_time_flipped",
         lambda: starts.heating(site),
         _flip,
-        trip=Trip(("memory_damaged",), 2 * period_s + TICK_S),
+        trip=Trip(("memory_damaged",), reading_s(site.loop)),
     )
 
 

@@ -59,7 +59,7 @@ def _lost(site: Site, after_s: float) -> Fault:
         lambda: starts.heating(site),
         lambda world: world.device.master.unplug(),
         lambda world: world.device.master.plug(),
-        trip=Trip(("master_lost",), after_s + site.loop.period_s + TICK_S),
+        trip=Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S),
     )
 
 

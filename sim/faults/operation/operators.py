@@ -129,8 +129,7 @@ def _set_time(world: World) -> None:
 
 def _goes_off_in_time(world: World) -> str:
     """Check that the loop goes off once it was near its setpoint for the time, and stays off."""
-    period_s = world.site.loop.period_s
-    if world.now_s - _last_on_s(world) > 2 * period_s:
+    if world.now_s - _last_on_s(world) > world.site.loop.periods_s(2):
         return f"it was off at {_last_on_s(world):.1f} s, too soon"
     if not world.until(OfState(lambda now: not now.loop("enabled")), starts.LONGEST_S):
         return "it is still on"

@@ -83,7 +83,7 @@ def shows_s(site: Site) -> float:
 
     Only a step takes an order, one that has a reading: it may be a whole period away.
     """
-    return WATCH_S + starts.FIRST_STEPS * site.loop.period_s
+    return WATCH_S + site.loop.periods_s(starts.FIRST_STEPS)
 
 
 def under_way(site: Site) -> World:
@@ -274,7 +274,7 @@ def _paused(site: Site) -> World:
     world = under_way(site)
     world.device.program("pause")
     world.until(lambda now: _program(now, "state") == PAUSED, shows_s(site))
-    world.run(LOOK_STEPS * site.loop.period_s)
+    world.run(site.loop.periods_s(LOOK_STEPS))
     return world
 
 
@@ -303,8 +303,9 @@ def _goes_on(world: World, programs: Programs) -> str:
     state, segment = _program(world, "state"), _program(world, "segment")
     if state not in (RUNNING, RETURNING) or segment != 1 or _program(world, "number") != 1:
         return f"after the loss of power it is in state {state}, segment {segment}"
-    run_s = _program(world, "clock") * world.site.loop.period_s
-    least_s = UNDER_WAY_S - programs.save_every_s - world.site.loop.period_s
+    loop = world.site.loop
+    run_s = loop.periods_s(_program(world, "clock"))
+    least_s = UNDER_WAY_S - programs.save_every_s - loop.periods_s(1)
     if not least_s <= run_s <= UNDER_WAY_S + 2 * shows_s(world.site):
         return f"it goes on {run_s:g} s after its start"
     return _read_first(world)

@@ -12,11 +12,12 @@ import numpy as np
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import answer_s, steps
+from heatwright.sim.faults.bounds import answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import sensor_step_k, watch_s
 from heatwright.sim.faults.sensing.readings import bursts, no_reading
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Analog, Rtd, Thermistor
 
@@ -141,7 +142,7 @@ def _contacts(site: Site) -> Iterator[Fault]:
             "intermittent_wire",
             _now_and_then(site, most, turn),
             _sound_again,
-            max(WATCH_S, turn * site.loop.period_s),
+            max(WATCH_S, site.loop.periods_s(turn)),
         )
     sensor = _sensor(site)
     if not sensor.gives_voltage:
@@ -166,8 +167,7 @@ def _jump(
     """
 
     def cause(world: World) -> None:
-        limit_k = site.loop.protection.rise_rate_k_per_s * site.loop.period_s
-        jump_k = 2 * limit_k + 2 * sensor_step_k(site)
+        jump_k = 2 * site.loop.rise_per_period_k + 2 * sensor_step_k(site)
         around_c = world.tip_c + np.array([0.0, jump_k, -jump_k])
         here_ohm, *there_ohm = element_ohm(sensor, np.maximum(around_c, COLDEST_C)).tolist()
         _wire(wiring(here_ohm, which(there_ohm)))(world)
@@ -189,7 +189,7 @@ def _now_and_then(site: Site, broken: int, turn: int) -> Act:
         began_s = world.now_s
 
         def feel(felt_c: float) -> float:
-            now = (world.now_s - began_s) / site.loop.period_s % turn
+            now = site.loop.periods_in(world.now_s - began_s) % turn
             _wire(Wiring(opened=now < broken))(world)
             return felt_c
 

@@ -58,8 +58,7 @@ def _frost(site: Site) -> Iterator[Fault]:
 def _jumps(site: Site) -> Iterator[Fault]:
     """A loose contact that makes the reading jump; and jumps that are just allowed."""
     loop = site.loop
-    limit_k = loop.protection.rise_rate_k_per_s * loop.period_s
-    every_s = 4 * loop.period_s
+    limit_k, every_s = loop.rise_per_period_k, loop.periods_s(4)
     for name, by_k in (("jump_up", 2 * limit_k), ("jump_down", -2 * limit_k)):
         yield Fault(
             name,
@@ -74,7 +73,7 @@ def _jumps(site: Site) -> Iterator[Fault]:
         lambda: starts.heating(site),
         feel(site, partial(effects.jumping, by_k=min(limit_k / 2, room_k(site)), every_s=every_s)),
         calm=True,
-        watch_s=60 * loop.period_s,
+        watch_s=loop.periods_s(60),
     )
 
 

@@ -9,12 +9,12 @@ from functools import partial
 from typing import cast
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import steps
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.sensing.readings import DAMAGED_ANSWERS, bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
+from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
 
 WATCH_S = 120.0
@@ -99,9 +99,9 @@ def _bursts(world: World, anew_s: float) -> None:
     A chip that is set up anew after each of them has its next answer only when it has converted.
     """
     loop = world.site.loop
-    taken = max(1, math.ceil(anew_s / loop.period_s))
+    taken = max(1, math.ceil(loop.periods_in(anew_s)))
     most = max(1, (steps(loop.protection.stale_after_s, loop) - 1) // taken)
-    every_s = (1 + SOUND_PER_DAMAGED) * most * loop.period_s
+    every_s = loop.periods_s((1 + SOUND_PER_DAMAGED) * most)
     turn = int(world.now_s / every_s)
 
     def feel(felt_c: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import cast
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import answer_s, steps
+from heatwright.sim.faults.bounds import answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.sensing.readings import (
@@ -17,6 +17,7 @@ from heatwright.sim.faults.sensing.readings import (
     slow_conversions,
 )
 from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 
 WATCH_S = 120.0
@@ -113,7 +114,7 @@ def _bursts_end(world: World) -> None:
 
 def _every(world: World, periods: int, act: Callable[[Ds18b20], None]) -> None:
     """Do something to the chip once in so many periods."""
-    every_s = periods * world.site.loop.period_s
+    every_s = world.site.loop.periods_s(periods)
     turn = int(world.now_s / every_s)
 
     def feel(felt_c: float) -> float:

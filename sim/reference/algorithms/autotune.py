@@ -63,12 +63,12 @@ class Tuner:
 
     def __init__(self, loop: Loop, autotune: Autotune, algorithm: Pid) -> None:
         """Derive the constants of a loop that can be tuned."""
-        self._constants = Constants.of(algorithm, autotune, loop.period_s)
+        self._constants = Constants.of(algorithm, autotune, loop)
         self._swing_share = Single(autotune.swing_percent / 100)
         self.swing_percent = self._constants.swing_percent
         self._limits: Limits | None = None
         self._usual_cycles = autotune.cycles
-        self._longest = min(LONGEST_STEPS, steps(autotune.timeout_s, loop.period_s))
+        self._longest = min(LONGEST_STEPS, steps(autotune.timeout_s, loop))
         self.result = NONE
         self.starts = 0
         self._cycles = 0
@@ -170,7 +170,7 @@ class Tuner:
                 self._from_c = middle_c
         elif temperature_c >= target_c:
             self.phase = COAST
-            time_s = Single(self._half_steps) * self._constants.period_s
+            time_s = self._constants.time_s(Single(self._half_steps))
             self._rise = (middle_c - self._from_c) / time_s
             self._peak_c = temperature_c
 

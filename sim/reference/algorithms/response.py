@@ -1,7 +1,7 @@
 """How a loop answers to its last setpoint (docs/control.md, "Response")."""
 
 from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import ZERO, Single, steps
+from heatwright.sim.reference.numbers import ZERO, Single, period, steps
 from heatwright.spec import Loop
 
 NONE, OUTSIDE, INSIDE, SETTLED = range(4)
@@ -23,11 +23,11 @@ class Response:
         ("overshoot_k", "f4"),
     )
 
-    def __init__(self, within_k: float, for_s: float, period_s: float) -> None:
+    def __init__(self, within_k: float, for_s: float, loop: Loop) -> None:
         """Derive the constants; nothing is measured yet."""
         self._within = Single(within_k)
-        self._long = steps(for_s, period_s)
-        self._period_s = Single(period_s)
+        self._long = steps(for_s, loop)
+        self._period_s = period(loop)
         self._state = NONE
         self._rising = self._measured = self._steps = self._entered = 0
         self._target = self._beyond = self._settling_s = self._overshoot = ZERO
@@ -87,4 +87,4 @@ def response_of(loop: Loop) -> Response | None:
     """Return what measures a loop; None if nothing does."""
     if loop.response is None:
         return None
-    return Response(loop.response.within_k, loop.response.for_s, loop.period_s)
+    return Response(loop.response.within_k, loop.response.for_s, loop)

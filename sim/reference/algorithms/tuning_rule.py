@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from heatwright.sim.reference.inputs import Limits
-from heatwright.sim.reference.numbers import ZERO, Single, clamp
-from heatwright.spec import Autotune, Pid
+from heatwright.sim.reference.numbers import ZERO, Single, clamp, period
+from heatwright.spec import Autotune, Loop, Pid
 
 PER_LATE, PER_DEAD = Single(0.35), Single(2)
 LEAST_RATIO, MOST_RATIO = Single(10), Single(40)
@@ -29,18 +29,22 @@ class Constants(NamedTuple):
     """Limits of the integral."""
 
     @classmethod
-    def of(cls, algorithm: Pid, autotune: Autotune, period_s: float) -> "Constants":
+    def of(cls, algorithm: Pid, autotune: Autotune, loop: Loop) -> "Constants":
         """Derive them."""
         limits = algorithm.integral
         return cls(
-            Single(period_s),
+            period(loop),
             Single(algorithm.output.maximum_percent * autotune.swing_percent / 100),
             Single(algorithm.derivative_filter_s),
-            Single(1.35 * (algorithm.derivative_filter_s + period_s)),
+            Single(1.35 * (algorithm.derivative_filter_s + loop.period_s)),
             clamp(ZERO, Single(limits.minimum_percent), Single(limits.maximum_percent)),
             None if algorithm.band_k is None else Single(algorithm.band_k),
             (Single(limits.minimum_percent), Single(limits.maximum_percent)),
         )
+
+    def time_s(self, steps: Single) -> Single:
+        """Return how long so many steps take, s."""
+        return steps * self.period_s
 
     def within(self, limits: Limits, swing_share: Single) -> "Constants":
         """Return the same where a host has narrowed the limits; those that are proposed stay."""
@@ -87,8 +91,8 @@ class Found(NamedTuple):
 def found_by(swings: Swings, constants: Constants) -> Found:
     """Work the rule out, line by line."""
     rise = swings.rise
-    on_s = swings.on_sum * constants.period_s / swings.number
-    off_s = swings.off_sum * constants.period_s / swings.number
+    on_s = constants.time_s(swings.on_sum) / swings.number
+    off_s = constants.time_s(swings.off_sum) / swings.number
     swing_k = swings.swing_sum / swings.number
     peak_k = swings.peak_sum / swings.number
     fall = rise * on_s / off_s

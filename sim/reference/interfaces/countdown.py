@@ -1,6 +1,7 @@
 """The time, set by keys, after which a loop goes off (docs/control.md, "Countdown")."""
 
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
+from heatwright.sim.reference.numbers import period_us
 from heatwright.spec import Loop
 from heatwright.spec.interfaces import Countdown
 
@@ -16,7 +17,7 @@ class CountdownKeys:
         self._step = round(spec.step_s) // 60
         self._longest = round(spec.longest_s) // 60
         self._at_once = spec.counts == "at once"
-        self._period_ms = round(loop.period_s * 1000)
+        self._period_ms = period_us(loop) // 1000
         self.minutes = 0
         self.left: int | None = None
         """Steps until the loop goes off; None while the time does not count."""

@@ -2,10 +2,9 @@
 
 from collections import deque
 
+from heatwright.sim.reference.numbers import SECOND_US
 from heatwright.sim.reference.outputs.driven import Clock
 from heatwright.spec import Stepper
-
-SECOND_US = 1_000_000
 
 
 class Feed:

@@ -2,9 +2,8 @@
 
 import math
 
+from heatwright.sim.reference.numbers import TICK_US
 from heatwright.spec import DigitalOutput
-
-TICK_US = 10_000
 
 
 class Held:

@@ -53,7 +53,7 @@ class ProgramRun:
     def __init__(self, programs: Programs, loop: Loop) -> None:
         """Derive the constants."""
         after = programs.after_power_loss
-        self._way = Way(programs, loop.period_s)
+        self._way = Way(programs, loop)
         self._number = 0
         self._reading_c = ZERO
         self._resumes_k = Single(after.resume_within_k) if after.resume_within_k else None

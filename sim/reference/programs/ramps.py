@@ -9,7 +9,7 @@ from heatwright.sim.reference.programs.state import (
     NOTHING,
     ProgramState,
 )
-from heatwright.spec import Programs
+from heatwright.spec import Loop, Programs
 
 HALF = Single(0.5)
 FEWEST_STEPS, MOST_STEPS = Single(1), Single(16_777_215)
@@ -20,14 +20,14 @@ TENTHS_IN_AN_HOUR = 36_000
 class Way:
     """Moves the setpoint along the segments of a copy."""
 
-    def __init__(self, programs: Programs, period_s: float) -> None:
+    def __init__(self, programs: Programs, loop: Loop) -> None:
         """Derive the constants."""
         back = programs.hold_back
-        self._per_period = self._steps_per_s = Single(1 / period_s)
-        self._steps_times_rate = Single(TENTHS_IN_AN_HOUR / period_s)
+        self._per_period = self._steps_per_s = Single(1 / loop.period_s)
+        self._steps_times_rate = Single(TENTHS_IN_AN_HOUR / loop.period_s)
         self._reached_k = Single(programs.reached_within_k)
         self._back_k = None if back is None else Single(back.within_k)
-        self._limit = min(LARGEST_COUNT, steps(back.limit_s, period_s)) if back else 0
+        self._limit = min(LARGEST_COUNT, steps(back.limit_s, loop)) if back else 0
         self.copy: Copy = ()
 
     def begin(self, now: ProgramState, number: int) -> bool:

@@ -23,16 +23,16 @@ class Guard:
     def __init__(self, loop: Loop, raw_width: str = RAW_WIDTH) -> None:
         """Derive the limits of a loop whose sensor's raw numbers have this width."""
         protection = loop.protection
-        self._stale_steps = min(MOST_MISSING, steps(protection.stale_after_s, loop.period_s))
+        self._stale_steps = min(MOST_MISSING, steps(protection.stale_after_s, loop))
         self._maximum_c = Single(protection.maximum_c)
         self._minimum_c = Single(protection.minimum_c)
-        self._rise_per_step = Single(protection.rise_rate_k_per_s * loop.period_s)
+        self._rise_per_step = Single(loop.rise_per_period_k)
         self._rules: tuple[GuardRule, ...] = rules_of(loop, raw_width)
         agreement = protection.agreement
-        self._agreement = None if agreement is None else AgreementRule(agreement, loop.period_s)
+        self._agreement = None if agreement is None else AgreementRule(agreement, loop)
         self._is_adjustable = protection.maximum_adjustable
         on_s = protection.on_for_at_most_s
-        self._most_on_steps = None if on_s is None else steps(on_s, loop.period_s)
+        self._most_on_steps = None if on_s is None else steps(on_s, loop)
         self._on_steps = 0
         self.fresh = 1
         self.members: tuple[Member, ...] = (

@@ -7,7 +7,7 @@ from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, steps
 from heatwright.sim.reference.protection.rules import counted
 from heatwright.sim.reference.sensors.current import Converter
-from heatwright.spec import Controller, Switch
+from heatwright.spec import Controller, Loop, Switch
 
 OVER_CURRENT = 20
 CURRENT_WHILE_OFF = 21
@@ -30,16 +30,16 @@ class Limiter:
     amperes_per_percent -- what a duty makes due.
     """
 
-    def __init__(self, controller: Controller, heater: str, period_s: float) -> None:
-        """Derive the constants of a heater whose current is measured.
+    def __init__(self, controller: Controller, loop: Loop) -> None:
+        """Derive the constants of a loop whose heater's current is measured.
 
         Raises:
             ValueError: it is not.
 
         """
-        output = controller.switches[heater]
+        output = controller.switches[loop.heater]
         if output.current is None:
-            message = f"The current of {heater} is not measured"
+            message = f"The current of {loop.heater} is not measured"
             raise ValueError(message)
         current = output.current
         self.amperes_of = Converter(controller.ammeters[current.sensor], controller.board)
@@ -49,7 +49,7 @@ class Limiter:
         idle_a = max(IDLE_SHARE * current.nominal_a * root, IDLE_ADC_STEPS * self.amperes_of.step_a)
         self.idle_a = Single(idle_a)
         self.amperes_per_percent = Single((output.power_w or 0.0) / (output.supply_v or 0.0) / 100)
-        self._lasting = max(FEWEST_STEPS, steps(LASTING_S, period_s))
+        self._lasting = max(FEWEST_STEPS, steps(LASTING_S, loop))
         limit: tuple[Member, ...] = (("limit_percent", "f4"),) if self._limit is not None else ()
         self.members: tuple[Member, ...] = (
             ("raw", "i2"),
@@ -119,6 +119,6 @@ def rms_to_mean(output: Switch) -> float:
     return output.rated_v / output.supply_v if output.supply_v and output.rated_v else 1.0
 
 
-def limiter_of(controller: Controller, heater: str, period_s: float) -> Limiter | None:
-    """Return the limiter of a heater, None if its current is not measured."""
-    return Limiter(controller, heater, period_s) if controller.outputs[heater].current else None
+def limiter_of(controller: Controller, loop: Loop) -> Limiter | None:
+    """Return the limiter of a loop's heater, None if its current is not measured."""
+    return Limiter(controller, loop) if controller.outputs[loop.heater].current else None

@@ -1,10 +1,10 @@
 """What repeated trips lead to (docs/control.md, "Lock-out")."""
 
+from heatwright.sim.reference.numbers import SECOND_US, TICK_US
 from heatwright.spec import Controller
 from heatwright.spec.commands import lockout_of
 from heatwright.spec.rules import NO_LOCKOUT, RULES
 
-SECOND_US, TICK_US = 1_000_000, 10_000
 UNCOUNTED = tuple(code for code, rule in RULES.items() if rule.id in NO_LOCKOUT)
 
 

@@ -3,7 +3,7 @@
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import Single, steps
 from heatwright.sim.reference.sensors.reading import Readings
-from heatwright.spec import Controller
+from heatwright.spec import Controller, Loop
 
 MONITOR_LIMIT = 27
 
@@ -14,14 +14,14 @@ class MonitorModel:
     members -- its numbers, without the name of the monitor.
     """
 
-    def __init__(self, controller: Controller, name: str, period_s: float) -> None:
-        """Derive the constants; period_s -- of the loop in whose steps it is judged."""
+    def __init__(self, controller: Controller, name: str, loop: Loop) -> None:
+        """Derive the constants; loop -- that in whose steps it is judged."""
         spec = controller.monitors[name]
         self._readings = Readings(controller, spec.sensor)
         self._warning_c = Single(spec.warning_c)
         self._end_c = Single(spec.warning_c - spec.hysteresis_k)
         self._limit_c = Single(spec.limit_c)
-        self._stale = steps(spec.stale_after_s, period_s)
+        self._stale = steps(spec.stale_after_s, loop)
         self._warns = 0
         self.members: tuple[Member, ...] = (
             *self._readings.members,

@@ -80,18 +80,18 @@ class GuardRule(Protocol):
 
 def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
     """Return the loop's rules in the order in which they are asked."""
-    protection, period_s = loop.protection, loop.period_s
+    protection = loop.protection
     rules: list[GuardRule] = []
     if protection.runaway is not None:
-        rules.append(RunawayRule(protection.runaway, period_s))
+        rules.append(RunawayRule(protection.runaway, loop))
     if protection.heating is not None:
-        rules.append(HeatingRule(protection.heating, period_s))
+        rules.append(HeatingRule(protection.heating, loop))
     if protection.frozen is not None:
-        rules.append(FrozenRule(protection.frozen, period_s, raw_width))
+        rules.append(FrozenRule(protection.frozen, loop, raw_width))
     if protection.rising_while_off is not None:
-        rules.append(RisingRule(protection.rising_while_off, period_s))
+        rules.append(RisingRule(protection.rising_while_off, loop))
     if protection.effort is not None:
-        rules.append(EffortRule(protection.effort, period_s))
+        rules.append(EffortRule(protection.effort, loop))
     return tuple(rules)
 
 
@@ -112,10 +112,10 @@ class AgreementRule(_Unfeeling):
 
     members: tuple[Member, ...] = (("apart_steps", "u2"),)
 
-    def __init__(self, agreement: Agreement, period_s: float) -> None:
+    def __init__(self, agreement: Agreement, loop: Loop) -> None:
         """Derive the limits."""
         self._within_k = Single(agreement.within_k)
-        self._limit = steps(agreement.for_s, period_s)
+        self._limit = steps(agreement.for_s, loop)
         self.reset()
 
     def reset(self) -> None:
@@ -144,11 +144,11 @@ class RunawayRule(_Unfeeling):
         ("setpoint_last_c", "f4"),
     )
 
-    def __init__(self, runaway: Runaway, period_s: float) -> None:
+    def __init__(self, runaway: Runaway, loop: Loop) -> None:
         """Derive the limits."""
         self._above = Single(runaway.above_k)
         self._below = None if runaway.below_k is None else Single(runaway.below_k)
-        self._limit = steps(runaway.for_s, period_s)
+        self._limit = steps(runaway.for_s, loop)
         self._setpoint_last_c = ZERO
         self.reset()
 
@@ -202,10 +202,10 @@ class HeatingRule(_Unfeeling):
 
     members: tuple[Member, ...] = (("heating_steps", "u2"), ("heating_from_c", "f4"))
 
-    def __init__(self, heating: Heating, period_s: float) -> None:
+    def __init__(self, heating: Heating, loop: Loop) -> None:
         """Derive the limits."""
         self._rise = Single(heating.rise_k)
-        self._limit = steps(heating.within_s, period_s)
+        self._limit = steps(heating.within_s, loop)
         self._from_c = ZERO
         self.reset()
 
@@ -240,10 +240,10 @@ class FrozenRule(_Unfeeling):
     Below the setpoint or by hand.
     """
 
-    def __init__(self, frozen: Frozen, period_s: float, raw_width: str) -> None:
+    def __init__(self, frozen: Frozen, loop: Loop, raw_width: str) -> None:
         """Derive the limit."""
         self.members: tuple[Member, ...] = (("frozen_steps", "u2"), ("frozen_raw", raw_width))
-        self._limit = steps(frozen.for_s, period_s)
+        self._limit = steps(frozen.for_s, loop)
         self._holding_percent = Single(frozen.holding_percent)
         self._raw = 0
         self.reset()
@@ -280,10 +280,10 @@ class RisingRule(_Unfeeling):
 
     members: tuple[Member, ...] = (("off_steps", "u2"), ("off_lowest_c", "f4"))
 
-    def __init__(self, rising: RisingWhileOff, period_s: float) -> None:
+    def __init__(self, rising: RisingWhileOff, loop: Loop) -> None:
         """Derive the limits."""
         self._rise = Single(rising.rise_k)
-        self._settle = steps(rising.settle_s, period_s)
+        self._settle = steps(rising.settle_s, loop)
         self._lowest_c = ZERO
         self.reset()
 
@@ -322,13 +322,13 @@ class EffortRule:
         ("effort_steps", "u2"),
     )
 
-    def __init__(self, effort: Effort, period_s: float) -> None:
+    def __init__(self, effort: Effort, loop: Loop) -> None:
         """Derive the limits."""
         band = effort.band
-        self._share = filter_share(period_s, band.filter_s)
+        self._share = filter_share(loop.period_s, band.filter_s)
         self._move = Single(band.move_k)
         self._lines = tuple(tuple(map(Single, line)) for line in band.lines)
-        self._limit = steps(effort.for_s, period_s)
+        self._limit = steps(effort.for_s, loop)
         self._percent = ZERO
         self._steps = 0
         self.reset()

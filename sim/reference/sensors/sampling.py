@@ -5,11 +5,9 @@ from random import Random
 from typing import Any
 
 from heatwright.sim.coupling import sums_noise
+from heatwright.sim.reference.numbers import SECOND_US, TICK_US
 from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
-
-SECOND_US = 1_000_000
-TICK_US = 10_000
 
 
 class Sampler:

@@ -109,7 +109,7 @@ def countdowns_count_minutes(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "step"),
                 f"a step of {duration(countdown.step_s)} is less than the loop's period, "
-                f"{duration(loop.period_s)}",
+                f"{loop.told_period}",
                 f"Use at least {duration(MINUTE_S * -(-loop.period_s // MINUTE_S))}",
                 (("loops", interface.loop, "period"),),
             )

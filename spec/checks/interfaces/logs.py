@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.loops.timing import lasts_a_period
 from heatwright.spec.commands import placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
@@ -14,15 +15,9 @@ def entries_are_new(controller: Controller) -> Findings:
     for index, interface in placed(controller, SerialLog).items():
         if interface.loop not in controller.loops:
             continue
-        period_s = controller.loops[interface.loop].period_s
-        if interface.every_s < period_s:
-            yield Finding(
-                ("interfaces", index, "every"),
-                f"{duration(interface.every_s)} is shorter than the period of "
-                f"{duration(period_s)}, so entries would repeat themselves",
-                f"Use at least {duration(period_s)}",
-                (("loops", interface.loop, "period"),),
-            )
+        name, loop = interface.loop, controller.loops[interface.loop]
+        so, path = ", so entries would repeat themselves", ("interfaces", index, "every")
+        yield from lasts_a_period(path, interface.every_s, name, loop, so)
 
 
 def entries_have_a_time(controller: Controller) -> Findings:

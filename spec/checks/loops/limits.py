@@ -184,19 +184,18 @@ def rise_rate_above_steps(controller: Controller) -> Findings:
     The step is the widest at the two ends of what a healthy loop reads.
     """
     for name, loop, sensor in loop_sensors(controller):
-        limit_k = loop.protection.rise_rate_k_per_s * loop.period_s
+        limit_k = loop.rise_per_period_k
         lowest_c = max(loop.setpoint.minimum_c, loop.protection.minimum_c)
         step_k = max(
             sensor.step_at_k(end_c, controller.board.mcu)
             for end_c in (lowest_c, loop.setpoint.maximum_c)
         )
         if limit_k < step_k:
-            least = step_k / loop.period_s
             yield Finding(
                 ("loops", name, "protection", "rise_rate"),
                 f"{number(loop.protection.rise_rate_k_per_s)} K/s is {number(limit_k)} K in a "
                 f"period, less than the sensor's step of {about(step_k)} K, so any "
                 "movement would be a fault",
-                f"Use at least {rounded_up(least)} K/s",
+                f"Use at least {rounded_up(loop.rate_k_per_s(step_k))} K/s",
                 (("sensors", loop.sensor), ("loops", name, "period")),
             )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, shows_its_range
 from heatwright.spec.checks.loops.limits import PEAK
-from heatwright.spec.checks.loops.timing import MOST_MISSING, periods_s
+from heatwright.spec.checks.loops.timing import MOST_MISSING, periods_s, restart_s
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import Loop
@@ -63,11 +63,10 @@ def monitors_have_a_step(controller: Controller) -> Findings:
     for name, monitor in controller.monitors.items():
         sensor = controller.thermometers.get(monitor.sensor)
         if sensor is not None and watching_loop(controller, name) is None:
-            longest_s = max(loop.period_s for loop in controller.loops.values())
             yield Finding(
                 ("monitors", name, "sensor"),
                 f"{monitor.sensor} takes {duration(shortest_period_s(sensor))} for a reading, and "
-                f"the longest period of a loop is {duration(longest_s)}",
+                f"the longest period of a loop is {duration(controller.longest_period_s)}",
                 "Give it a lower resolution or oversample, or a loop a longer period",
                 (("sensors", monitor.sensor), ("loops",)),
             )
@@ -129,12 +128,11 @@ def monitors_in_order(controller: Controller) -> Findings:
 def monitors_in_time(controller: Controller) -> Findings:
     """Check that `stale_after` lasts two periods and a sensor's start-up, and fits 8 bits."""
     for name, monitor, sensor, loop in _watched(controller):
-        starts = math.ceil(round(sensor.first_s / loop.period_s, 6)) if sensor.first_s else 1
-        least_s, most_s = periods_s(1 + starts, loop), periods_s(MOST_MISSING, loop)
+        least_s, most_s = restart_s(sensor.first_s, loop), periods_s(MOST_MISSING, loop)
         if not least_s <= monitor.stale_after_s <= most_s:
             yield Finding(
                 ("monitors", name, "stale_after"),
-                f"{monitor.sensor} is read every {duration(loop.period_s)}: one lost reading is no "
+                f"{monitor.sensor} is read every {loop.told_period}: one lost reading is no "
                 f"fault, and no more than {MOST_MISSING} are counted",
                 f"Use {duration(least_s)} to {duration(most_s)}",
                 (("sensors", monitor.sensor), ("loops",)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, shows_its_range
-from heatwright.spec.checks.loops.timing import periods_s
+from heatwright.spec.checks.loops.timing import restart_s
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path
@@ -80,7 +80,7 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
                 f"Use at least {celsius(math.ceil(10 * least_c) / 10)}",
                 (("loops", name, "protection", "maximum"), *because_of),
             )
-        starts_s = periods_s(1 + math.ceil(round(second.first_s / loop.period_s, 6)), loop)
+        starts_s = restart_s(second.first_s, loop)
         if second.first_s and loop.protection.stale_after_s < starts_s:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from heatwright.spec.board.interrupts import longest_tick_s, waits
@@ -30,7 +31,38 @@ def is_ticks(seconds: float) -> bool:
 
 def periods_s(count: int, loop: Loop) -> float:
     """Return the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
-    return round(count * loop.period_s, 2)
+    return round(loop.periods_s(count), 2)
+
+
+def restart_s(first_s: float, loop: Loop) -> float:
+    """Return how long a loop goes without readings, s, if its sensor takes a time for its first.
+
+    One step finds the reading lost; each that comes before the first new one finds none.
+    """
+    return periods_s(1 + max(1, math.ceil(round(loop.periods_in(first_s), 6))), loop)
+
+
+def lasts_a_period(path: Path, seconds: float, name: str, loop: Loop, so: str = "") -> Findings:
+    """Find a time that is shorter than a period; so -- what follows, for the message."""
+    if seconds < loop.period_s:
+        yield Finding(
+            path,
+            f"{duration(seconds)} is shorter than the period of {loop.told_period}{so}",
+            f"Use at least {loop.told_period}",
+            (("loops", name, "period"),),
+        )
+
+
+def time_fits(path: Path, seconds: float, name: str, loop: Loop, most: int) -> Findings:
+    """Find a time that is shorter than a period, or longer than the most that are counted."""
+    yield from lasts_a_period(path, seconds, name, loop)
+    if seconds > periods_s(most, loop):
+        yield Finding(
+            path,
+            f"{duration(seconds)} is more than {most} periods of {loop.told_period}",
+            f"Use at most {duration(periods_s(most, loop))}, or a longer period",
+            (("loops", name, "period"),),
+        )
 
 
 def countable(controller: Controller) -> Iterator[tuple[str, Loop]]:
@@ -48,13 +80,11 @@ def periods_are_ticks(controller: Controller) -> Findings:
             nearest = max(round(loop.period_s, 2), 0.01)
             yield Finding(
                 path,
-                f"{duration(loop.period_s)} is not a multiple of the 10 ms tick",
+                f"{loop.told_period} is not a multiple of the 10 ms tick",
                 f"Use {duration(nearest)}",
             )
         elif loop.period_s > MOST_STEPS * TICK_S:
-            yield Finding(
-                path, f"{duration(loop.period_s)} is too long to count", "Use at most 10 min"
-            )
+            yield Finding(path, f"{loop.told_period} is too long to count", "Use at most 10 min")
 
 
 def time_outs(loop: Loop) -> dict[Path, float]:
@@ -83,25 +113,8 @@ def time_outs(loop: Loop) -> dict[Path, float]:
 def time_outs_fit(controller: Controller) -> Findings:
     """Find time-outs shorter than a period, or too long for a 16-bit count of periods."""
     for name, loop in countable(controller):
-        longest_s = periods_s(MOST_STEPS, loop)
         for inner, seconds in time_outs(loop).items():
-            path = ("loops", name, *inner)
-            because_of = (("loops", name, "period"),)
-            if seconds < loop.period_s:
-                yield Finding(
-                    path,
-                    f"{duration(seconds)} is shorter than the period of {duration(loop.period_s)}",
-                    f"Use at least {duration(loop.period_s)}",
-                    because_of,
-                )
-            elif seconds > longest_s:
-                yield Finding(
-                    path,
-                    f"{duration(seconds)} is more than {MOST_STEPS} periods of "
-                    f"{duration(loop.period_s)}",
-                    f"Use at most {duration(longest_s)}, or a longer period",
-                    because_of,
-                )
+            yield from time_fits(("loops", name, *inner), seconds, name, loop, MOST_STEPS)
 
 
 def stale_after(controller: Controller) -> Findings:
@@ -113,7 +126,7 @@ def stale_after(controller: Controller) -> Findings:
         if seconds < periods_s(2, loop):
             yield Finding(
                 path,
-                f"{duration(seconds)} is less than two periods of {duration(loop.period_s)}, so "
+                f"{duration(seconds)} is less than two periods of {loop.told_period}, so "
                 "one lost reading would be a fault",
                 f"Use at least {duration(periods_s(2, loop))}",
                 because_of,

@@ -90,7 +90,7 @@ def cooling_is_slow_enough(machine: Machine) -> Findings:
         for (before_s, before_k), (after_s, after_k) in pairwise(machine.cooling())
     )
     step_k = machine.step_k(machine.target_k)
-    needed = machine.seen(fastest) + step_k / loop.period_s
+    needed = machine.seen(fastest) + loop.rate_k_per_s(step_k)
     if needed > loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),

@@ -15,7 +15,6 @@ from heatwright.spec.quantity import about, duration, rounded_up
 
 def readings_do_not_jump(machine: Machine) -> Findings:
     """Find a `rise_rate` that a healthy machine breaks: by noise, or by a pulse at full power."""
-    period_s = machine.loop.period_s
     noise_k = PEAK * math.sqrt(2) * machine.noise_k
     pulse_k = _pulse_k(machine)
     if not machine.course or not noise_k + pulse_k:
@@ -24,8 +23,9 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
     if not jumps_k:
         return  # nothing moves
-    needed, jump_k = max((machine.seen(rate) + each / period_s, each) for rate, each in jumps_k)
-    if needed > machine.loop.protection.rise_rate_k_per_s:
+    loop = machine.loop
+    needed, jump_k = max((machine.seen(rate) + loop.rate_k_per_s(k), k) for rate, k in jumps_k)
+    if needed > loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
             f"beside its rise the reading of this plant, healthy, may jump by {about(jump_k)} K in "
@@ -68,7 +68,7 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
     """Yield times, s, and what the heat for a fall of the reading by one step adds to it, K."""
     algorithm, output = machine.loop.algorithm, machine.output
     # The slope is of the mean of some readings, and fades away with the filter.
-    on_s, share = machine.readings * machine.loop.period_s, 0.0
+    on_s, share = machine.loop.periods_s(machine.readings), 0.0
     if algorithm.pid:
         on_s += algorithm.pid.derivative_filter_s
         share = min(algorithm.pid.kd * step_k / on_s, algorithm.full_percent) / 100
@@ -104,7 +104,7 @@ def _pulse_k(machine: Machine) -> float:
         points.append((time_s, machine.plant.sensed_k(state)))
         if time_s >= on_s:
             break
-    return _steepest(points) * min(on_s, machine.seen(machine.loop.period_s))
+    return _steepest(points) * min(on_s, machine.seen(machine.loop.periods_s(1)))
 
 
 def _steepest(course: Iterable[tuple[float, float]]) -> float:

@@ -75,7 +75,7 @@ class Machine:
         Of a chip that converts without being asked, two readings a period apart may be of
         conversions that are one more apart.
         """
-        return rate_k_per_s * (1 + self._sensor.free_running_s / self.loop.period_s)
+        return rate_k_per_s * (1 + self.loop.periods_in(self._sensor.free_running_s))
 
     def told(self, rate_k_per_s: float) -> str:
         """Say a rate, and how fast it may look."""
@@ -148,8 +148,8 @@ class Machine:
     @property
     def _seen_late_s(self) -> float:
         """How long after the tip a step acts: dead time, half the averaged readings, a period."""
-        behind_s = (self._sensor.moving_average - 1) / 2 * self.loop.period_s
-        return self.plant.delay_s + behind_s + self.loop.period_s
+        behind_s = self.loop.periods_s((self._sensor.moving_average - 1) / 2)
+        return self.loop.next_step_s(self.plant.delay_s + behind_s)
 
     def coasting(self) -> Iterator[tuple[float, float]]:
         """Yield times and temperatures after the heater went off at the highest setpoint.

@@ -95,11 +95,11 @@ class _Stand:
         algorithm = self.loop.algorithm
         if self._below_k > 0:
             yield _Case("whose reading stands still", still(algorithm, 0.0, self._below_k))
-        lag_s, period_s = self.heated.plant.lag_s, self.loop.period_s
-        protection = self.loop.protection
-        fastest_k = self._fallen_k * (1 - math.exp(-period_s / lag_s)) if lag_s else math.inf
+        loop, lag_s = self.loop, self.heated.plant.lag_s
+        fastest_k = self._fallen_k * (1 - math.exp(-loop.period_s / lag_s)) if lag_s else math.inf
+        protection = loop.protection
         if (
-            fastest_k > protection.rise_rate_k_per_s * period_s
+            fastest_k > loop.rise_per_period_k
             or self.heated.ambient_c <= protection.minimum_c
             or self._fallen_k <= self.heated.step_k
         ):
@@ -123,8 +123,7 @@ class _Stand:
 
     def _peaks_k(self, case: _Case, times: Times) -> Vector:
         later = times._replace(for_s=times.for_s + case.counts_from_s)
-        algorithm, period_s = self.loop.algorithm, self.loop.period_s
-        time_s = min(ends_s(algorithm, case.lie, later, period_s), case.else_s)
+        time_s = min(ends_s(self.loop, case.lie, later), case.else_s)
         return peaks_k(self.heated, self.heated.plant, self._start, case.lie, time_s)
 
     def _too_hot(self, case: _Case, times: Times, share: float) -> Iterator[_Peak]:

@@ -201,11 +201,10 @@ def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) 
 
 def rise_rate_holds(machine: Machine) -> Findings:
     """Find a rule `rise_rate` that a healthy machine breaks at full power."""
-    period_s = machine.loop.period_s
     limit = machine.loop.protection.rise_rate_k_per_s
     needed, steepest, step_k = max(
         (
-            (machine.seen(rate) + step_k / period_s, rate, step_k)
+            (machine.seen(rate) + machine.loop.rate_k_per_s(step_k), rate, step_k)
             for rate, step_k in machine.rates()
         ),
         default=(0.0, 0.0, 0.0),

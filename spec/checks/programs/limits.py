@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
-from heatwright.spec.checks.loops.timing import countable, periods_s
+from heatwright.spec.checks.loops.timing import countable, time_fits
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import MOST_STEPS, Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.programs import Programs
-from heatwright.spec.quantity import about, duration, number, rounded_up
+from heatwright.spec.quantity import about, number, rounded_up
 
 MOST_COUNTED = 16_777_215
 """Steps that single precision counts one by one: 2²⁴ − 1."""
@@ -95,22 +95,8 @@ def targets_can_be_reached(controller: Controller) -> Findings:
 def program_times_fit(controller: Controller) -> Findings:
     """Check that a program's times are at least a period, and fit its counters."""
     for name, loop, programs in _programmed_loop(controller):
-        because_of: tuple[Path, ...] = (("loops", name, "period"),)
         for path, seconds, most in _times(programs):
-            if seconds < loop.period_s:
-                yield Finding(
-                    path,
-                    f"{duration(seconds)} is shorter than the period of {duration(loop.period_s)}",
-                    f"Use at least {duration(loop.period_s)}",
-                    because_of,
-                )
-            elif seconds > periods_s(most, loop):
-                yield Finding(
-                    path,
-                    f"{duration(seconds)} is more than {most} periods of {duration(loop.period_s)}",
-                    f"Use at most {duration(periods_s(most, loop))}, or a longer period",
-                    because_of,
-                )
+            yield from time_fits(path, seconds, name, loop, most)
 
 
 def _times(programs: Programs) -> Iterator[tuple[Path, float, int]]:

@@ -31,14 +31,14 @@ def currents_in_time(controller: Controller) -> Findings:
                 yield Finding(
                     path,
                     f"the current of {each.name} is looked at once a period, and "
-                    f"{duration(loop.period_s)} is too long for a short circuit",
+                    f"{loop.told_period} is too long for a short circuit",
                     f"Use at most {duration(LONGEST_PERIOD_S)}",
                     because_of,
                 )
-            elif loop.period_s < needed_s:
+            elif not loop.has_time_for(needed_s):
                 yield Finding(
                     path,
-                    f"{duration(loop.period_s)} is shorter than the {readings} "
+                    f"{loop.told_period} is shorter than the {readings} "
                     f"readings of {each.current.sensor}, one each 10 ms, which take "
                     f"{duration(needed_s)}",
                     f"Use at least {duration(settled_s)}, or a smaller oversample there",
@@ -49,7 +49,7 @@ def currents_in_time(controller: Controller) -> Findings:
                     ("sensors", each.current.sensor, "oversample"),
                     f"the limit goes by the current of the present duty, and of {readings} "
                     f"readings in {duration(needed_s)} some come before it has settled, in the "
-                    f"first half of a period of {duration(loop.period_s)}",
+                    f"first half of a period of {loop.told_period}",
                     f"Use at most {max(1, math.floor(round(loop.period_s / TICK_S / 2, 6)))}, or a "
                     f"period of at least {duration(settled_s)}",
                     ((*each.path, "limit"), path),
@@ -71,7 +71,7 @@ def currents_can_be_smoothed(controller: Controller) -> Findings:
                 yield Finding(
                     ("outputs", each.name, "frequency"),
                     f"the filter for the mean current needs {FILTER_PULSES} pulses, and there are "
-                    f"fewer in {within}a period of {duration(loop.period_s)} at "
+                    f"fewer in {within}a period of {loop.told_period} at "
                     f"{hertz(each.output.frequency_hz)}",
                     f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
                     because_of,
@@ -82,7 +82,7 @@ def currents_can_be_smoothed(controller: Controller) -> Findings:
                 yield Finding(
                     ("simulation", "plant", "sense", each.current.sensor, "lag"),
                     f"a filter of {duration(sense.lag_s)} does not follow the current within "
-                    f"{within}a period of {duration(loop.period_s)}",
+                    f"{within}a period of {loop.told_period}",
                     f"Use at most {duration(whole_s)}, or a longer period",
                     because_of,
                 )

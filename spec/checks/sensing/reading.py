@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
-from heatwright.spec.checks.loops.timing import periods_s
+from heatwright.spec.checks.loops.timing import restart_s
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import duration
 from heatwright.spec.sensors import Thermometer, shortest_period_s
@@ -15,10 +13,10 @@ def conversion_fits(controller: Controller) -> Findings:
     """Check that the sensor's longest conversion (data sheet) and answer fit into the period."""
     for name, loop, sensor in loop_sensors(controller):
         needed_s = shortest_period_s(sensor)
-        if loop.period_s < needed_s:
+        if not loop.has_time_for(needed_s):
             yield Finding(
                 ("loops", name, "period"),
-                f"{duration(loop.period_s)} is shorter than {_what_takes_so_long(sensor)}",
+                f"{loop.told_period} is shorter than {_what_takes_so_long(sensor)}",
                 f"Use at least {duration(needed_s)}{_or_less(sensor, loop.period_s)}",
                 (("sensors", loop.sensor),),
             )
@@ -42,12 +40,9 @@ def _or_less(sensor: Thermometer, period_s: float) -> str:
 
 
 def first_reading_in_time(controller: Controller) -> Findings:
-    """Check that `stale_after` outlasts a restart of the sensor, after its supply failed once.
-
-    One step finds the reading lost; each that comes before the first new one finds none.
-    """
+    """Check that `stale_after` outlasts a restart of the sensor, after its supply failed once."""
     for name, loop, sensor in loop_sensors(controller):
-        needed_s = periods_s(1 + math.ceil(round(sensor.first_s / loop.period_s, 6)), loop)
+        needed_s = restart_s(sensor.first_s, loop)
         if sensor.first_s and loop.protection.stale_after_s < needed_s:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),
