@@ -444,7 +444,7 @@ class LoopDraw:
         draws = self.draws
         held_s = max(self.held_on_s, self.cooler_off_s)
         least_k = math.ceil(self.band_k) + 1
-        self.above_k: float = draws.number(least_k, least_k + 50, 10, 0.1)
+        self.above_k: float = self._beyond_dead_band(draws.number(least_k, least_k + 50, 10, 0.1))
         rule = {"above": text(self.above_k, "K")}
         if draws.some():
             waits_s = max(self.held_off_s, self.cooler_on_s, self.window_s)
@@ -453,12 +453,16 @@ class LoopDraw:
             if self.kind == "pid" and not self.integrates:  # comes to rest below its setpoint
                 held = 100 * self.full_w / self.strength / self.power_w
                 least_k += math.ceil(1.5 * held / self.algorithm["kp"])
-            below_k = draws.number(least_k, least_k + 50, 10, 0.1)
+            below_k = self._beyond_dead_band(draws.number(least_k, least_k + 50, 10, 0.1))
             rule["below"] = text(below_k, "K")
             self.above_k = min(self.above_k, below_k)
         rule["for"] = self._time(max(2 * held_s, draws.one(60, 10, 1000) * self.period_s))
         self._rule(rules, "runaway", rule)
         self.runs_away = rules["runaway"] != "off"
+
+    def _beyond_dead_band(self, limit_k: float) -> float:
+        dead_k = float(self.algorithm.get("dead_band", "0 K").split()[0])
+        return limit_k if limit_k > dead_k or self.kind != "pid" else math.ceil(dead_k) + limit_k
 
     def _plant(self) -> None:
         """Write the part of the machine that this loop heats."""
