@@ -16,6 +16,8 @@ from heatwright.spec.sensing.analog_parts import AnalogSensor
 ROOT = Path(__file__).parents[2]
 ASKED = 15
 """Places that ask elsewhere: whoever takes one away lowers it."""
+READ = 30
+"""Files that read a loop's period; `Loop` says what follows from it, as `periods_s`."""
 CLASSES = {
     model.__name__: kind
     for union in (Sensor, Output, Algorithm, Interface)
@@ -58,3 +60,13 @@ def test_kinds_are_asked_for_in_their_own_files() -> None:
         if not is_own(path.relative_to(ROOT).as_posix(), kind)
     }
     assert len(found) == ASKED, sorted(found)
+
+
+def test_what_follows_from_a_period_is_said_once() -> None:
+    found = [
+        path.relative_to(ROOT).as_posix()
+        for folder in ("spec", "generator", "templates", "sim", "cli")
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in {".py", ".j2"} and ".period_s" in path.read_text("utf-8")
+    ]
+    assert len(found) <= READ, sorted(found)
