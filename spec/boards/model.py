@@ -57,12 +57,12 @@ class Uart(NamedTuple):
 
 
 class Adc(NamedTuple):
-    """What the analog converter of one chip has that others have not."""
+    """Properties of the ADC that differ between chips."""
 
     band_gap_code: int = 0x1E
-    """What chooses the band gap's voltage in ADMUX."""
+    """Code in ADMUX that selects the band gap voltage."""
     band_gap_v: float = 1.1
-    """Typically; 10 % more or less."""
+    """Typical voltage; ±10 %."""
     has_mux5: bool = False
     digital_inputs: range = range(16)
     """Channels whose pin has a digital input that can be switched off: DIDR0, DIDR2."""
@@ -121,8 +121,8 @@ class Board(NamedTuple):
     bootloader_talks: tuple[str, int] | None
     """Protocol of its bootloader, as avrdude calls it, and baud; None on a bare chip."""
     bears_watchdog: bool
-    """False if its bootloader leaves the watchdog as it was after its reset, so that it comes again
-    and again."""
+    """False if its bootloader leaves the watchdog on after a reset by it, so that the watchdog
+    resets the chip again and again."""
 
     @property
     def macro(self) -> str:

@@ -30,7 +30,7 @@ LATER = (
     "monitors", "proof", "tolerances", "accuracy", "tachometer", "adjust", "limits_adjustable",
     "on_for_at_most", "inputs", "also", "agreement", "self_checks",
 )  # fmt: skip
-"""Keys that the language got when there were firmwares already."""
+"""Keys that were added to the language when firmwares already existed."""
 
 
 class Spec(NamedTuple):
@@ -54,7 +54,7 @@ class Spec(NamedTuple):
 def digest(controller: Controller) -> str:
     """CRC-32 of the canonical JSON of a controller without its simulation and comparison.
 
-    Keys of `LATER` that are not used are left out: what is stored under an older digest stays good.
+    Unused keys of `LATER` are left out, so that data stored under an older digest stay valid.
     """
     shaping = controller.model_dump(by_alias=True, exclude={"simulation", "comparison"})
     shaping = _without_unused(shaping)
@@ -139,7 +139,7 @@ def problem_of(tree: Tree, finding: Finding) -> Problem:
 
 
 def _rests_on(finding: Finding, broken: Collection[Path]) -> bool:
-    """Return whether a finding may come from what is broken rather than from what is there."""
+    """Return whether a finding may be caused by a broken entry."""
     return any(
         _overlap(path, other) for path in (finding.path, *finding.because_of) for other in broken
     )
