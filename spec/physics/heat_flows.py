@@ -57,7 +57,7 @@ class HeatFlows:
         return False
 
     def _kelvin(self, above_ambient_k: float) -> float:
-        """Absolute temperature, K; one that no machine has would make the tangent level."""
+        """Absolute temperature, K, but not so low that the tangent would become level."""
         return max(self._ambient_k + above_ambient_k, COLDEST_K)
 
     def _ends(self, surface: Radiation) -> Iterator[tuple[int, float]]:

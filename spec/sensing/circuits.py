@@ -1,7 +1,7 @@
 """From a temperature to the share of its reference that the ADC sees, exactly, and back.
 
-The resistor dividers and amplifiers that sensing elements stand in, and how far each can go: what
-lies beyond is an open or a shorted element.
+Resistor dividers and amplifiers of sensing elements, and the ends of what each can give: a reading
+there is of an open or a shorted element.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Divider:
 
 @dataclass(frozen=True)
 class Amplified:
-    """A differential amplifier: what the element has above R₀, both fed alike.
+    """A differential amplifier: the voltage of the element above that of R₀, both fed alike.
 
     With a constant current of excitation / series V = gain · excitation · (R − R₀) / series; with
     plain resistors V = gain · excitation · (R / (R + series) − R₀ / (R₀ + series)). The amplifier
@@ -107,7 +107,7 @@ class Amplified:
     excitation: float
     """As a multiple of the reference."""
     is_constant: bool
-    """Whether the current is."""
+    """Whether the current through element and R₀ is constant."""
 
     lowest = 0.0
     open_is_high = True
@@ -123,7 +123,7 @@ class Amplified:
     def across(self, ohm: float, series: float = 1.0) -> float:
         """Voltage across a resistor that is fed, as a share of the reference.
 
-        series -- its series resistor as a multiple of what it should be.
+        series -- its series resistor as a multiple of its nominal value.
         """
         series_ohm = series * self.series_ohm
         return self.excitation * ohm / (series_ohm if self.is_constant else series_ohm + ohm)

@@ -44,7 +44,7 @@ class _CircuitTolerances(_Tolerances):
     supply_v: _SupplyVolts | None = Field(
         None,
         alias="supply",
-        description="± of what feeds the circuit; `reference`: it is the ADC's reference itself.",
+        description="± of the circuit's feed; `reference`: the ADC's reference feeds it.",
     )
 
 
@@ -75,10 +75,10 @@ class VoltageTolerances(_Tolerances):
 
 
 class Accuracy(Model):
-    """What is asked of a chain."""
+    """The accuracy that is required of a chain."""
 
     within_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
-        alias="within", description="Largest error that may be, ±."
+        alias="within", description="Largest error that is allowed, ±."
     )
     between_c: (
         Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] | None
