@@ -119,7 +119,7 @@ class ThreePosition(Model):
 
     @property
     def off_at_k(self) -> float:
-        """How far above the setpoint full power ends, K: below 0, for it ends below."""
+        """How far above the setpoint full power ends, K: negative, because it ends below."""
         return self.hysteresis_k - self.dead_band_k
 
     @property

@@ -38,7 +38,7 @@ class Model(BaseModel):
 
 
 class Least(NamedTuple):
-    """What a firmware takes at least: bytes of flash, and of RAM with the stack."""
+    """Least memory of a firmware: bytes of flash, and of RAM with the stack."""
 
     flash: int
     ram: int

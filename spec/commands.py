@@ -1,4 +1,4 @@
-"""What a host or a master may command: which loops it serves, and how far."""
+"""Which interfaces a controller has, which loops they serve, and what they may command."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def must_release(controller: Controller) -> bool:
 
 
 def starts_enabled(controller: Controller, loop_name: str) -> bool:
-    """Return whether a loop is on from the power-up: one that somebody can switch on is not."""
+    """Return whether a loop is on after the power-up; by default only if nobody can switch it."""
     starts = controller.loops[loop_name].starts
     if starts is None:
         return not switched(controller, loop_name)

@@ -56,7 +56,7 @@ def _board(value: Any) -> str:
 
 
 class Identity(Model):
-    """What the controller is called and what it runs on."""
+    """The controller's name, its board and its clock."""
 
     name: Name = Field(description="Name of its folder and files.")
     title: Title | None = Field(None, description="What it is, in a few words; else its name.")

@@ -38,17 +38,17 @@ class LoopFacts:
     commanded: bool
     """A host, a master or a person sets the setpoint, and may switch it off."""
     switched: bool
-    """It is switched apart from its setpoint."""
+    """The loop is switched apart from its setpoint."""
     hosted: bool
     """A host commands it by its setpoint alone, 0 for off."""
     tunable: bool
-    """Its gains are set by command, and its duty by hand."""
+    """The loop's gains are set by command, and its duty by hand."""
     autotune: bool
     """An experiment finds its gains."""
     programmed: bool
     """Programs move its setpoint."""
     must_release: bool
-    """It must be told "off" before it takes an "on"."""
+    """The loop must be told "off" before it takes an "on"."""
     starts_enabled: bool
     keyed: bool
     """The keys of the display shield serve it."""
@@ -62,9 +62,9 @@ class LoopFacts:
     """A master or LEDs show whether it works, heats, cools and is warm."""
     # What may be set, and lasts.
     stored: bool
-    """Its setpoint outlives a loss of power."""
+    """The loop's setpoint outlives a loss of power."""
     lasting: bool
-    """It stores 0 instead of its setpoint unless its mode is automatic."""
+    """The loop stores 0 instead of its setpoint unless its mode is automatic."""
     adjustable: bool
     """The operator may lower the critical temperature."""
     limits_adjustable: bool
@@ -77,11 +77,11 @@ class LoopFacts:
     inputs: bool
     """Inputs of the machine pause it."""
     inputs_judged: bool
-    """Its step checks the inputs that trip: only the first loop's does."""
+    """The loop's step checks the inputs that trip: only the first loop's does."""
     relay_judged: bool
-    """Its step checks the relay's contact: only the first loop's does."""
+    """The loop's step checks the relay's contact: only the first loop's does."""
     wants_relay: bool
-    """It can be off, and then does not need the relay closed."""
+    """The loop can be off, and then does not need the relay closed."""
     proven: tuple[str, ...]
     """Fans whose proof its step checks."""
     fan_proven: bool
@@ -93,7 +93,7 @@ class LoopFacts:
     current: Current | None
     """What is known of its heater's current, if it is measured."""
     heater_holds: bool
-    """Its heater has a shortest time on, which a trip has to end."""
+    """The loop's heater has a shortest time on, which a trip has to end."""
     response: bool
     """Settling time and overshoot of its last setpoint are measured."""
     checked: bool

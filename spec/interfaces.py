@@ -55,7 +55,7 @@ class Line(NamedTuple):
 
     port: int
     can_move: bool
-    """Whether the spec may choose the port."""
+    """Whether the spec may choose the serial port."""
     baud: int
     usual_bauds: tuple[int, ...]
     """Baud rates that its other end may offer."""

@@ -201,7 +201,7 @@ class Effort(Limits):
 
 
 class Protection(Model):
-    """What switches the heater off and keeps it off until somebody acknowledges."""
+    """The rules that switch the heater off and keep it off until somebody acknowledges."""
 
     # The loop sets the default, because only the loop knows its highest setpoint.
     maximum_c: Temperature = Field(

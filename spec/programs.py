@@ -94,7 +94,7 @@ class Segment(Model):
 
     @property
     def kind(self) -> SegmentKind:
-        """Which of the five forms it has."""
+        """Which of the five forms the segment has."""
         if self.until:
             return "until"
         if self.hold_s is not None:
@@ -229,5 +229,5 @@ class Programs(Model):
 
     @property
     def places(self) -> int:
-        """How many programs there are, empty ones included."""
+        """Number of programs, including empty ones."""
         return self.asked_places or max(3, len(self.stored))

@@ -1,4 +1,4 @@
-"""What the controller checks of itself, as IEC 60730 class B asks."""
+"""Self-checks of the controller, as IEC 60730 class B requires them."""
 
 from __future__ import annotations
 

@@ -212,7 +212,7 @@ class Event(Model):
         None, description="What the master writes, such as {nozzle.setpoint: 300 °C}."
     )
     program: ProgramOrders | None = Field(
-        None, description="What is asked of a program: `start 1`, `pause`, `jump 3` and so on."
+        None, description="Order to a program: `start 1`, `pause`, `jump 3` and so on."
     )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
         None, alias="for", description="Length of the scenario; the last line, alone."

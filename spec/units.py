@@ -1,4 +1,4 @@
-"""Dimensions and their units: what a number's unit may be, and what it is in the base unit."""
+"""Dimensions and units: the units that a number may have, and their conversion to the base unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands where in the EEPROM, and how long its cells last.
+"""The areas of the EEPROM, and how long its cells last.
 
 From its start: settings, programs, progress of the program, log. Slots of settings begin at the
 same places in every firmware.
@@ -54,7 +54,7 @@ LOG_FRAME_BYTES = 2 + 1 + 1
 
 
 class Area(NamedTuple):
-    """Slots of the same size, one behind the other."""
+    """Slots of the same size, one after the other."""
 
     start: int
     slot_bytes: int

@@ -23,9 +23,9 @@ TUNABLE = Least(2160, 0)
 AUTOTUNE = Least(1670, 79)
 """In addition to TUNABLE, for each loop with autotune."""
 COUNTDOWN = Least(1090, 7)
-"""For the countdown of a keypad."""
+"""In addition, for the countdown of a keypad."""
 MENU = Least(4700, 140)
-"""For the menu of a keypad, where there are programs."""
+"""In addition, for the menu of a keypad beside programs."""
 PROGRAMS = Least(4300, 220)
 SELF_CHECKS = Least(650, 12)
 

@@ -1,4 +1,4 @@
-"""Who gets which timer: PWM outputs, the tick, the 1-Wire lines, the steppers, a bus's silence.
+"""Shares the timers: PWM outputs, the tick, 1-Wire lines, steppers, the end of Modbus frames.
 
 A PWM output that its pin's timer can make has no choice. The others are made by compare interrupts
 of a free-running 16-bit timer, which serves as many as it has channels. Of the rest the tick
@@ -51,11 +51,11 @@ class TimerUse(NamedTuple):
 
     tick: int
     one_wire: Mapping[str, int]
-    """By sensor."""
+    """Timer by the sensor's name."""
     pwm: Mapping[str, PwmChannel]
-    """By output."""
+    """Channel by the output's name."""
     steppers: Mapping[str, int]
-    """By output."""
+    """Timer by the output's name."""
     silence: int | None = None
     """The Modbus line's timer, if there is one: it detects the end of a frame."""
 

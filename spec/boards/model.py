@@ -52,7 +52,7 @@ class Uart(NamedTuple):
 
     @property
     def number(self) -> int:
-        """Its number; 0 where it is the only one and has none."""
+        """Number of the port; 0 where it is the only one and its registers have none."""
         return int(self.suffix or 0)
 
 
@@ -109,7 +109,7 @@ class Board(NamedTuple):
     fastest_hz: int
     """The chip's highest clock at 5 V."""
     pins: Mapping[str, Pin]
-    """By every name a pin has: `D3` and `PD3` give the same Pin."""
+    """Pins by each of their names: `D3` and `PD3` give the same Pin."""
     timers: Mapping[int, Timer]
     uarts: tuple[Uart, ...]
     adc: Adc
@@ -126,5 +126,5 @@ class Board(NamedTuple):
 
     @property
     def macro(self) -> str:
-        """What avr-gcc defines for the chip."""
+        """Name of the macro that avr-gcc defines for the chip."""
         return f"__AVR_ATmega{self.mcu.removeprefix('atmega').upper()}__"

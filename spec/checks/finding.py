@@ -1,4 +1,4 @@
-"""What a check finds, and how the checks see a controller."""
+"""The result of a check, and lists of a controller's parts for the checks."""
 
 from __future__ import annotations
 

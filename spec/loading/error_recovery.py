@@ -1,4 +1,4 @@
-"""What is left of a spec without its broken parts, so that the rest can still be checked."""
+"""Removes broken parts from a spec, so that the rest can still be checked."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ from heatwright.spec.loading.user_file import STDIN, read_file
 from heatwright.spec.problems import Path, Problem, SpecError
 
 MOST_PROBLEMS = 100
-"""Problems reported at once; more help nobody."""
+"""Most problems that are reported at once."""
 
 
 LATER = (
@@ -34,7 +34,7 @@ LATER = (
 
 
 class Spec(NamedTuple):
-    """A controller that passed every check, and where in which file each part of it stands."""
+    """A controller that passed every check, and the position of each part in the file."""
 
     controller: Controller
     file_name: str
@@ -97,7 +97,7 @@ def _load(data: bytes, file: str) -> Spec:
 
 
 def with_data(spec: Spec, data: Data) -> tuple[Spec, tuple[Problem, ...]]:
-    """Return a spec with other data than its file's, with all defaults derived anew; and problems.
+    """Return a spec with other data than its file's, all defaults derived again; and problems.
 
     The position of a problem is that of its entry in the file, or of the nearest one above it.
     Raises SpecError if no controller can be made of the data.
@@ -133,7 +133,7 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
 
 
 def problem_of(tree: Tree, finding: Finding) -> Problem:
-    """Say where a finding stands in the file, and whether its value is written there."""
+    """Make a finding a problem: add its position, and "by default" if its value is not written."""
     default = "" if finding.path in tree.positions else "by default, "
     return tree.problem(finding.path, default + finding.reason, finding.remedy)
 

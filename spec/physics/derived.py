@@ -152,7 +152,7 @@ def _open(rule: Limits | None, name: str) -> set[str]:
 
 
 class _Times(NamedTuple):
-    """What a rule's time follows from: what a healthy machine needs, and how that is found, s."""
+    """The basis of a rule's time: what a healthy machine needs, s, and its derivation in words."""
 
     usual_s: float
     needs_s: float
@@ -199,7 +199,7 @@ class _Rules:
         return value
 
     def _number(self, rule: str, field: str) -> float:
-        """Return a rule's number as far as it is known; infinite without the rule."""
+        """Return a rule's number: derived, or else the present one; infinite without the rule."""
         limits = getattr(self._protection, rule)
         return math.inf if limits is None else self._values[rule].get(field, getattr(limits, field))
 
@@ -209,7 +209,7 @@ class _Rules:
         A duty below what this plant needs on a cold day, at a weak supply, would trip on a healthy
         machine. Above that, a higher duty suits machines that lose more than their plant; but all
         nodes must bear it for ever, because nobody notices it while the reading is frozen, and it
-        must be so far below full power that there is something left to count.
+        must be so far below full power that a range is left to count.
         """
         heated = self._heated
         held = f"what {celsius(heated.highest_c)} takes on a cold day"
@@ -277,7 +277,7 @@ class _Rules:
     def _put_time(
         self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
     ) -> None:
-        """Set the usual time, or the one a healthy machine may need, as far as nodes bear it."""
+        """Set the usual time or what a healthy machine needs, limited to what nodes bear."""
         heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
         wished_s, words = max(
             (times.usual_s, "as usual"),

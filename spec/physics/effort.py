@@ -318,7 +318,7 @@ class _Course:
     def follow(self, state: Vector, target_c: float | None) -> tuple[float, Vector, Vector]:
         """Return how long it is beyond the band, s, its state when it arrives, and at the end.
 
-        target_c -- what it is held at; None: the heater is off. Infinite if it stays beyond.
+        target_c -- its setpoint; None: the heater is off. Infinite if it stays beyond.
         """
         plant, band, about_state = self._plant, self._band, state
         without, added = plant.pushed(self._step_s, state)
@@ -386,7 +386,7 @@ def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
 
 
 def _scaled(plant: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
-    """Return a machine whose capacities and resistances are so many times the plant's."""
+    """Return a machine with the plant's capacities and resistances times two factors."""
     return plant.model_copy(
         update={
             "nodes": {name: capacity * value for name, value in plant.nodes.items()},

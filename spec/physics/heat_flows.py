@@ -1,4 +1,4 @@
-"""What flows between the nodes of a network: by conduction, and by radiation.
+"""Heat flows between the nodes of a network: by conduction, and by radiation.
 
 Conduction is linear. Radiation, σ·ε·A·(Ta⁴ − Tb⁴) in kelvin, is taken for its tangent about a
 state: q ≈ q₀ + ga·(θa − θa₀) − gb·(θb − θb₀) with g = 4·σ·ε·A·T³.
@@ -84,7 +84,7 @@ class HeatFlows:
                 conductances[i][j] += sign * slope
 
     def _laplacian(self, network: ThermalNetwork, running: Sequence[str]) -> Matrix:
-        """On the diagonal all conductances of a node, beside it minus those between two nodes."""
+        """Return a matrix: a node's sum of conductances on the diagonal, minus each one beside it."""
         factors: dict[frozenset[str], float] = {}
         for fan, effect in network.fans.items():
             if fan in running:

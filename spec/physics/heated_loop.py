@@ -27,7 +27,7 @@ WINTER_C, SUMMER_C = 5.0, 35.0
 """A workshop in winter and in summer."""
 
 SPARE = 0.1
-"""What a node can bear beyond what its protection allows, as a share of the rise above ambient."""
+"""What a node bears beyond what the protection allows, as a share of its rise above ambient."""
 
 TIMES = 3.0
 """Factor by which a machine may be slower than its plant: capacities and resistances 30 % larger,
@@ -230,7 +230,7 @@ class HeatedLoop:
 
     @cached_property
     def starts(self) -> Sequence[Vector]:
-        """States in which a healthy machine may be when heat is asked for anew.
+        """States in which a healthy machine may be when the loop asks for heat again.
 
         At rest at several temperatures; warming up at full power; and hot at the highest one, then
         without power for a while: the heater's element and the sensor have cooled, the rest less.
@@ -334,7 +334,7 @@ class HeatedLoop:
         return coasting
 
     def way_k(self, node: str, ambient_c: float, spread: float) -> float:
-        """How far above its surroundings full power takes a node, up to the highest setpoint, K.
+        """Rise of a node above ambient at full power, until the highest setpoint is read, K.
 
         spread -- share by which resistances may be larger: a hotter node is then hotter still.
         """
@@ -353,7 +353,7 @@ class HeatedLoop:
 
     @property
     def overshoot_k(self) -> float:
-        """How far full power takes the sensor beyond the highest setpoint, K."""
+        """Overshoot of the sensor above the highest setpoint after full power, K."""
         return self._coasting[-1][1]
 
     def settles_s(self, enough_k: float) -> float:
@@ -364,7 +364,7 @@ class HeatedLoop:
 
     @cached_property
     def warmed_k(self) -> float:
-        """How far above the surroundings the other loops' heaters take the sensor, K."""
+        """Rise of the sensor above ambient by the other loops' heaters, K."""
         return warmed_k(
             self._network, self._parts[1], self._neighbours, self.ambient_c, self._always
         )

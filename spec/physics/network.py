@@ -51,7 +51,7 @@ class Heated:
         self._flows = HeatFlows(network, nodes, running, ambient_c)
         self._heated = nodes.index(network.heat[heat])
         sense = network.sense[sensor]
-        assert sense.node is not None  # noqa: S101 - a loop goes by a thermometer
+        assert sense.node is not None  # noqa: S101 - a loop's sensor is a thermometer
         self._sensed = nodes.index(sense.node)
         self.lag_s = sense.lag_s
         self.delay_s = sense.delay_s
@@ -235,6 +235,6 @@ def _real(numbers: Sequence[Number]) -> Vector:
 
 
 def _alike(one: Vector, other: Vector) -> bool:
-    """Return whether two results are the same to all the digits that count."""
+    """Return whether two results are equal within the tolerance of the iteration."""
     most = max(map(abs, other))
     return all(abs(a - b) <= EXACT * most for a, b in zip(one, other, strict=True))

@@ -33,7 +33,7 @@ class Reserve(NamedTuple):
 
     @property
     def resistance_k_per_w(self) -> float:
-        """From the sensor to the surroundings, at the highest setpoint."""
+        """Thermal resistance from the sensor to ambient, at the highest setpoint."""
         return (self.setpoint_c - self.ambient_c) / self.needed_w
 
     @property

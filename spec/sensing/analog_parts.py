@@ -32,11 +32,11 @@ FullScale = Annotated[
     float | Literal["supply", "internal"],
     Quantity(VOLTAGE, least=1.0, most=5.0, words=("supply", "internal")),
 ]
-"""What the ADC calls full scale. At AREF it is 1 V to the supply (data sheets)."""
+"""Reference of the ADC, its full scale. At AREF it is 1 V to the supply (data sheets)."""
 
 
 class AnalogSensor(Averaged):
-    """What all sensors on pins of the ADC have."""
+    """Keys and properties of all sensors on pins of the ADC."""
 
     kind: str
     pin: PinName = Field(description="A pin that leads to the ADC.")

@@ -1,4 +1,4 @@
-"""What all thermometers have: a mean of their last readings for the control."""
+"""The mean of the last readings, which all thermometers can have for the control."""
 
 from typing import Annotated
 

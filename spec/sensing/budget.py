@@ -60,7 +60,7 @@ class Budget:
 
     @property
     def worst(self) -> tuple[float, ...]:
-        """All parts off to the same side, at each place."""
+        """Sum of all errors, each at its worse limit, at each place."""
         return tuple(sum(column) for column in self._columns())
 
     @property

@@ -31,7 +31,7 @@ ZERO_OHM = {"pt100": 100.0, "pt1000": 1000.0}
 
 
 class Circuit(Protocol):
-    """What stands between the temperature and the pin."""
+    """The circuit between the temperature and the pin."""
 
     @property
     def lowest(self) -> float:
@@ -105,7 +105,7 @@ class Amplified:
     gain: float
     series_ohm: float
     excitation: float
-    """As a multiple of the reference."""
+    """Voltage of the excitation, as a multiple of the reference."""
     is_constant: bool
     """Whether the current through element and R₀ is constant."""
 
@@ -114,7 +114,7 @@ class Amplified:
 
     @property
     def highest(self) -> float:
-        """Where the amplifier saturates, or what an open element gives, if that is less."""
+        """Share at which the amplifier saturates, or of an open element, if that is less."""
         highest = min(1.0, self.excitation)
         if self.is_constant:
             return highest

@@ -36,7 +36,7 @@ class Point(NamedTuple):
 
     raw: int
     celsius: float
-    """In single precision."""
+    """Temperature of the point, in single precision."""
 
 
 class Limits(NamedTuple):

@@ -137,7 +137,7 @@ def _whole(tube: Tube, place: int) -> Window:
 
 
 Layer = dict[int, list[Window]]
-"""What can be reached at each place of a bend."""
+"""The values that lines can reach at each place of a bend."""
 
 
 def _reached(tube: Tube, layers: Sequence[Sequence[int]]) -> list[Layer]:

@@ -23,7 +23,7 @@ MAX31855_RANGE_C = {
 
 
 class _Converter(Averaged):
-    """What a converter on three wires has; the wires may be any pins."""
+    """Keys of a converter on three wires, which may be any pins."""
 
     kind: str
     chip_select: PinName = Field(description="Pin at the converter's CS.")
@@ -129,5 +129,5 @@ class Max31855(_Converter):
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading: 0.2 s (data sheet) and a conversion."""
+        """Time from the power-up to the first reading: 0.2 s (data sheet) and a conversion."""
         return 0.3

@@ -20,7 +20,7 @@ _SupplyVolts = Annotated[
 
 
 class _Tolerances(Model):
-    """What all chains on the ADC have."""
+    """Tolerances of all chains on the ADC."""
 
     reference_v: _Volts | None = Field(
         None, alias="reference", description="± of the ADC's full scale."
@@ -36,7 +36,7 @@ class _Tolerances(Model):
 
 
 class _CircuitTolerances(_Tolerances):
-    """What circuits of resistors have."""
+    """Tolerances of circuits of resistors."""
 
     resistors_percent: Share | None = Field(
         None, alias="resistors", description="± of each resistor of the circuit."

@@ -103,6 +103,6 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
 def _differ_k(
     controller: Controller, first: Thermometer, second: Thermometer, at_c: float
 ) -> float:
-    """Return how far apart two healthy sensors may read the same temperature, K."""
+    """Return the largest difference of two healthy sensors at the same temperature, K."""
     mcu = controller.board.mcu
     return sum(each.step_at_k(at_c, mcu) + each.error_k(at_c) for each in (first, second))

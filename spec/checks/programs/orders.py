@@ -1,4 +1,4 @@
-"""What a scenario asks of programs, and what it expects of them."""
+"""Orders of a scenario to programs, and its expectations of their ramps."""
 
 from __future__ import annotations
 
