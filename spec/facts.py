@@ -40,7 +40,7 @@ class LoopFacts:
     switched: bool
     """The loop is switched apart from its setpoint."""
     hosted: bool
-    """A host commands it by its setpoint alone, 0 for off."""
+    """A host commands the loop by its setpoint alone, 0 for off."""
     tunable: bool
     """The loop's gains are set by command, and its duty by hand."""
     autotune: bool
@@ -51,13 +51,13 @@ class LoopFacts:
     """The loop must be told "off" before it takes an "on"."""
     starts_enabled: bool
     keyed: bool
-    """The keys of the display shield serve it."""
+    """The keys of the display shield serve the loop."""
     touched: bool
-    """A touch display serves it."""
+    """A touch display serves the loop."""
     plotted: bool
     """A plotter is sent its numbers."""
     countdown: bool
-    """People set a time after which it goes off."""
+    """People set a time after which the loop goes off."""
     has_state: bool
     """A master or LEDs show whether it works, heats, cools and is warm."""
     # What may be set, and lasts.
@@ -75,7 +75,7 @@ class LoopFacts:
     readings: int
     """How many readings are in the mean that the control uses."""
     inputs: bool
-    """Inputs of the machine pause it."""
+    """Inputs of the machine pause the loop."""
     inputs_judged: bool
     """The loop's step checks the inputs that trip: only the first loop's does."""
     relay_judged: bool

@@ -1,4 +1,4 @@
-"""Names that refer to something: it must exist, be of use, and not be used twice."""
+"""Names that refer to parts: a part must exist, have a use, and not be used twice."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def waveform_attributes() -> dict[str, int]:
 
 
 def _clocks(sheet: Sheet) -> None:
-    """Time in the program and in the segment, and which they are."""
+    """Add the times in the program and in the segment, and the names of both."""
     places = {"day": 470, "hour1": 526, "minute1": 582}
     for name, x in places.items():
         sheet.number(name, (x, 52, 50, 36), SMALL)

@@ -165,11 +165,11 @@ class Sheet:
         self.add("dual_state", name, place, attributes | own, release=code, shared=shared)
 
     def variable(self, name: str) -> None:
-        """Add a whole number that is not seen."""
+        """Add a hidden whole number."""
         self.add("variable", name, attributes={"sta": 0, "val": 0}, shared=True)
 
     def words(self, name: str, longest: int) -> None:
-        """Add a text that is not seen."""
+        """Add a hidden text."""
         self.add("variable", name, attributes={"sta": 1, "txt": "", "txt_maxl": longest})
 
     def page(self, *, preinitialize: Code = ()) -> Page:

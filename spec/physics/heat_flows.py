@@ -51,7 +51,7 @@ class HeatFlows:
 
     def bent(self, about: Vector, state: Vector) -> bool:
         """Return whether a state is so far from another that the tangents there no longer hold."""
-        for i in self._radiating:  # asked at every step: a generator takes three times as long
+        for i in self._radiating:  # called at every step: a generator takes three times as long
             if abs(state[i] - about[i]) > BEND * self._kelvin(about[i]):
                 return True
         return False
@@ -84,7 +84,7 @@ class HeatFlows:
                 conductances[i][j] += sign * slope
 
     def _laplacian(self, network: ThermalNetwork, running: Sequence[str]) -> Matrix:
-        """Return a matrix: a node's sum of conductances on the diagonal, minus each one beside it."""
+        """Return a matrix: the sum of a node's conductances on the diagonal, minus each beside."""
         factors: dict[frozenset[str], float] = {}
         for fan, effect in network.fans.items():
             if fan in running:

@@ -19,7 +19,7 @@ TRIP_FACTOR = 1.25
 percent, and a wire that heats up changes its resistance by less."""
 
 FILTER_PULSES = 5
-"""Periods of the PWM in the time constant of the filter that makes their mean."""
+"""Periods of the PWM in the time constant of the filter that averages them."""
 
 LIMITED_PARTS = 3
 """With a limit, the filter's time constant is at most the period divided by this: a slower filter
