@@ -250,8 +250,7 @@ class _Rules:
         """Find how long such heat may go on without a movement of the reading.
 
         As long as without a plant, so that a machine that loses more does not trip where it rests;
-        but no longer than nodes bear the heat meanwhile, and never shorter than a healthy machine
-        needs.
+        but no longer than nodes bear the heat, and never shorter than a healthy machine needs.
         """
         within_s, still_s = self._number("heating", "within_s"), self._still_s
         if still_s is None:

@@ -175,9 +175,8 @@ class HeatedLoop:
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
         """Return the plant in some surroundings, and what each of its nodes bears above them.
 
-        The spec's `bears`; else the temperature at full power from cold until `protection.maximum`
-        has switched the heater off, or at rest with the sensor at that maximum, plus a tenth of the
-        rise.
+        The spec's `bears`; else 1.1 times the rise at full power from cold until the rule of
+        `protection.maximum` has switched it off, or at rest with the sensor at that maximum.
         """
         plant, size = self.at(ambient_c), len(self._network.nodes)
         most_k = self._maximum_c - ambient_c

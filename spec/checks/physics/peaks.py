@@ -160,7 +160,7 @@ def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str
 
 
 def _numbers(loop: Loop, stand: _Stand) -> Iterator[tuple[tuple[str, str], Times, float]]:
-    """Yield the longest time of each rule that protects all nodes, if a healthy machine keeps it."""
+    """Yield each rule's longest time that protects all nodes, if a healthy machine keeps it."""
     now, heated = _times(loop), stand.heated
     heating, frozen = loop.protection.heating, loop.protection.frozen
     if heating is not None:
