@@ -176,7 +176,7 @@ class HeatedLoop:
         """Return the plant in some surroundings, and what each of its nodes bears above them.
 
         The spec's `bears`; else 1.1 times the rise at full power from cold until the rule of
-        `protection.maximum` has switched it off, or at rest with the sensor at that maximum.
+        `protection.maximum` switches the heater off, or at rest with the sensor at that maximum.
         """
         plant, size = self.at(ambient_c), len(self._network.nodes)
         most_k = self._maximum_c - ambient_c
