@@ -17,15 +17,15 @@ MOST_DECIMALS = 4
 
 
 class Kind(NamedTuple):
-    """A number that the language has: its key, and how it is called elsewhere."""
+    """A number of the language: its key, and its names elsewhere."""
 
     key: str
     field: str
     """The name of its field: in the algorithm, in its state and in the settings."""
     title: str
-    """On the display, before the number."""
+    """Text on the display before the number."""
     shown_unit: str
-    """On the display, after the number."""
+    """Text on the display after the number."""
     unit: str
 
 
@@ -44,14 +44,14 @@ class Number(NamedTuple):
 
     kind: Kind
     value: float
-    """What the spec gives."""
+    """The number's value in the spec."""
     minimum: float
     maximum: float
     step: float
 
     @property
     def decimals(self) -> int:
-        """As many as the display needs for whatever the keys can reach; one more than it has."""
+        """Decimals that show each value the keys can reach; MOST_DECIMALS + 1 if none suffice."""
         reached = (self.value, self.minimum, self.maximum, self.step)
         able = (
             each
@@ -70,11 +70,11 @@ class Number(NamedTuple):
 
 
 Setting = tuple[tuple[Number, float], ...]
-"""What keys have set."""
+"""Numbers, with values that keys may have set."""
 
 
 def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
-    """List what keys set of a loop's algorithm, in the order in which the display shows it."""
+    """List the numbers of a loop's algorithm that keys set, in the order of the display."""
     keypad = keypad_of(controller)
     if keypad is None or keypad.adjust is None or keypad.loop != loop_name:
         return ()
@@ -92,7 +92,7 @@ def sets_gains(controller: Controller, loop_name: str) -> bool:
 
 
 def fixed(controller: Controller) -> tuple[Interface, ...]:
-    """Return the interfaces without the keys' numbers: each number is as the algorithm says."""
+    """Return the interfaces without numbers for keys: each number is then the algorithm's."""
     keypad = keypad_of(controller)
     return tuple(
         each.model_copy(update={"adjust": None}) if each is keypad else each
@@ -101,7 +101,7 @@ def fixed(controller: Controller) -> tuple[Interface, ...]:
 
 
 def extremes(controller: Controller) -> Iterator[Setting]:
-    """List all that keys can set with each number at an end of its range; nothing without keys."""
+    """List all settings in which each number is at an end of its range; none without keys."""
     keypad = keypad_of(controller)
     if keypad is None or keypad.loop not in controller.loops:
         return
@@ -111,7 +111,7 @@ def extremes(controller: Controller) -> Iterator[Setting]:
 
 
 def with_setting(controller: Controller, setting: Setting) -> Controller:
-    """Replace the spec's numbers by those that keys have set; no key sets them then."""
+    """Return the controller with the numbers of a setting; keys cannot change them any more."""
     keypad = keypad_of(controller)
     if keypad is None or not setting:
         return controller

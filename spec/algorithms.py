@@ -12,17 +12,17 @@ from heatwright.spec.registry import with_brought
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LEAST_RANGE_PERCENT = 1.0
-"""From the least duty to the greatest one that may be set by command: at no range, or none above 0,
-an idle loop would ask for all that it may."""
+"""Least distance of a maximum duty that a command sets from the minimum duty: without a range above
+0 an idle loop would ask for its maximum."""
 LARGEST_GAIN = 1e6
 """Far above any use, and far below where products with temperatures leave single precision."""
 
 
 class Gain(Checked):
-    """A gain: a bare number, for its unit is fixed and would only be in the way."""
+    """A gain: a bare number, because its unit is fixed."""
 
     def __init__(self, unit: str) -> None:
-        """Name the unit in the messages."""
+        """Set the unit that messages name."""
         super().__init__(self.read_gain, type="number", minimum=0, maximum=LARGEST_GAIN)
         self.unit = unit
 
@@ -119,7 +119,7 @@ class ThreePosition(Model):
 
     @property
     def off_at_k(self) -> float:
-        """How far above the setpoint full power ends, K: below 0, for it ends below."""
+        """How far above the setpoint full power ends, K: negative, because it ends below."""
         return self.hysteresis_k - self.dead_band_k
 
     @property
@@ -139,7 +139,7 @@ class ThreePosition(Model):
 
     @property
     def warm_within_k(self) -> float:
-        """How near to the setpoint is warm, K."""
+        """Deviation from the setpoint within which the loop counts as warm, K."""
         return self.dead_band_k
 
 
@@ -204,27 +204,27 @@ class Pid(Model):
     band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] | None = Field(
         None,
         alias="band",
-        description="Farther below the setpoint full power, farther above none; left out: no band.",
+        description="Beyond it below the setpoint full power, above it none; left out: no band.",
     )
     dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
         alias="dead_band",
-        description="So near to the setpoint neither proportional nor integral answer.",
+        description="Deviation within which neither proportional nor integral term acts.",
     )
     dead_band_keeps: Literal["integral", "output"] = Field(
         "integral",
-        description="What stays in the dead band: the integral, or the whole output as it was.",
+        description="What is kept in the dead band: the integral, or the whole output.",
     )
     least: ClassVar[Least] = Least(1290, 52)
 
     @property
     def pid(self) -> "Pid":
-        """Gains and limits by which power is measured out; an algorithm that switches has none."""
+        """The algorithm itself, as it has gains; None for one that only switches."""
         return self
 
     @property
     def full_percent(self) -> float:
-        """The most that it asks for, %."""
+        """Highest duty that it asks for, %."""
         return self.output.maximum_percent
 
     @property
@@ -244,5 +244,5 @@ class Pid(Model):
 
 
 Algorithm = Annotated[OnOff | Pid | ThreePosition, Field(discriminator="kind")]
-if not TYPE_CHECKING:  # mypy knows heatwright's own
+if not TYPE_CHECKING:  # mypy knows only heatwright's own kinds
     Algorithm = with_brought("algorithm", Algorithm)

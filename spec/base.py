@@ -18,10 +18,10 @@ DEFAULTS: Any = {}
 instance would have pydantic build that model's validator by itself while modules are imported."""
 
 MOST_ENTRIES = 100
-"""In a mapping or a list. The largest board has 86 pins, and checks take time with each entry."""
+"""Most entries of a mapping or list: the largest board has 86 pins, and each costs check time."""
 
 LONGEST_TITLE = 80
-"""Characters of a text for people; it must fit a line of a comment."""
+"""Most characters of a text for people, which must fit into one line of a comment."""
 
 ABSOLUTE_ZERO_C = -273.15
 
@@ -38,7 +38,7 @@ class Model(BaseModel):
 
 
 class Least(NamedTuple):
-    """What a firmware takes at least: bytes of flash, and of RAM with the stack."""
+    """Least memory of a firmware: bytes of flash, and of RAM with the stack."""
 
     flash: int
     ram: int
@@ -142,7 +142,7 @@ class WholeNumber(Checked):
     """Marks a whole number with bounds: `Annotated[int, WholeNumber("a count", 1, 32, 4)]`."""
 
     def __init__(self, what: str, least: int, most: int, example: int) -> None:
-        """Bound it; `what` says in the messages what it is."""
+        """Set the bounds; `what` names the number in messages."""
         super().__init__(self.read_number, type="integer", minimum=least, maximum=most)
         self._what, self._least, self._most, self._example = what, least, most, example
 
@@ -158,10 +158,10 @@ class WholeNumber(Checked):
 
 
 class BareNumber(Checked):
-    """Marks a number without a unit: above `least`, or from it on with `closed`, up to `most`."""
+    """Marks a number without a unit: above `least` (from `least` if `closed`), up to `most`."""
 
     def __init__(self, least: float, most: float, example: str, *, closed: bool = False) -> None:
-        """Bound it."""
+        """Set the bounds."""
         lower = {"minimum" if closed else "exclusiveMinimum": least}
         super().__init__(self.read_number, type="number", maximum=most, **lower)
         self._least, self._most, self._example, self._closed = least, most, example, closed

@@ -1,4 +1,4 @@
-"""Which rules a controller can break: what its display needs a page for."""
+"""Which rules can trip in a controller: its display needs a page for each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.self_checks import self_check_rules
 
 _OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16, 29)
-"""What a sensor, the limits and the processor itself can bring about in every controller."""
+"""Codes of the rules on sensors, limits and processor, which can trip in every controller."""
 
 _OF_LOOPS = {
     "frozen": (9,),
@@ -22,7 +22,7 @@ _OF_LOOPS = {
     "master_lost_after_s": (23,),
     "on_for_at_most_s": (30,),
 }
-"""By the key of `protection` that may be off."""
+"""Codes of rules by the key of `protection` that may be off."""
 
 
 def rules_of(controller: Controller) -> tuple[Rule, ...]:

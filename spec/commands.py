@@ -1,4 +1,4 @@
-"""What a host or a master may command: which loops it serves, and how far."""
+"""Which interfaces a controller has, which loops they serve, and what they may command."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Kind = TypeVar("Kind", bound=Model)
 
 
 def placed(controller: Controller, kind: type[Kind]) -> dict[int, Kind]:
-    """Find the interfaces of a kind, by their places; of most there is one, once all is checked."""
+    """Find the interfaces of a kind, by their indices; a checked spec has one of most kinds."""
     return {n: each for n, each in enumerate(controller.interfaces) if isinstance(each, kind)}
 
 
@@ -61,7 +61,7 @@ def log_of(controller: Controller) -> SerialLog | None:
 
 
 def lockout_of(controller: Controller) -> Lockout | None:
-    """Find what repeated trips lead to: nothing if it is off, or nobody can acknowledge."""
+    """Return the lock-out after repeated trips; None if it is off, or nobody can acknowledge."""
     ways = (keypad_of, gcode_of, modbus_of, nextion_of)
     return controller.safety.lockout if any(way(controller) for way in ways) else None
 
@@ -78,7 +78,7 @@ def by_host(controller: Controller, loop_name: str) -> bool:
 
 
 def minds_host(controller: Controller, loop_name: str) -> bool:
-    """Return whether a loop trips when the host that commands it says nothing any more."""
+    """Return whether a loop trips when the host that commands it falls silent."""
     protection = controller.loops[loop_name].protection
     return by_host(controller, loop_name) and protection.master_lost_after_s is not None
 
@@ -134,14 +134,14 @@ def programmed(controller: Controller, loop_name: str) -> bool:
 def must_release(controller: Controller) -> bool:
     """Return whether a switched loop must be told "off" before it takes an "on".
 
-    A master repeats itself, and what it says all the time must not restart a heater. A person who
-    presses a button means it.
+    A master repeats its commands, and a repeated "on" must not restart a heater. A person presses a
+    button on purpose.
     """
     return modbus_of(controller) is not None
 
 
 def starts_enabled(controller: Controller, loop_name: str) -> bool:
-    """Return whether a loop is on from the power-up: one that somebody can switch on is not."""
+    """Return whether a loop is on after the power-up; by default only if nobody can switch it."""
     starts = controller.loops[loop_name].starts
     if starts is None:
         return not switched(controller, loop_name)
@@ -154,7 +154,7 @@ def zero_is_off(controller: Controller, loop_name: str) -> bool:
 
 
 def tunable(controller: Controller, loop_name: str) -> bool:
-    """Return whether its gains are set by command, and its duty by hand: not by mere keys."""
+    """Return whether a command sets its gains and its duty by hand; keys have no such command."""
     has_commands = (
         modbus_of(controller) is not None
         or by_host(controller, loop_name)

@@ -56,7 +56,7 @@ def _board(value: Any) -> str:
 
 
 class Identity(Model):
-    """What the controller is called and what it runs on."""
+    """The controller's name, its board and its clock."""
 
     name: Name = Field(description="Name of its folder and files.")
     title: Title | None = Field(None, description="What it is, in a few words; else its name.")
@@ -72,13 +72,13 @@ _LockoutTime = Annotated[float, Quantity(DURATION, least=1.0, most=43_200.0)]
 
 
 class Lockout(Model):
-    """After some trips, one soon after the other, only a person at the machine acknowledges."""
+    """After several trips within a time, only a person at the machine can acknowledge."""
 
     trips: Annotated[int, WholeNumber("a number of trips", 1, 100, 3)] = Field(
-        3, description="Trips after which nobody acknowledges from afar."
+        3, description="Trips after which nobody can acknowledge remotely."
     )
     within_s: _LockoutTime = Field(
-        1800.0, alias="within", description="A trip that is so long past counts no more."
+        1800.0, alias="within", description="Time after which a trip no longer counts."
     )
     hold_s: Annotated[float, Quantity(DURATION, least=3.0, most=60.0)] = Field(
         5.0, alias="hold", description="With keys: time for which a person holds SELECT."
@@ -91,7 +91,7 @@ class Lockout(Model):
 
 
 class Safety(Model):
-    """What guards the controller itself, and the machine from who insists."""
+    """Protections of the controller itself, and the lock-out after repeated trips."""
 
     watchdog_s: Annotated[float, Quantity(DURATION, choices=WATCHDOG_S)] = Field(
         2.0, alias="watchdog", description="Time after which a hung program is reset."
@@ -112,7 +112,7 @@ class Safety(Model):
     lockout: Annotated[Lockout | None, Off] = Field(
         DEFAULTS,
         validate_default=True,
-        description="What repeated trips lead to, or `off`.",
+        description="Lock-out after repeated trips, or `off`.",
     )
     self_checks: StrictBool = Field(
         True, description="Whether the controller checks its own processor, memories and clock."
@@ -120,7 +120,7 @@ class Safety(Model):
 
 
 class Published(Model):
-    """Figures of a published experiment, to stand beside ours."""
+    """Figures of a published experiment, to compare with the simulated ones."""
 
     maximum_c: Temperature = Field(alias="maximum", description="Highest temperature.")
     steady_c: Annotated[tuple[float, float], QuantityRange(TEMPERATURE)] = Field(
@@ -191,7 +191,7 @@ class Controller(Model):
         return max(loop.period_s for loop in self.loops.values())
 
     def with_loop(self, name: str, loop: Loop) -> "Controller":
-        """Return the same controller with another loop of a name; nothing is derived anew."""
+        """Return the controller with one loop replaced; no default is derived again."""
         return self.model_copy(update={"loops": ReadOnlyDict({**self.loops, name: loop})})
 
     @property
@@ -211,7 +211,7 @@ class Controller(Model):
 
     @property
     def steppers(self) -> Mapping[str, Stepper]:
-        """The outputs that feed, by name."""
+        """The stepper outputs, which feed material, by name."""
         return {name: each for name, each in self.outputs.items() if isinstance(each, Stepper)}
 
     def on_off_output(self, name: str) -> DigitalOutput:

@@ -1,7 +1,7 @@
-"""What follows from a spec for each of its loops: worked out once, read by every layer.
+"""What follows from a spec for each of its loops: computed once, read by every layer.
 
-Facts are statements about the spec. What a controller makes of them, its arithmetic, each layer
-has for itself: the reference model would prove nothing with the firmware's.
+Facts are statements about the spec. Each layer has its own arithmetic for them: a reference model
+that shared the firmware's would prove nothing.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from heatwright.spec.self_checks import self_checked
 from heatwright.spec.sensing.currents import Current
 
 _KNOWN: dict[int, dict[str, LoopFacts]] = {}
-"""Facts of each controller that there is, by its identity: a changed copy has others."""
+"""Facts of each existing controller, by its identity: a changed copy has its own."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoopFacts:
-    """What is known of one loop; each name is also that of the templates."""
+    """The facts of one loop; templates use the same names."""
 
     name: str
     sensor: str
@@ -38,62 +38,62 @@ class LoopFacts:
     commanded: bool
     """A host, a master or a person sets the setpoint, and may switch it off."""
     switched: bool
-    """It is switched apart from its setpoint."""
+    """The loop is switched apart from its setpoint."""
     hosted: bool
-    """A host commands it by its setpoint alone, 0 for off."""
+    """A host commands the loop by its setpoint alone, 0 for off."""
     tunable: bool
-    """Its gains are set by command, and its duty by hand."""
+    """The loop's gains are set by command, and its duty by hand."""
     autotune: bool
     """An experiment finds its gains."""
     programmed: bool
     """Programs move its setpoint."""
     must_release: bool
-    """It must be told "off" before it takes an "on"."""
+    """The loop must be told "off" before it takes an "on"."""
     starts_enabled: bool
     keyed: bool
-    """The keys of the display shield serve it."""
+    """The keys of the display shield serve the loop."""
     touched: bool
-    """A touch display serves it."""
+    """A touch display serves the loop."""
     plotted: bool
     """A plotter is sent its numbers."""
     countdown: bool
-    """People set a time after which it goes off."""
+    """People set a time after which the loop goes off."""
     has_state: bool
     """A master or LEDs show whether it works, heats, cools and is warm."""
     # What may be set, and lasts.
     stored: bool
-    """Its setpoint outlives a loss of power."""
+    """The loop's setpoint outlives a loss of power."""
     lasting: bool
-    """Which of its setpoints does, depends on its mode."""
+    """The loop stores 0 instead of its setpoint unless its mode is automatic."""
     adjustable: bool
     """The operator may lower the critical temperature."""
     limits_adjustable: bool
     """A host may narrow the limits of its integral and its output."""
     keyed_numbers: tuple[Number, ...]
-    """What keys set of its algorithm."""
+    """Numbers of its algorithm that keys set."""
     # What its step does besides.
     readings: int
     """How many readings are in the mean that the control uses."""
     inputs: bool
-    """Inputs of the machine pause it."""
+    """Inputs of the machine pause the loop."""
     inputs_judged: bool
-    """Its step judges the inputs that trip: the first loop's does."""
+    """The loop's step checks the inputs that trip: only the first loop's does."""
     relay_judged: bool
-    """Its step judges the relay's contact: the first loop's does."""
+    """The loop's step checks the relay's contact: only the first loop's does."""
     wants_relay: bool
-    """It is off at times, and does not want the relay closed then."""
+    """The loop can be off, and then does not need the relay closed."""
     proven: tuple[str, ...]
-    """Fans whose proof its step judges."""
+    """Fans whose proof its step checks."""
     fan_proven: bool
     monitors: tuple[str, ...]
-    """Monitors that its step judges besides `also`."""
+    """Monitors that its step checks besides `also`."""
     master_lost: bool
     on_limited: bool
-    """It may be on for so long only."""
+    """The time for which it may be on is limited."""
     current: Current | None
     """What is known of its heater's current, if it is measured."""
     heater_holds: bool
-    """Its heater stays on for a while, and has to be stopped."""
+    """The loop's heater has a shortest time on, which a trip has to end."""
     response: bool
     """Settling time and overshoot of its last setpoint are measured."""
     checked: bool
@@ -101,7 +101,7 @@ class LoopFacts:
 
 
 def facts_of(controller: Controller, name: str) -> LoopFacts:
-    """Say what is known of one loop of a controller that is checked."""
+    """Return the facts of one loop of a checked controller."""
     if (known := _KNOWN.get(id(controller))) is None:
         known = {each: _found(controller, each) for each in controller.loops}
         _KNOWN[id(controller)] = known

@@ -1,7 +1,6 @@
 """Interfaces: how an operator or a computer sees and sets the loops.
 
-What others need to know of a kind, its model says, so that nobody asks for the kind itself:
-
+Other code uses these properties of a model, and never asks for its kind:
 line -- the serial line it talks on; shield -- the board with keys that it is; is_host -- a program
 at its other end sets setpoints; named_pins -- where the spec names pins for it, and what for;
 named_loops -- where the spec names loops for it.
@@ -35,16 +34,16 @@ FASTEST_HOST = 250_000
 
 
 BUS_BAUDS = (1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 76800, 115_200)
-"""What masters offer."""
+"""Baud rates that masters offer."""
 
 
 DISPLAY_BAUDS = (2400, 4800, 9600, 19200, 31250, 38400, 57600, 115_200)
-"""What a Nextion display can be set to, as far as a board can."""
+"""Baud rates that both a Nextion display and a board can be set to."""
 FASTER_DISPLAY_BAUDS = (230_400, 250_000, 256_000, 512_000, 921_600)
-"""What it may have been set to before."""
+"""Baud rates to which a display may have been set before."""
 
 USUAL_BAUDS = (9600, 19200, 38400, 57600, 115200, 250000, 500000, 1000000)
-"""What programs on a computer offer."""
+"""Baud rates that programs on a computer offer."""
 HOST_BAUDS = tuple(baud for baud in USUAL_BAUDS if baud <= FASTEST_HOST)
 
 NamedPins = tuple[tuple[Path, str, str], ...]
@@ -56,19 +55,19 @@ class Line(NamedTuple):
 
     port: int
     can_move: bool
-    """Whether the spec may choose the port."""
+    """Whether the spec may choose the serial port."""
     baud: int
     usual_bauds: tuple[int, ...]
-    """What its other end may offer."""
+    """Baud rates that its other end may offer."""
     receives: bool
     called: str | None
-    """In a list of converters; None: its other end has the levels of the pins."""
+    """Its name in a list of level converters; None if its other end has the levels of the pins."""
     parity: Literal["even", "odd", "none"] = "none"
     stop_bits: int = 1
 
 
 class Shield(NamedTuple):
-    """A board that is put on top: the pins that it takes, what for, and that of its keys."""
+    """A board that is put on top: the pins that it takes, what for, and the pin of its keys."""
 
     pins: Mapping[str, str]
     keys: str
@@ -94,7 +93,7 @@ class Baud(Checked):
     """Marks a baud rate."""
 
     def __init__(self, most: int, choices: tuple[int, ...] = ()) -> None:
-        """Bound it, or give the few that there are."""
+        """Set the highest rate, or the few rates that are possible."""
         super().__init__(self.read_baud, type="integer", minimum=300, maximum=most)
         self._most = most
         self._choices = choices
@@ -119,7 +118,7 @@ class Address(Checked):
     """Marks a name by which a host calls a part: a letter and a digit, or a letter."""
 
     def __init__(self, pattern: str, what: str, examples: str) -> None:
-        """Return what is called so, and how, in the words of the messages."""
+        """Set the pattern, and the words of messages: what it names, and examples."""
         super().__init__(self.read_address, type="string", pattern=f"^{pattern}$")
         self._pattern, self._what, self._examples = pattern, what, examples
 
@@ -131,7 +130,7 @@ class Address(Checked):
 
 
 LONGEST_COUNTDOWN_S = 359_940.0
-"""99 h 59 min: what the display has room for."""
+"""99 h 59 min: the longest time that the display has room for."""
 
 _Minutes = Annotated[float, Quantity(DURATION, least=60.0, most=LONGEST_COUNTDOWN_S)]
 
@@ -144,7 +143,7 @@ class Countdown(Model):
         300.0, alias="step", description="Change of the time for each press of UP or DOWN."
     )
     counts: Literal["from setpoint", "at once"] = Field(
-        "from setpoint", description="From when the time counts."
+        "from setpoint", description="When the time starts to count."
     )
 
 
@@ -153,7 +152,7 @@ _STEP = Field(description="Change for each press of UP or DOWN.")
 
 
 class DifferenceRange(Model):
-    """Between which ends keys set a difference of temperatures, K."""
+    """Range in which keys set a temperature difference, K."""
 
     minimum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _LEAST]
     maximum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _MOST]
@@ -161,7 +160,7 @@ class DifferenceRange(Model):
 
 
 class DurationRange(Model):
-    """Between which ends keys set a duration, s."""
+    """Range in which keys set a duration, s."""
 
     minimum: Annotated[float, Quantity(DURATION, least=0.0), _LEAST]
     maximum: Annotated[float, Quantity(DURATION, least=0.0), _MOST]
@@ -169,7 +168,7 @@ class DurationRange(Model):
 
 
 class GainRange(Model):
-    """Between which ends keys set a gain, in the gain's unit."""
+    """Range in which keys set a gain, in the gain's unit."""
 
     minimum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _LEAST]
     maximum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _MOST]
@@ -179,11 +178,11 @@ class GainRange(Model):
 class Adjust(Model):
     """Numbers of the loop's algorithm that people set by keys."""
 
-    hysteresis: DifferenceRange | None = Field(None, description="Of on_off, three_position.")
-    lead: DurationRange | None = Field(None, description="Of on_off, three_position.")
-    kp: GainRange | None = Field(None, description="Of pid, %/K.")
-    ki: GainRange | None = Field(None, description="Of pid, %/(K·s).")
-    kd: GainRange | None = Field(None, description="Of pid, %·s/K.")
+    hysteresis: DifferenceRange | None = Field(None, description="For on_off, three_position.")
+    lead: DurationRange | None = Field(None, description="For on_off, three_position.")
+    kp: GainRange | None = Field(None, description="For pid, %/K.")
+    ki: GainRange | None = Field(None, description="For pid, %/(K·s).")
+    kd: GainRange | None = Field(None, description="For pid, %·s/K.")
 
 
 class _OfOneLoop(Model):
@@ -226,7 +225,7 @@ class SerialPlotter(_OfOneLoop):
     loop: Reference = Field(description="Loop whose numbers are sent.")
     baud: Annotated[int, Baud(2_000_000)] = Field(9600, description="Speed of the line.")
     decimals: Annotated[int, WholeNumber("a number of decimals", 0, 2, 2)] = Field(
-        2, description="Of every number."
+        2, description="Decimals of every number."
     )
     line_end: Literal["LF", "CR LF"] = Field(
         "LF", description="What ends a line; `CR LF` is what Arduino's println sends."
@@ -346,7 +345,7 @@ class Nextion(_OfOneLoop):
     kind: Literal["nextion"]
     loop: Reference = Field(description="Loop that is shown and set.")
     baud: Annotated[int, Baud(115_200, DISPLAY_BAUDS)] = Field(
-        115_200, description="Speed of the line; the display is brought to it."
+        115_200, description="Speed of the line; the firmware sets the display to it."
     )
     port: _Port = Field(0, description=_PORT)
     least: ClassVar[Least] = Least(4600, 1460)
@@ -364,20 +363,20 @@ class Nextion(_OfOneLoop):
 
 
 class SerialLog(_OfOneLoop):
-    """Temperature and setpoint in a ring, read out over a serial port."""
+    """Temperature and setpoint in a ring buffer, read out over a serial port."""
 
     kind: Literal["serial_log"]
-    loop: Reference = Field(description="Loop that is noted.")
+    loop: Reference = Field(description="Loop that is logged.")
     baud: Annotated[int, Baud(FASTEST_HOST)] = Field(115_200, description="Speed of the line.")
     port: _Port = Field(0, description=_PORT)
     every_s: Annotated[float, Quantity(DURATION, least=1.0, most=3600.0)] = Field(
         60.0, alias="every", description="Time between entries."
     )
     entries: Annotated[int, WholeNumber("a number of entries", 1, 1000, 480)] = Field(
-        480, description="Entries of the ring; the oldest goes first."
+        480, description="Entries of the ring buffer; a new one replaces the oldest."
     )
     keep: Annotated[Literal["ram", "eeprom"], Checked(_memory, enum=["ram", "eeprom"])] = Field(
-        "ram", description="Where the ring is; `eeprom` outlives a loss of power."
+        "ram", description="Where the ring buffer is; `eeprom` outlives a loss of power."
     )
     least: ClassVar[Least] = Least(1800, 70)
     shield: ClassVar[Shield | None] = None
@@ -436,5 +435,5 @@ Interface = Annotated[
     Gcode | Indicators | LcdKeypad | ModbusRtu | Nextion | SerialLog | SerialPlotter,
     Field(discriminator="kind"),
 ]
-if not TYPE_CHECKING:  # mypy knows heatwright's own
+if not TYPE_CHECKING:  # mypy knows only heatwright's own kinds
     Interface = with_brought("interface", Interface)

@@ -21,16 +21,16 @@ _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
 
 LONGEST_RULE_S = 86_400.0
-"""A day: a rule that looks on for longer protects nobody, and no machine can be run through it."""
+"""A day: a rule that waits for longer protects nobody, and takes too long to simulate."""
 
 _RuleTime = Annotated[float, Quantity(DURATION, least=0.01, most=LONGEST_RULE_S)]
 
 LONGEST_ON_S = 604_800.0
-"""A week: who leaves a heater on for longer means for ever."""
+"""A week: who needs a heater on for longer needs no limit."""
 
 
 class Setpoint(Model):
-    """What the operator may ask for."""
+    """The setpoints that the operator may choose."""
 
     initial_c: Temperature = Field(alias="initial", description="Setpoint after the first start.")
     minimum_c: Temperature = Field(alias="minimum", description="Lowest setpoint.")
@@ -41,17 +41,17 @@ class Setpoint(Model):
 
 
 class Limits(Model):
-    """The numbers of a rule: given, of old custom, or derived from the plant."""
+    """The numbers of a rule: given in the spec, usual defaults, or derived from the plant."""
 
     _derived: dict[str, str] = PrivateAttr(default_factory=dict)
 
     @property
     def derived(self) -> Mapping[str, str]:
-        """How each number was derived that was; by its key in the language."""
+        """How numbers were derived, in words, by their keys in the language."""
         return self._derived
 
     def derived_as(self, words: Mapping[str, str]) -> Self:
-        """Return the same, with the derivations of its numbers."""
+        """Return the rule with these derivations of its numbers."""
         copy = self.model_copy()
         copy._derived = dict(words)
         return copy
@@ -64,7 +64,7 @@ class Heating(Limits):
     within_s: _RuleTime = Field(
         120.0,
         alias="within",
-        description="Time it may take. Left out: from the plant, or 2 min.",
+        description="Time in which it must do so. Left out: from the plant, or 2 min.",
     )
 
 
@@ -74,10 +74,10 @@ class Runaway(Limits):
     above_k: _Rise = Field(
         10.0,
         alias="above",
-        description="How far above is too far. Left out: from the plant, or 10 K.",
+        description="Deviation above it that is too large. Left out: from the plant, or 10 K.",
     )
     below_k: _Rise | None = Field(
-        None, alias="below", description="How far below is too far; left out: no such rule."
+        None, alias="below", description="Deviation below that is too large; else no such rule."
     )
     for_s: _RuleTime = Field(60.0, alias="for", description="Time it must last.")
 
@@ -88,13 +88,13 @@ class Frozen(Limits):
     for_s: _RuleTime = Field(
         600.0,
         alias="for",
-        description="Time of such heat without the smallest movement. Left out: from the plant, or "
+        description="Time of such heat without a change of reading. Left out: from the plant, or "
         "10 min.",
     )
     holding_percent: Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)] = Field(
         0.0,
         alias="holding",
-        description="Duty that holding may need: so much may go on for ever, and no reading move. "
+        description="Duty that holding may need: at it a reading may stand still for ever. "
         "Left out: from the plant, or 0 %.",
     )
 
@@ -105,7 +105,7 @@ class RisingWhileOff(Limits):
     rise_k: _Rise = Field(
         10.0,
         alias="rise",
-        description="Rise above the lowest since then. Left out: from the plant, or 10 K.",
+        description="Rise above the lowest reading since. Left out: from the plant, or 10 K.",
     )
     settle_s: _RuleTime = Field(
         120.0,
@@ -116,14 +116,14 @@ class RisingWhileOff(Limits):
 
 
 class Agreement(Limits):
-    """Rule `sensors_disagree`: a second sensor must say what the loop's own does."""
+    """Rule `sensors_disagree`: a second sensor must read what the loop's own sensor reads."""
 
-    within_k: _Rise = Field(alias="within", description="How far apart both may be.")
+    within_k: _Rise = Field(alias="within", description="Largest difference of both.")
     for_s: _RuleTime = Field(10.0, alias="for", description="Time it must last.")
 
 
 class EffortLine(NamedTuple):
-    """Limits of the power that a reading takes, from one temperature on to the next line's, %."""
+    """Limits of the power for a reading, %: straight from one temperature to the next line's."""
 
     from_c: float
     high_percent: float
@@ -140,9 +140,9 @@ class EffortLine(NamedTuple):
 
 
 class EffortBand(NamedTuple):
-    """What a plant makes of rules `effort_high` and `effort_low`.
+    """Limits of rules `effort_high` and `effort_low`, derived from a plant.
 
-    filter_s -- for so long the plant feels a power; move_k -- a reading that moves by less stands.
+    filter_s -- time for which the plant feels a power; move_k -- a smaller change counts as none.
     """
 
     filter_s: float
@@ -165,13 +165,13 @@ class Effort(Limits):
     high_percent: Annotated[_High | None, Off] = Field(
         None,
         alias="high",
-        description="The most that a healthy machine takes, of what the plant takes for a reading "
-        "in winter, or `off`. Left out: from the plant's tolerance.",
+        description="Highest power of a healthy machine, as a share of what the plant needs for a "
+        "reading in winter, or `off`. Left out: from the plant's tolerance.",
     )
     low_percent: Annotated[_Low | None, Off] = Field(
         None,
         alias="low",
-        description="The least that it takes, of what the plant takes in summer, or `off`. Left "
+        description="Lowest power, as a share of what the plant needs in summer, or `off`. Left "
         "out: from the plant's tolerance.",
     )
     for_s: _RuleTime = Field(
@@ -182,7 +182,7 @@ class Effort(Limits):
 
     @property
     def band(self) -> EffortBand:
-        """What the plant makes of it; there is none without a plant, and `check` says so."""
+        """The limits derived from the plant; `check` refuses these rules without a plant."""
         if self._band is None:
             message = "the rules of effort need a plant"
             raise ValueError(message)
@@ -190,20 +190,20 @@ class Effort(Limits):
 
     @property
     def has_band(self) -> bool:
-        """Whether the plant has been looked at."""
+        """Whether limits have been derived from the plant."""
         return self._band is not None
 
     def with_band(self, band: EffortBand) -> Self:
-        """Return the same, with what the plant makes of it."""
+        """Return the rule with limits that are derived from the plant."""
         copy = self.model_copy()
         copy._band = band
         return copy
 
 
 class Protection(Model):
-    """What switches the heater off and keeps it off until somebody acknowledges."""
+    """The rules that switch the heater off and keep it off until somebody acknowledges."""
 
-    # The loop puts the default in, for only the loop knows its highest setpoint.
+    # The loop sets the default, because only the loop knows its highest setpoint.
     maximum_c: Temperature = Field(
         math.inf,
         alias="maximum",
@@ -239,13 +239,13 @@ class Protection(Model):
     rising_while_off: Annotated[RisingWhileOff | None, Off] = Field(
         DEFAULTS, validate_default=True, description="Rule `rising_while_off`, or `off`."
     )
-    # The controller puts the default in, for only it knows the plant.
+    # The controller sets the default, because only it knows the plant.
     effort: Annotated[Effort | None, Off] = Field(
         None,
         description="Rules `effort_high` and `effort_low`, or `off`. Left out: on where there is a "
         "plant, and more than 16 KB of flash.",
     )
-    # The controller puts the default in, for only it knows who commands the loop.
+    # The controller sets the default, because only it knows who commands the loop.
     master_lost_after_s: Annotated[_Time | None, Off] = Field(
         None,
         alias="master_lost_after",
@@ -272,7 +272,7 @@ class Autotune(Model):
         5, description="Oscillations of the experiment."
     )
     swing_percent: Annotated[float, Quantity(PERCENT, least=1.0, most=100.0)] = Field(
-        100.0, alias="swing", description="Share of the output's maximum, below the target."
+        100.0, alias="swing", description="Duty below the target, of the output's maximum."
     )
     timeout_s: _Time = Field(
         1200.0, alias="timeout", description="Time after which the experiment is given up."
@@ -280,12 +280,12 @@ class Autotune(Model):
 
 
 class Response(Model):
-    """What the firmware measures of how a loop answers to its last setpoint."""
+    """Settling time and overshoot after the last change of setpoint, measured by the firmware."""
 
     within_k: _Rise = Field(
         alias="within", description="Deviation within which the temperature has settled."
     )
-    for_s: _Time = Field(60.0, alias="for", description="Time it must stay within it.")
+    for_s: _Time = Field(60.0, alias="for", description="Time it must stay within.")
 
 
 class Loop(Model):
@@ -293,7 +293,7 @@ class Loop(Model):
 
     sensor: Reference = Field(description="Sensor that measures the temperature.")
     also: Reference | None = Field(
-        None, description="Monitor whose sensor measures the same: the loop heats by both or none."
+        None, description="Monitor whose sensor measures the same; the loop heats only with both."
     )
     heater: Reference = Field(description="Output that heats.")
     fan: Reference | None = Field(
@@ -321,7 +321,7 @@ class Loop(Model):
         description="Deviation up to which the loop is ready; a feed waits for that.",
     )
     response: Response | None = Field(
-        None, description="Measure settling time and overshoot; left out, nobody does."
+        None, description="Measure settling time and overshoot; left out: not measured."
     )
     protection: Protection = Field(
         DEFAULTS,

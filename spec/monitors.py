@@ -17,24 +17,24 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 MOST_MONITORS = 8
-"""Each has an address of its own among a Modbus controller's, and a bit."""
+"""Most monitors: each takes an address and a bit of its own on a Modbus line."""
 
 
 class Monitor(Model):
-    """A sensor that belongs to no loop, and what it is watched for."""
+    """A sensor that belongs to no loop, with a warning and a limit."""
 
-    sensor: Reference = Field(description="The sensor; no loop goes by it.")
+    sensor: Reference = Field(description="The sensor; no loop names it as its own.")
     warning_c: Temperature = Field(
-        alias="warning", description="From here on people are told; nothing else happens."
+        alias="warning", description="Temperature that warns people; nothing else happens."
     )
     limit_c: Temperature = Field(
-        alias="limit", description="Rule `monitor_limit`: from here on all heaters are off."
+        alias="limit", description="Rule `monitor_limit`: temperature that stops all heaters."
     )
     hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
-        2.0, alias="hysteresis", description="So far below `warning` the warning ends."
+        2.0, alias="hysteresis", description="The warning ends this far below `warning`."
     )
     stale_after_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
-        5.0, alias="stale_after", description="No valid reading for so long is a fault."
+        5.0, alias="stale_after", description="Time without a valid reading that is a fault."
     )
 
 
@@ -48,9 +48,9 @@ Monitors = Annotated[Mapping[Name, Monitor], AfterValidator(_few)]
 
 
 def watching_loop(controller: Controller, name: str) -> str | None:
-    """Name the loop in whose control step a monitor is judged; None where there is none.
+    """Name the loop whose control step checks a monitor; None where there is none.
 
-    It is the one that goes by it, too, else the first whose period holds a reading of its sensor.
+    It is the loop that names it in `also`, else the first whose period fits the sensor's reading.
     """
     sensor = controller.thermometers.get(controller.monitors[name].sensor)
     if sensor is None:
@@ -64,7 +64,7 @@ def watching_loop(controller: Controller, name: str) -> str | None:
 
 
 def monitors_of(controller: Controller, loop: str) -> dict[str, Monitor]:
-    """List the monitors that are judged in a loop's control step, in the order of the file."""
+    """List the monitors that a loop's control step checks, in the order of the file."""
     return {
         name: monitor
         for name, monitor in controller.monitors.items()

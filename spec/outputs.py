@@ -23,17 +23,17 @@ from heatwright.spec.units import (
 )
 
 SLOWEST_PWM_HZ = 1.0
-"""Slower is the business of a time-proportional output."""
+"""Slower switching is for a time-proportional output."""
 
 WINDOW_PULSES = 16
-"""Pulses of a tachometer, at the slowest speed that is proof, over which its speed is found."""
+"""Pulses of a tachometer in one counting window, at the slowest speed that counts as turning."""
 
 Active = Literal["high", "low"]
 Power = Annotated[float, Quantity(POWER, least=0.001)]
 Volt = Annotated[float, Quantity(VOLTAGE, least=0.1)]
 _Rest = Annotated[float, Quantity(DURATION, least=0.0, most=3600.0)]
 _SUPPLY = "Voltage the load is driven from."
-_CURRENT = "Its measured current, with what that is held to; needs power and supply."
+_CURRENT = "Its measured current, with limit and trip; needs power and supply."
 _PIN = "Pin that drives the switch."
 _ACTIVE = "Level at which the switch conducts; the other level is off."
 _POWER = "Power of the load when fully on; the simulation and the checks need it for a heater."
@@ -43,26 +43,26 @@ class Tachometer(Model):
     """Pulses that a fan makes as it turns, counted to a speed."""
 
     speed_rpm: Annotated[float, Quantity(SPIN, least=60.0)] = Field(
-        alias="speed", description="What it turns at, by its data sheet."
+        alias="speed", description="Nominal speed, from its data sheet."
     )
     pulses: Annotated[int, WholeNumber("a number of pulses", 1, 12, 2)] = Field(
-        2, description="In each revolution."
+        2, description="Pulses in each revolution."
     )
     minimum_rpm: Annotated[float, Quantity(SPIN, least=1.0)] | None = Field(
-        None, alias="minimum", description="Slower is no proof; default half of its speed."
+        None, alias="minimum", description="Slower counts as stopped; default half its speed."
     )
     maximum_rpm: Annotated[float, Quantity(SPIN, least=1.0)] | None = Field(
-        None, alias="maximum", description="Faster is no fan; default one and a half of its speed."
+        None, alias="maximum", description="Faster counts as a fault; default 1.5 times its speed."
     )
 
     @property
     def slowest_rpm(self) -> float:
-        """Slowest speed that is proof."""
+        """Slowest speed that counts as turning."""
         return self.speed_rpm / 2 if self.minimum_rpm is None else self.minimum_rpm
 
     @property
     def fastest_rpm(self) -> float:
-        """Fastest speed that is proof."""
+        """Fastest speed that counts as turning."""
         return self.speed_rpm * 1.5 if self.maximum_rpm is None else self.maximum_rpm
 
     def pulses_hz(self, speed_rpm: float) -> float:
@@ -77,12 +77,12 @@ class Tachometer(Model):
 
     @property
     def window_s(self) -> float:
-        """The same, s."""
+        """Time over which pulses are counted, s."""
         return self.window_ticks * TICK_S
 
 
 class Proof(Model):
-    """What says that a fan turns: a contact in its air, or its tachometer."""
+    """The signal which shows that a fan turns: of a contact in its air, or of its tachometer."""
 
     pin: PinName = Field(
         description="Pin at a contact that the stream of air closes to ground, or at the "
@@ -91,11 +91,11 @@ class Proof(Model):
     within_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] = Field(
         5.0,
         alias="within",
-        description="Rule `fan_stopped`: so long the fan may take to start, or nothing prove that "
-        "it turns.",
+        description="Rule `fan_stopped`: time that the fan may take to start, or that its proof "
+        "may be missing.",
     )
     tachometer: Tachometer | None = Field(
-        None, description="The pin has the pulses of a tachometer, and no contact."
+        None, description="A tachometer's pulses are at the pin, instead of a contact."
     )
 
 
@@ -123,17 +123,17 @@ class DigitalOutput(Model):
     minimum_on_s: _Rest = Field(
         0.0,
         alias="minimum_on",
-        description="Once on, it stays on so long; a heater's protections do not wait for it.",
+        description="Shortest time on; a heater's protections do not wait for it.",
     )
     minimum_off_s: _Rest = Field(
         0.0,
         alias="minimum_off",
-        description="Once off, it stays off so long; also after the power-up.",
+        description="Shortest time off; also after the power-up.",
     )
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     current: Current | None = Field(None, description=_CURRENT)
     proof: Proof | None = Field(
-        None, description="What says that a loop's fan turns, in place of believing its pin."
+        None, description="What shows that a loop's fan turns; left out: its pin's level."
     )
     least: ClassVar[Least] = Least(10, 0)
 
@@ -159,11 +159,11 @@ class DigitalOutput(Model):
 
     @property
     def cycle_s(self) -> float:
-        """Time from one pulse to the next, s: none, for it is on or off."""
+        """Time from one pulse to the next, s: 0, as it is only on or off."""
         return 0.0
 
     def pulse_s(self, share: float) -> float:
-        """Return the length of a pulse at a share of the time, s: it has none."""
+        """Return the length of a pulse at a share of the time, s: 0, as it has no pulses."""
         return share * self.cycle_s
 
 
@@ -191,7 +191,7 @@ class PwmOutput(Model):
     )
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     rated_v: Volt | None = Field(
-        None, alias="rated", description="Voltage at which it has its power; else the supply."
+        None, alias="rated", description="Voltage at which the load has its power; else the supply."
     )
     current: Current | None = Field(None, description=_CURRENT)
     least: ClassVar[Least] = Least(90, 1)
@@ -310,7 +310,7 @@ class Stepper(Model):
         1, description="Parts of a full step, as the driver is set."
     )
     lead_mm: Annotated[float, Quantity(LENGTH, least=0.001)] = Field(
-        alias="lead", description="Feed of a turn."
+        alias="lead", description="Feed for each turn."
     )
     maximum_mm_per_s: Annotated[float, Quantity(SPEED, least=0.001)] = Field(
         alias="maximum", description="Highest speed."
@@ -327,12 +327,12 @@ class Stepper(Model):
 
 
 Switch = DigitalOutput | PwmOutput | TimeProportionalOutput
-"""What drives a load at one pin."""
+"""Outputs that drive a load at one pin."""
 
 Output = Annotated[
     DigitalOutput | PwmOutput | Stepper | TimeProportionalOutput, Field(discriminator="kind")
 ]
-if not TYPE_CHECKING:  # mypy knows heatwright's own
+if not TYPE_CHECKING:  # mypy knows only heatwright's own kinds
     Output = with_brought("output", Output)
 
 

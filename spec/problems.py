@@ -1,4 +1,4 @@
-"""What is wrong with a spec: where, why, what to do about it; and the marks that find it."""
+"""Errors of a spec: where, why, and what to do; and the marks of fields that find them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class SpecError(Exception):
 
 
 class Checked:
-    """Marks a model's field that a function of ours reads: `Annotated[str, Checked(…)]`."""
+    """Marks a model's field that our own function reads: `Annotated[str, Checked(…)]`."""
 
     def __init__(self, read: Callable[[Any], object], **json_schema: object) -> None:
         """Read values with `read`; `json_schema` describes what it accepts to editors."""

@@ -25,7 +25,7 @@ LONGEST_NAME = 12
 MOST_POINTS = 20
 LONGEST_SEGMENT_S = 31 * 86_400.0
 FARTHEST_K = 100.0
-"""A machine that has changed by more is another one: it may have been cold and been opened."""
+"""Largest `resume_within`: a machine that has changed by more may have been opened meanwhile."""
 FASTEST_K_PER_H = 6553.5
 """A rate is stored in steps of 0.1 K/h, in 16 bits."""
 
@@ -55,7 +55,7 @@ ProgramName = Annotated[
 
 
 class Segment(Model):
-    """One part of a program: a way to a temperature, or a hold."""
+    """One part of a program: a ramp to a temperature, or a hold."""
 
     to_c: Temperature | None = Field(None, alias="to", description="Temperature at its end.")
     over_s: _Time | None = Field(None, alias="over", description="Time it takes, whole seconds.")
@@ -89,12 +89,12 @@ class Segment(Model):
                 )
         for tenths in (self.to_c, self.at_k_per_h):
             if tenths is not None and abs(tenths * 10 - round(tenths * 10)) > 1e-6:
-                raise refuse(f"{number(tenths)} is kept in tenths", "Round it to one decimal")
+                raise refuse(f"{number(tenths)} is stored in tenths", "Round it to one decimal")
         return self
 
     @property
     def kind(self) -> SegmentKind:
-        """Which of the five forms it has."""
+        """Which of the five forms the segment has."""
         if self.until:
             return "until"
         if self.hold_s is not None:
@@ -125,7 +125,7 @@ class Segment(Model):
 
 
 class Program(Model):
-    """One program with its name, as the controller has it before anybody edits it."""
+    """One program with its name, as the controller has it until an operator edits it."""
 
     name: ProgramName = Field(description=f"Its name, up to {LONGEST_NAME} characters.")
     segments: tuple[Segment, ...] = Field(
@@ -148,17 +148,17 @@ class HoldBack(Model):
     limit_s: Annotated[float, Quantity(DURATION, least=1.0, most=65_535.0)] = Field(
         7200.0,
         alias="limit",
-        description="Rule `program_lags`: so long it may lag below in one segment, all in all.",
+        description="Rule `program_lags`: total time in one segment that it may lag below.",
     )
 
 
 class AfterPowerLoss(Model):
-    """Whether a program goes on when the power comes back; nobody knows how long it was away."""
+    """Whether a program resumes when power returns; the length of the outage is not known."""
 
     resume_within_k: Annotated[float, Quantity(DIFFERENCE, least=0.0, most=FARTHEST_K)] = Field(
         0.0,
         alias="resume_within",
-        description="Goes on if the temperature has changed by no more; 0 K: never.",
+        description="It resumes if the temperature has changed by no more; 0 K: never.",
     )
     otherwise: Literal["stop", "pause"] = Field(
         "stop", description="What it does if it has changed by more."
@@ -218,16 +218,16 @@ class Programs(Model):
         "stop", description="What a fault does to a program: it ends, or may be resumed."
     )
     save_every_s: Annotated[float, Quantity(DURATION, least=10.0, most=3600.0)] = Field(
-        60.0, alias="save_every", description="How often a running program notes where it is."
+        60.0, alias="save_every", description="How often a running program saves its progress."
     )
     at_end: Literal["off", "hold"] = Field(
         "off", description="What the loop does after the last segment."
     )
     stored: tuple[Program, ...] = Field(
-        (), max_length=8, description="Programs that are there from the start."
+        (), max_length=8, description="Programs that are stored from the start."
     )
 
     @property
     def places(self) -> int:
-        """How many programs there are, empty ones included."""
+        """Number of programs, including empty ones."""
         return self.asked_places or max(3, len(self.stored))

@@ -1,4 +1,4 @@
-"""Fans whose turning is proven: which they are, and which loop's step judges them."""
+"""Fans with a proof that they turn: which they are, and which loop's step checks it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def proofs(controller: Controller) -> dict[str, Proof]:
-    """List what proves the fans of loops, by output, in the order of the file."""
+    """List the proofs of loops' fans, by output, in the order of the file."""
     fans = {loop.fan for loop in controller.loops.values()}
     return {
         name: output.proof
@@ -21,7 +21,7 @@ def proofs(controller: Controller) -> dict[str, Proof]:
 
 
 def proven_in(controller: Controller, loop: str) -> list[str]:
-    """List the fans whose proof is judged in the steps of a loop: the first that names them."""
+    """List the fans whose proof a loop's step checks: the first loop that names a fan."""
     return [
         fan
         for fan in proofs(controller)

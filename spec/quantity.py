@@ -20,7 +20,7 @@ LONGEST = 64
 """Characters in a quantity. Longer text is a mistake, and quoting it would bury the message."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?"
-"""Two digits of exponent: what a thermal machine has, and no overflow of what is made of it."""
+"""Two digits of exponent: enough for thermal machines, and no result can overflow."""
 _QUANTITY = re.compile(rf"({NUMBER})\s*(.*)", re.ASCII | re.DOTALL)
 _DROPPED = str.maketrans("", "", "·*()")
 
@@ -170,9 +170,9 @@ class Quantity(Checked):
         choices: tuple[float, ...] = (),
         words: tuple[str, ...] = (),
     ) -> None:
-        """Limit it to least..most, or to what its dimension has at all, or to a few choices.
+        """Limit it to least..most, to the range of its dimension, or to a few choices.
 
-        words -- what may stand in its place, and is read as it is.
+        words -- words that may stand in its place, and are returned as they are.
         """
         super().__init__(self.read_one)
         self.dimension = dimension

@@ -1,11 +1,11 @@
-"""Where all is that belongs to a kind, be it of heatwright or of a package installed beside it.
+"""Finds the modules of a kind, be it of heatwright or of a package installed beside it.
 
 Such a package names each of its kinds, and the model of it, by an entry point:
 
     [project.entry-points."heatwright.kinds"]
     "sensor.max31865" = "heatwright_max31865.model:Max31865"
 
-All else of the kind stands beside its model (docs/extending.md).
+The kind's other modules stand beside its model (docs/extending.md).
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _HEADING = f"[{GROUP}]".encode()
 class Layer(NamedTuple):
     """One of the modules of a kind.
 
-    stem -- of its file in a package from outside; package -- in which heatwright has its own, which
-    have the kind's name; what -- it is; gives -- the names that others take from it.
+    stem -- name of its file in a package from outside; package -- where heatwright has its own,
+    named after their kinds; what -- words for messages; gives -- the names that it must define.
     """
 
     stem: str
@@ -64,7 +64,7 @@ LAYERS = {
     "plant": (Layer("plant", "heatwright.sim.plants", "simulated machine", ("Plant",)),),
     "board": (),
 }
-"""The modules of a kind beside its model, by its role: what the keys of a spec name it for."""
+"""The modules that a kind has beside its model, by its role: sensor, output and so on."""
 
 
 class Brought(NamedTuple):
@@ -105,7 +105,7 @@ def misnamed() -> list[str]:
 
 
 def usable(role: str) -> dict[str, Any]:
-    """Return what the entry points of a role name, by kind, as far as it can be used."""
+    """Return the objects that the entry points of a role name, by kind; only usable ones."""
     return {kind: each.value for kind, each in brought(role).items() if not each.problem}
 
 

@@ -324,8 +324,8 @@ NO_LOCKOUT = (
     "watchdog_reset", "brown_out", "settings_corrupt", "emergency_stop", "master_lost",
     "on_too_long",
 )  # fmt: skip
-"""Rules whose trips do not count for a lock-out: they are of the controller, its supply, its host
-and who forgets it, not of the machine, its heat and what measures it."""
+"""Rules whose trips do not count for a lock-out: their cause is the controller, its supply, host or
+operator, not the machine, its heater or its sensors."""
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}
 """All rules by code, in the order of their codes."""

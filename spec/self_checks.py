@@ -1,4 +1,4 @@
-"""What the controller checks of itself, as IEC 60730 class B asks."""
+"""Self-checks of the controller, as IEC 60730 class B requires them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ SELF_CHECK_RULES = (
     "flash_unsealed",
     "pin_held",
 )
-"""Ids of the rules that come with the self-checks; the ADC's where a sensor is on it, the clock's
-where the watchdog can be let reset, the pins' where one stands still between two ticks."""
+"""Ids of the self-checks' rules: the ADC's only with a sensor on it, the clock's only where the
+watchdog can be tested, the pins' only with a pin that is constant between two ticks."""
 
 
 def self_checked(controller: Controller) -> bool:
@@ -28,12 +28,12 @@ def self_checked(controller: Controller) -> bool:
 
 
 def proves_watchdog(controller: Controller) -> bool:
-    """Return whether the start has the watchdog reset once, which not every bootloader bears."""
+    """Return whether the start lets the watchdog reset the chip once: not with each bootloader."""
     return self_checked(controller) and controller.board.bears_watchdog
 
 
 def measures_known_voltage(controller: Controller) -> bool:
-    """Return whether a voltage that is known is measured beside what is on the ADC."""
+    """Return whether the ADC also measures a known voltage."""
     return self_checked(controller) and bool(controller.adc_sensors)
 
 

@@ -1,14 +1,13 @@
 """Sensors: one model for each kind.
 
-What others need to know of a kind, its model says, so that nobody asks for the kind itself:
-
-on_adc, on_one_wire, measures_current -- where it is and what it measures. Of thermometers besides:
-reading_bits -- of the signed number that holds a reading; clips_c -- the lowest and the highest
-temperature that a reading can show, None if beyond its range no reading is good; selectable --
-types of thermocouple that the operator may choose; fitting -- keys of its own that would have it
-fit into a period. Of those on the ADC: unit -- of what they measure; shown_range -- what they can
-show on a chip; circuit -- from that to the code; gives_voltage -- a voltage of its own, and no
-element in a circuit.
+Other code uses these properties of a model, and never asks for its kind:
+on_adc, on_one_wire, measures_current -- where it is and what it measures. Thermometers also have
+reading_bits -- bits of the signed number that holds a reading; clips_c -- lowest and highest
+temperature that a reading can show, None if no reading beyond its range is valid; selectable --
+types of thermocouple that the operator may choose; fitting -- settings of its own with which it
+would fit into a period. Sensors on the ADC also have unit -- of what they measure; shown_range --
+what they can show on a chip; circuit -- from that to the code; gives_voltage -- whether the sensor
+itself gives a voltage, and is no element in a circuit.
 """
 
 import math
@@ -78,12 +77,12 @@ class Ds18b20(Averaged):
 
     @property
     def free_running_s(self) -> float:
-        """Time between conversions that nobody asked for: none, each is asked for."""
+        """Interval of conversions that the chip starts by itself: 0, the firmware starts each."""
         return 0.0
 
     @property
     def read_s(self) -> float:
-        """From the end of a conversion to the reading, with what comes before the conversion.
+        """Time of the transfers before and after a conversion, s.
 
         Settings, command, its end, nine bytes, their check. Each is started by a tick and takes
         less than one (105 slots of 64 µs, the longest, are 6.7 ms).
@@ -92,7 +91,7 @@ class Ds18b20(Averaged):
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading: it begins with the first period."""
+        """Time that the sensor needs after the power-up, s: 0, it is ready in the first period."""
         return 0.0
 
     @property
@@ -101,7 +100,7 @@ class Ds18b20(Averaged):
         return float(0.5 / 2 ** (self.resolution_bits - 9))
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings about a temperature: everywhere the same."""
+        """Step of the readings at a temperature: the same at each."""
         del temperature_c, mcu
         return self.step_k
 
@@ -132,7 +131,7 @@ class Thermistor(AnalogSensor):
 
 
 class Rtd(AnalogSensor):
-    """A platinum element after IEC 60751 or on a line, in a divider or behind an amplifier."""
+    """A platinum element by IEC 60751 or a linear law, in a divider or behind an amplifier."""
 
     kind: Literal["rtd"]
     tolerances: RtdTolerances = Field(
@@ -195,16 +194,16 @@ Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermisto
 
 AdcThermometer = Analog | Rtd | Thermistor
 AdcSensor = AdcThermometer | CurrentSensor
-"""What is on pins of the ADC."""
+"""Sensors on pins of the ADC."""
 
 Sensor = Annotated[
     Analog | CurrentSensor | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor,
     Field(discriminator="kind"),
 ]
-if not TYPE_CHECKING:  # mypy knows heatwright's own
+if not TYPE_CHECKING:  # mypy knows only heatwright's own kinds
     Sensor = with_brought("sensor", Sensor)
 
 
 def shortest_period_s(sensor: Thermometer) -> float:
-    """Whole ticks for a conversion, and the reading."""
+    """Return the shortest period, s: whole ticks for a conversion and its reading."""
     return round(math.ceil(round(sensor.conversion_s / TICK_S, 6)) * TICK_S + sensor.read_s, 2)

@@ -88,7 +88,7 @@ class Sense(Model):
         None, description="Heating output whose mean current it measures, in the place of a node."
     )
     lag_s: _Time = Field(0.0, alias="lag", description="Time constant of the sensor.")
-    delay_s: _Time = Field(0.0, alias="delay", description="Dead time before it.")
+    delay_s: _Time = Field(0.0, alias="delay", description="Dead time before the lag.")
     noise_k: _Difference = Field(
         0.0, alias="noise", description="Standard deviation of Gaussian noise, seeded."
     )
@@ -160,12 +160,12 @@ class ThermalNetwork(Model):
     tolerance_percent: Annotated[float, Quantity(PERCENT, least=0.0, most=50.0)] = Field(
         30.0,
         alias="tolerance",
-        description="By which a machine's capacities and resistances differ from these, ±.",
+        description="Tolerance of a machine's capacities and resistances, ±.",
     )
 
 
 Plant = Annotated[ThermalNetwork, Field(discriminator="kind")]
-if not TYPE_CHECKING:  # mypy knows heatwright's own
+if not TYPE_CHECKING:  # mypy knows only heatwright's own kinds
     Plant = with_brought("plant", Plant)
 
 
@@ -188,7 +188,7 @@ _Line = Annotated[
 
 
 LEAST_VERIFIED_S = 1800.0
-"""`verify` draws a shorter scenario out to this length: counters that wrap or drift show late."""
+"""`verify` extends a shorter scenario to this length: overflow and drift of counters show late."""
 
 
 class Event(Model):
@@ -212,7 +212,7 @@ class Event(Model):
         None, description="What the master writes, such as {nozzle.setpoint: 300 °C}."
     )
     program: ProgramOrders | None = Field(
-        None, description="What is asked of a program: `start 1`, `pause`, `jump 3` and so on."
+        None, description="Order to a program: `start 1`, `pause`, `jump 3` and so on."
     )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
         None, alias="for", description="Length of the scenario; the last line, alone."
@@ -238,7 +238,7 @@ class Event(Model):
 
     @property
     def _pressing(self) -> str:
-        """Name the key that tells how to press, if one is there."""
+        """Name the key of the event that says how to press, `held` or `times`; "" without one."""
         if self.held_s is not None:
             return "held"
         return "times" if self.times != 1 else ""
@@ -250,7 +250,7 @@ class Event(Model):
 
 
 class Expect(Model):
-    """What `verify` holds the closed loop to."""
+    """Limits of the closed loop that `verify` checks."""
 
     overshoot_k: _Difference | None = Field(
         None, alias="overshoot", description="Largest overshoot above the setpoint."

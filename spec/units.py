@@ -1,4 +1,4 @@
-"""Dimensions and their units: what a number's unit may be, and what it is in the base unit."""
+"""Dimensions and units: the units that a number may have, and their conversion to the base unit."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Dimension(NamedTuple):
     shown: str
     """The units as the messages list them."""
     largest: float
-    """Beyond anything a thermal machine has, in the base unit: a slip of the pen."""
+    """Largest value, in the base unit: no thermal machine has more, so more is a typing error."""
     units: dict[str, Unit]
 
 
 def _prefixed(unit: str, prefixes: str = "", *others: str) -> dict[str, Unit]:
-    """Return a unit and its other spellings their prefixes, such as "k m μ"."""
+    """Return a unit and its other spellings, each also with the prefixes, such as "k m μ"."""
     return {
         prefix + name: Unit(Decimal(_PREFIXES[prefix]))
         for prefix in ("", *prefixes.split())

@@ -1,4 +1,4 @@
-"""What stands where in the EEPROM, and how long its cells last.
+"""The areas of the EEPROM, and how long its cells last.
 
 From its start: settings, programs, progress of the program, log. Slots of settings begin at the
 same places in every firmware.
@@ -18,21 +18,21 @@ CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
 YEAR_S = 365.25 * 86_400.0
 LEAST_YEARS = 10.0
-"""That a log, and the progress of a program that runs day and night, must last."""
+"""Time that the cells must last under a log, or a program that runs day and night."""
 
 SETTINGS_SLOT_BYTES = 64
 """A slot's size is this or a multiple of it: so the next firmware finds where each slot begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
 MOST_RECORD_BYTES = 255
-"""What a record can say of its own size, and count while it is written."""
+"""Most bytes of a record: one byte holds its size, and counts while it is written."""
 MOST_SETTINGS_SLOTS = 16
 """The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
 watchdog period of 30 ms."""
 CYCLES_A_BYTE = 75
-"""At most, to read a byte and take it into a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
+"""Most cycles to read a byte and add it to a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
 FEWEST_SETTINGS_SLOTS = 4
-"""Where programs or a log need the room: 400 000 saves are still a hundred a day for ten years."""
+"""Fewest slots, if programs or a log need room: 400 000 saves, a hundred a day for ten years."""
 
 PROGRAM_BYTES = 12 + 1 + 1
 """Name with its end, number of segments."""
@@ -47,14 +47,14 @@ PROGRESS_BYTES = 4 + (4 + 2 + 4 * 4 + 4 * 4) + 2 + 1
 CRC, and the sequence number's lowest byte again."""
 FEWEST_PROGRESS_SLOTS = 2
 MOST_PROGRESS_SLOTS = 255
-"""So that the lowest byte of a slot's sequence number is another one in the next turn."""
+"""Most slots: the lowest byte of a slot's sequence number must differ in the next turn."""
 
 LOG_FRAME_BYTES = 2 + 1 + 1
-"""What tells whether an entry of a log is whole: turn, digest, turn again."""
+"""Bytes that show whether a log entry is complete: turn, digest, turn again."""
 
 
 class Area(NamedTuple):
-    """Slots of the same size, one behind the other."""
+    """Slots of the same size, one after the other."""
 
     start: int
     slot_bytes: int
@@ -62,16 +62,16 @@ class Area(NamedTuple):
 
     @property
     def end(self) -> int:
-        """The first byte behind it."""
+        """Address of the first byte after it."""
         return self.start + self.slot_bytes * self.slots
 
     def years(self, every_s: float) -> float:
-        """How long its cells last if a slot is written so often, day and night, in turn."""
+        """Years that its cells last if its slots are written in turn, one each `every_s`."""
         return self.slots * CELL_WRITES * every_s / YEAR_S
 
 
 class Layout(NamedTuple):
-    """What stands where; areas that are not there have no slots."""
+    """The areas of the EEPROM; an unused area has no slots."""
 
     settings: Area
     programs: Area
@@ -80,7 +80,7 @@ class Layout(NamedTuple):
 
     @property
     def end(self) -> int:
-        """The first byte that nobody needs; beyond the EEPROM if it is too small."""
+        """Address of the first unused byte; beyond the EEPROM if that is too small."""
         return self.history.end
 
 
@@ -91,7 +91,7 @@ def log_in_eeprom(controller: Controller) -> SerialLog | None:
 
 
 def log_entry_bytes(controller: Controller, log: SerialLog) -> int:
-    """Count the bytes of an entry: temperature, setpoint, duty; where in which program."""
+    """Count the bytes of an entry: temperature, setpoint, duty; program and place in it."""
     return 2 + 2 + 1 + programmed(controller, log.loop)
 
 
@@ -159,5 +159,5 @@ def _slots_for(years: float, every_s: float) -> int:
 
 
 def slowest_s(years: float, slots: int) -> float:
-    """Return the time between writes with which so many slots last that long, s."""
+    """Return the interval of writes with which a number of slots lasts so many years, s."""
     return years * YEAR_S / (CELL_WRITES * slots)

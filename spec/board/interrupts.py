@@ -1,4 +1,4 @@
-"""How long interrupts may keep each other waiting on a machine, and how long the tick's does."""
+"""How long an interrupt may delay others, and how long the tick's interrupt takes."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from heatwright.spec.board.pwm_timers import share_pwm
 from heatwright.spec.controller import Controller
 
 ANY_S = 100e-6
-"""Where nothing needs them sooner: a hundredth of the tick."""
+"""Longest delay where nothing needs an interrupt sooner: a hundredth of the tick."""
 SLOT_S = 50e-6
-"""A slot of the 1-Wire bus that writes a zero lasts for 64 µs, and may for 120."""
+"""Longest delay of a 1-Wire slot: one that writes a zero lasts for 64 µs, and may for 120."""
 OTHERS_S = 10e-6
-"""What else may come before the interrupt of a PWM: that of a line, and of another channel."""
+"""Time of other interrupts before that of a PWM: those of a line and of another channel."""
 BITS_OF_A_BYTE = 10
-"""On a serial line, at least: a start bit, eight bits, a stop bit."""
+"""Fewest bits of a byte on a serial line: a start bit, eight bits, a stop bit."""
 
-# Cycles of the tick's interrupt, each a little more than was measured: what is within keeps to it.
+# Cycles of the tick's interrupt, each a little more than was measured: their sum is a bound.
 TICK_CYCLES = 135
 LOOP_CYCLES = 65
 WINDOW_CYCLES = 45
@@ -37,7 +37,7 @@ INPUT_CYCLES = 10
 
 
 class Wait(NamedTuple):
-    """How long something bears that interrupts are off, s; what it is, and what bears more."""
+    """How long a part can wait while interrupts are off, s; its name; what can wait longer."""
 
     seconds: float
     what: str
@@ -45,7 +45,7 @@ class Wait(NamedTuple):
 
 
 def waits(controller: Controller) -> Iterator[Wait]:
-    """List what interrupts serve, and how late they may come for it to lose nothing.
+    """List what interrupts serve, and how late they may come before it loses something.
 
     A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
     shorter than the latest of its interrupts. A stepper's steps are half of their interval apart

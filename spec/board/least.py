@@ -1,8 +1,8 @@
 """What a firmware takes at least of flash and RAM, from its spec alone.
 
-Each figure, here and of each kind (`least` of its model), is some 15 % below the least that was
-measured, whatever else the spec says: what is over by these figures does not fit, with any
-compiler. What a firmware really takes, `heatwright build` tells.
+Each figure, here and of each kind (`least` of its model), is some 15 % below the lowest measured
+value: a firmware that is too large by these figures is too large with any compiler. `heatwright
+build` measures what it really takes.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ TUNABLE = Least(2160, 0)
 AUTOTUNE = Least(1670, 79)
 """In addition to TUNABLE, for each loop with autotune."""
 COUNTDOWN = Least(1090, 7)
-"""For the countdown of a keypad."""
+"""In addition, for the countdown of a keypad."""
 MENU = Least(4700, 140)
-"""For the menu of a keypad, where there are programs."""
+"""In addition, for the menu of a keypad beside programs."""
 PROGRAMS = Least(4300, 220)
 SELF_CHECKS = Least(650, 12)
 
@@ -57,10 +57,10 @@ def _rings(controller: Controller) -> int:
 
 
 def rooms(board: Board) -> Least:
-    """Return what a board has for a firmware."""
+    """Return the flash and RAM that a board has for a firmware."""
     return Least(board.flash_bytes - board.bootloader_bytes, board.ram_bytes)
 
 
 def fits(taken: Least, board: Board, spare: float = 1.0) -> bool:
-    """Return whether a board has the room, so many times."""
+    """Return whether a board has `spare` times the room that is taken."""
     return all(spare * each <= room for each, room in zip(taken, rooms(board), strict=True))

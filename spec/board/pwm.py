@@ -9,7 +9,7 @@ from heatwright.spec.boards import Board, Timer
 from heatwright.spec.outputs import PwmOutput
 
 FREQUENCY_TOLERANCE = 0.005
-"""What an Uno's ceramic resonator keeps of its own frequency: a PWM cannot be held closer."""
+"""Tolerance of an Uno's ceramic resonator: no PWM frequency is held closer."""
 
 FEWEST_COUNTS = 100
 """Steps of a PWM period: one step is then at most 1 % of the power."""
@@ -18,12 +18,12 @@ FASTEST_BY_INTERRUPTS_HZ = 500.0
 """Two interrupts a period, some 100 cycles each: 0.6 % of the time of a 16 MHz processor."""
 
 MOST_COUNTS_BY_INTERRUPTS = (1 << 15) - 1
-"""Half a round of a free-running 16-bit timer: an edge that comes up to a whole period late is
-still told from one that is yet to come."""
+"""Half a round of a free-running 16-bit timer: an edge that is up to a period late is then not
+mistaken for one that is still to come."""
 
 LATEST_INTERRUPT_S = 50e-6
-"""How late an interrupt may come: other interrupts' own time, a 1-Wire slot's the longest. Pulses
-and pauses shorter than that would say nothing, and are left out."""
+"""How late an interrupt may come: after other interrupts, of which a 1-Wire slot's is the longest.
+Pulses and pauses shorter than that cannot be made, and are left out."""
 
 
 class PwmSetting(NamedTuple):

@@ -23,7 +23,7 @@ from heatwright.spec.quantity import hertz
 
 
 class TimerProblem(NamedTuple):
-    """What the timers cannot do, and what to change."""
+    """A frequency that the timers cannot make, and what to change."""
 
     path: Path
     reason: str

@@ -1,4 +1,4 @@
-"""Who gets which timer: PWM outputs, the tick, the 1-Wire lines, the steppers, a bus's silence.
+"""Shares the timers: PWM outputs, the tick, 1-Wire lines, steppers, the end of Modbus frames.
 
 A PWM output that its pin's timer can make has no choice. The others are made by compare interrupts
 of a free-running 16-bit timer, which serves as many as it has channels. Of the rest the tick
@@ -25,8 +25,8 @@ TICK_S = 0.01
 """The firmware's tick; every period and time-out is a whole number of ticks."""
 
 PULSE_LOOKS = 10
-"""Looks at the line of a tachometer in one tick, at least: in every second interrupt of the timer,
-and never in that of the tick, which is long."""
+"""Fewest samples of a tachometer's pin in one tick: one in every second interrupt of the timer, and
+none in that of the tick, which is long."""
 
 MOST_DIVIDER = 255
 """Interrupts of the timer in one tick, counted in a byte."""
@@ -51,17 +51,17 @@ class TimerUse(NamedTuple):
 
     tick: int
     one_wire: Mapping[str, int]
-    """By sensor."""
+    """Timer by the sensor's name."""
     pwm: Mapping[str, PwmChannel]
-    """By output."""
+    """Channel by the output's name."""
     steppers: Mapping[str, int]
-    """By output."""
+    """Timer by the output's name."""
     silence: int | None = None
     """The Modbus line's timer, if there is one: it detects the end of a frame."""
 
 
 class NoTimer(Exception):
-    """The timers do not suffice, or cannot make what is asked of them; says all that is wrong."""
+    """The timers do not suffice, or cannot make a frequency; lists all problems."""
 
     def __init__(self, problems: tuple[TimerProblem, ...]) -> None:
         super().__init__("; ".join(problem.reason for problem in problems))
@@ -71,7 +71,7 @@ class NoTimer(Exception):
 def tick_interval(clock_hz: int, timer: Timer, looks: int = 0) -> Interval | None:
     """Divide the clock exactly into ticks: fewest interrupts first, then the finest count.
 
-    looks -- at a line in a tick, at least, in every second interrupt.
+    looks -- fewest samples of a tachometer in a tick, one in every second interrupt.
     """
     cycles, rest = divmod(clock_hz, round(1 / TICK_S))
     for divider in range(2 * looks or 1, MOST_DIVIDER + 1, 2 if looks else 1):
@@ -88,13 +88,13 @@ def ticks_at_all(board: Board) -> bool:
 
 
 def looks(controller: Controller) -> int:
-    """Return how often a tick looks at lines of tachometers, at least; 0 without any."""
+    """Return how often a tick samples tachometers, at least; 0 without any."""
     counted = any(proof.tachometer for proof in proofs(controller).values())
     return PULSE_LOOKS if counted else 0
 
 
 def looks_in_tick(controller: Controller) -> int:
-    """Return how often a tick looks at lines of tachometers, of which there are some."""
+    """Return how often a tick samples tachometers, in a controller that has some."""
     board = controller.board
     timer = board.timers[allocate(controller).tick]
     interval = tick_interval(board.clock_hz, timer, looks(controller))
@@ -118,7 +118,7 @@ def allocate(controller: Controller) -> TimerUse:
     if tick is not None:
         free.remove(tick)
     elif ticks_at_all(board):
-        user = "the tick of 10 ms" + ", with looks at a tachometer each 1 ms," * bool(
+        user = "the tick of 10 ms" + ", which samples a tachometer each 1 ms," * bool(
             looks(controller)
         )
         short.append(_none_left(board, ("controller", "board"), user, made))
@@ -133,10 +133,10 @@ def allocate(controller: Controller) -> TimerUse:
     wanted: list[tuple[Path, str]] = [
         *((("sensors", name), "this 1-Wire line") for name in wires if name not in one_wire),
         *((("outputs", name), "this stepper") for name in motors if name not in steppers),
-        *((("interfaces", line), "the silence of this line") for line in lines[len(silences) :]),
+        *((("interfaces", line), "the frames of this line") for line in lines[len(silences) :]),
     ]
     short += [_none_left(board, path, user, made) for path, user in wanted]
-    problems += short[:1]  # one timer more, and the rest may be well
+    problems += short[:1]  # with one timer more the others may fit
     if problems or tick is None:
         raise NoTimer(tuple(problems))
     return TimerUse(tick, one_wire, made.channels, steppers, next(iter(silences.values()), None))
@@ -169,7 +169,7 @@ def _too_fast(controller: Controller) -> list[TimerProblem]:
         TimerProblem(
             ("outputs", name, "maximum"),
             f"{number(output.maximum_mm_per_s)} mm/s are {steps_hz:.0f} steps a second, and "
-            f"{FASTEST_STEPS_HZ} is the most an interrupt for each can make",
+            f"interrupts can make at most {FASTEST_STEPS_HZ}",
             f"Use at most {number(FASTEST_STEPS_HZ / output.steps_per_mm)} mm/s, or fewer "
             "microsteps",
             (("outputs", name),),

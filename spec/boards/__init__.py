@@ -30,7 +30,7 @@ _LEONARDO_PINS = _numbered(
     "D", 0, "PD2 PD3 PD1 PD0 PD4 PC6 PD7 PE6 PB4 PB5 PB6 PB7 PD6 PC7 PB3 PB1 PB2 PB0"
 ) | _numbered("A", 0, "PF7 PF6 PF5 PF4 PF1 PF0")
 
-# Optiboot and its elders flash the LED and talk on the serial port at every reset.
+# Optiboot and older bootloaders flash the LED and use the serial port at every reset.
 _SERIAL_BOOTLOADER = "D0 D1 D13"
 
 _LAYOUTS = {
@@ -48,7 +48,7 @@ _LAYOUTS = {
     ),
     "nano": (
         chips.ATMEGA328P,
-        # the elder bootloader of most Nanos sold
+        # the older bootloader of most Nanos sold
         Layout(
             "nanoatmega328",
             _UNO_PINS,

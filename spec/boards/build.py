@@ -23,7 +23,7 @@ def ports(widths: Mapping[str, str]) -> tuple[str, ...]:
 
 
 class Layout(NamedTuple):
-    """How a board carries its chip."""
+    """The pins of a board and what it has besides its chip."""
 
     platformio: str
     names: Mapping[str, str] = {}

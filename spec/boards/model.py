@@ -52,17 +52,17 @@ class Uart(NamedTuple):
 
     @property
     def number(self) -> int:
-        """Its number; 0 where it is the only one and has none."""
+        """Number of the port; 0 where it is the only one and its registers have none."""
         return int(self.suffix or 0)
 
 
 class Adc(NamedTuple):
-    """What the analog converter of one chip has that others have not."""
+    """Properties of the ADC that differ between chips."""
 
     band_gap_code: int = 0x1E
-    """What chooses the band gap's voltage in ADMUX."""
+    """Code in ADMUX that selects the band gap voltage."""
     band_gap_v: float = 1.1
-    """Typically; 10 % more or less."""
+    """Typical voltage; ±10 %."""
     has_mux5: bool = False
     digital_inputs: range = range(16)
     """Channels whose pin has a digital input that can be switched off: DIDR0, DIDR2."""
@@ -109,7 +109,7 @@ class Board(NamedTuple):
     fastest_hz: int
     """The chip's highest clock at 5 V."""
     pins: Mapping[str, Pin]
-    """By every name a pin has: `D3` and `PD3` give the same Pin."""
+    """Pins by each of their names: `D3` and `PD3` give the same Pin."""
     timers: Mapping[int, Timer]
     uarts: tuple[Uart, ...]
     adc: Adc
@@ -121,10 +121,10 @@ class Board(NamedTuple):
     bootloader_talks: tuple[str, int] | None
     """Protocol of its bootloader, as avrdude calls it, and baud; None on a bare chip."""
     bears_watchdog: bool
-    """False if its bootloader leaves the watchdog as it was after its reset, so that it comes again
-    and again."""
+    """False if its bootloader leaves the watchdog on after a reset by it, so that the watchdog
+    resets the chip again and again."""
 
     @property
     def macro(self) -> str:
-        """What avr-gcc defines for the chip."""
+        """Name of the macro that avr-gcc defines for the chip."""
         return f"__AVR_ATmega{self.mcu.removeprefix('atmega').upper()}__"

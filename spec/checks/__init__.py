@@ -1,4 +1,4 @@
-"""The checks that need more than one entry to look at: references, pins, timers, physics."""
+"""The checks that compare several entries of a spec: references, pins, timers, physics."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ CHECKS: tuple[Check, ...] = (
     rows_have_loops,
 )
 
-# Each looks at the whole plant, so all its names must be those of something.
+# Each uses the whole plant, so they run only if all its names are defined.
 SIMULATION_CHECKS: tuple[Check, ...] = (
     plant.plant_links,
     plant.plant_radiation,
@@ -208,8 +208,8 @@ SIMULATION_CHECKS: tuple[Check, ...] = (
 def check(controller: Controller) -> list[Finding]:
     """Run all checks.
 
-    The ends of what keys can set, and the rows of a comparison, report only what their controller
-    does not.
+    The extremes of numbers that keys can set, and the rows of a comparison, add only findings that
+    the controller itself does not have.
     """
     found = [*plant.plant_names(controller)]
     if not found:
@@ -232,7 +232,7 @@ def check(controller: Controller) -> list[Finding]:
 def _of_extremes(
     controller: Controller, whole: bool, known: set[tuple[object, ...]]
 ) -> list[Finding]:
-    """Check what keys can set, at its ends, where the range itself is one."""
+    """Check the controller at the extremes of the numbers that keys can set."""
     if [*adjusted.numbers_have_a_use(controller), *adjusted.numbers_in_range(controller)]:
         return []
     found = []

@@ -1,4 +1,4 @@
-"""Several checks may find one key wrong: what each advises must hold for all of them."""
+"""Several checks may report one key: the advice of each must satisfy all of them."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ _DIMENSIONS = [value for value in vars(units).values() if isinstance(value, Dime
 
 
 class _Advice(NamedTuple):
-    """What a remedy says of a number: from `low` to `high`, in a base unit."""
+    """The range of numbers that a remedy advises, in a base unit."""
 
     low: float
     high: float
     words: str
-    """`Use at least 2 K/s`, without what else may be done."""
+    """The advice without its alternatives: `Use at least 2 K/s`."""
     rest: str
 
     @property
     def nearest(self) -> float:
-        """What the user will write who does as told, and no more."""
+        """The number within the advice that a user most likely writes: its nearest end."""
         return self.low if math.isfinite(self.low) else self.high
 
     def bears(self, other: _Advice) -> bool:
-        """Return whether who follows the other one does what this one asks for.
+        """Return whether the number that the other advice leads to satisfies this one, too.
 
-        One value stands for the nearest in steps: others will be as good.
+        A single value is only the nearest multiple of a step: other multiples are as good.
         """
         return self.low == self.high or self.low <= other.nearest <= self.high
 
 
 def agreed(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings with advice that satisfies all of the same key, if any can."""
+    """Return the findings, each with advice that satisfies all of its key, if there is one."""
     found = list(findings)
     advices: dict[Path, list[_Advice]] = defaultdict(list)
     for finding in found:
@@ -79,7 +79,7 @@ def _read(remedy: str) -> list[_Advice]:
 
 
 def _values(texts: list[str]) -> list[float]:
-    """Read amounts of one dimension; nothing if they are none."""
+    """Parse quantities of one dimension; return an empty list if the texts are none."""
     readers: list[Callable[[str], float]] = [float]
     for read in readers + [partial(parse, dimension=each) for each in _DIMENSIONS]:
         try:

@@ -13,12 +13,12 @@ from heatwright.spec.problems import Path
 
 
 def row_loop(controller: Controller, row: ComparisonRow) -> str:
-    """Name the loop that a row varies: the one that it names, or the only one."""
+    """Return the loop that a row varies: the one that it names, or the only one."""
     return row.loop or next(iter(controller.loops))
 
 
 def rows_have_loops(controller: Controller) -> Findings:
-    """Find rows that name a loop which is not there, or none of several."""
+    """Find rows that name an undefined loop, or no loop where there are several."""
     for index, row in enumerate(controller.comparison):
         path: Path = ("comparison", index)
         if row.loop is not None:
@@ -26,18 +26,18 @@ def rows_have_loops(controller: Controller) -> Findings:
         elif len(controller.loops) > 1:
             yield Finding(
                 path,
-                "it does not say which of the loops it varies",
+                "this row names no loop, and the controller has several",
                 f"Add loop:, such as loop: {next(iter(controller.loops))}",
                 (("loops",),),
             )
 
 
 def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
-    """Put a row's setpoint, algorithm and output in the place of its loop's own.
+    """Return a controller with a row's setpoint, algorithm and output in place of its loop's own.
 
-    The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator;
-    it ends with its scenario, however long the loop may be on. Other loops stay as they are after
-    the power-up. No key sets a number of a row's algorithm.
+    The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator.
+    `on_for_at_most` is left out: the scenario ends the run. Other loops are as after a power-up.
+    Keys cannot set a number of a row's algorithm.
 
     Raises:
         KeyError: there is no such loop.
@@ -71,7 +71,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
 
 
 def row_path(controller: Controller, index: int, path: Path) -> Path:
-    """Find the entry of a row that stands for an entry of its controller; else the row itself."""
+    """Translate a path in the row's controller to one in the row; else return the row's path."""
     name = row_loop(controller, controller.comparison[index])
     loop = controller.loops[name]
     row: Path = ("comparison", index)

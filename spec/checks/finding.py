@@ -1,4 +1,4 @@
-"""What a check finds, and how the checks see a controller."""
+"""The result of a check, and lists of a controller's parts for the checks."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from heatwright.spec.sensors import Thermometer
 
 
 class Finding(NamedTuple):
-    """One thing wrong, at the key that is best changed."""
+    """One error of the spec, at the key that is best changed."""
 
     path: Path
     reason: str
     remedy: str
     because_of: tuple[Path, ...] = ()
-    """Other entries the finding rests on: if one of them is broken, so may be the finding."""
+    """Other entries that the finding depends on: if one of them is wrong, it may be, too."""
 
 
 Findings: TypeAlias = Iterator[Finding]
@@ -30,7 +30,7 @@ Check: TypeAlias = Callable[[Controller], Findings]
 
 
 def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer]]:
-    """List the loops whose sensor exists and shows its range: others have no steps to judge."""
+    """List the loops whose sensor exists and shows its whole range, so that it can be checked."""
     for name, loop in controller.loops.items():
         sensor = controller.thermometers.get(loop.sensor)
         if sensor is not None and shows_its_range(sensor, controller.board.mcu):
@@ -38,7 +38,7 @@ def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Thermomete
 
 
 def loop_types(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer, str]]:
-    """List the same, and once more for each other type of thermocouple that may be chosen."""
+    """List what `loop_sensors` does, and again for each other thermocouple type to choose."""
     for name, loop, sensor in loop_sensors(controller):
         yield name, loop, sensor, ""
         for kind, chosen in variants(sensor).items():
@@ -55,7 +55,7 @@ def shows_its_range(sensor: Thermometer, mcu: str) -> bool:
 
 
 def limits_of(sensor: AnalogSensor, mcu: str) -> Limits | None:
-    """Find what the ADC's codes mean; None where there is no reading at an end of the range."""
+    """Return the ADC's codes at the ends of a sensor's range; None if there is none at an end."""
     try:
         return limits(sensor, mcu)
     except (ArithmeticError, ValueError):

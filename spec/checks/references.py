@@ -1,4 +1,4 @@
-"""Names that refer to something: it must exist, be of use, and not be used twice."""
+"""Names that refer to parts: a part must exist, have a use, and not be used twice."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heatwright.spec.quantity import duration
 
 
 def unknown(path: Path, word: str, section: str, known: Collection[str]) -> Findings:
-    """Object to a name that the section does not define."""
+    """Report a name that the section does not define."""
     if word not in known:
         yield Finding(
             path,
@@ -25,7 +25,7 @@ def unknown(path: Path, word: str, section: str, known: Collection[str]) -> Find
 
 
 def loop_parts(controller: Controller) -> Findings:
-    """Find sensors, heaters, fans and coolers of loops that are not there."""
+    """Find loops that name an undefined sensor, heater, fan or cooler."""
     for name, loop in controller.loops.items():
         yield from unknown(("loops", name, "sensor"), loop.sensor, "sensors", controller.sensors)
         yield from unknown(("loops", name, "heater"), loop.heater, "outputs", controller.outputs)
@@ -35,21 +35,21 @@ def loop_parts(controller: Controller) -> Findings:
 
 
 def output_sensors(controller: Controller) -> Findings:
-    """Find sensors of outputs that are not there."""
+    """Find outputs that name an undefined current sensor."""
     for name, sensor in current_sensors(controller).items():
         path: Path = ("outputs", name, "current", "sensor")
         yield from unknown(path, sensor, "sensors", controller.sensors)
 
 
 def relay_is_there(controller: Controller) -> Findings:
-    """Find a safety relay that is no output."""
+    """Find a safety relay that is not defined in `outputs`."""
     relay = controller.safety.relay
     if relay is not None:
         yield from unknown(("safety", "relay"), relay, "outputs", controller.outputs)
 
 
 def interface_loops(controller: Controller) -> Findings:
-    """Find loops of interfaces that are not there."""
+    """Find interfaces that name an undefined loop."""
     for index, interface in enumerate(controller.interfaces):
         for keys, loop in interface.named_loops.items():
             yield from unknown(("interfaces", index, *keys), loop, "loops", controller.loops)
@@ -62,15 +62,15 @@ def loops_go_by_thermometers(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "sensor"),
                 f"{loop.sensor} measures a current, and a loop needs a temperature",
-                "Name the sensor of a temperature",
+                "Name a temperature sensor",
                 (("sensors", loop.sensor),),
             )
 
 
 def loops_share_no_part(controller: Controller) -> Findings:
-    """Find outputs that two loops would switch against each other, and sensors that two would read.
+    """Find heaters that two loops would switch, and sensors that two loops would read.
 
-    The loop that takes a reading leaves the other without one.
+    A reading can be taken only once: the second loop would get none.
     """
     for key, does in (("heater", "switches"), ("sensor", "reads")):
         used_by: dict[str, str] = {}
@@ -86,7 +86,7 @@ def loops_share_no_part(controller: Controller) -> Findings:
 
 
 def fans_run(controller: Controller) -> Findings:
-    """Check that a loop's fan is one that the interlock can rely on: a pin that is always on."""
+    """Check that a loop's fan is a digital output that is always on: the interlock relies on it."""
     for name, loop in controller.loops.items():
         fan = controller.outputs.get(loop.fan) if loop.fan is not None else None
         if fan is None or loop.fan is None:
@@ -98,7 +98,7 @@ def fans_run(controller: Controller) -> Findings:
         elif not fan.is_on_off:
             yield Finding(
                 ("loops", name, "fan"),
-                f"{loop.fan} is of the kind {fan.kind}, so nobody knows whether the fan turns",
+                f"{loop.fan} is of the kind {fan.kind}, so a low duty could stop the fan",
                 "Name a digital output",
             )
         elif not fan.always_runs:
@@ -110,7 +110,7 @@ def fans_run(controller: Controller) -> Findings:
 
 
 def proofs_are_of_fans(controller: Controller) -> Findings:
-    """Find proofs that no loop uses, and proofs that are later than the rule for failed heat."""
+    """Find proofs that no loop uses, and proofs that may come after `heating_failed` trips."""
     for name, output in controller.outputs.items():
         proof = getattr(output, "proof", None)
         if proof is None:
@@ -120,8 +120,8 @@ def proofs_are_of_fans(controller: Controller) -> Findings:
         if not loops:
             yield Finding(
                 path,
-                f"no loop names {name} as its fan, so nobody would go by its proof",
-                "Delete it, or write fan: at the loop that needs its air",
+                f"no loop names {name} as its fan, so its proof would have no effect",
+                f"Delete it, or add fan: {name} to the loop that needs its air",
                 (("loops",),),
             )
         for key, loop in loops.items():
@@ -129,8 +129,8 @@ def proofs_are_of_fans(controller: Controller) -> Findings:
             if heating is not None and proof.within_s >= heating.within_s:
                 yield Finding(
                     (*path, "within"),
-                    f"without proof there is no heat, and the loop {key} takes that for a dead "
-                    f"heater after {duration(heating.within_s)}",
+                    f"the heater stays off until the proof comes, and rule heating_failed of the "
+                    f"loop {key} trips after {duration(heating.within_s)}",
                     f"Use less than {duration(heating.within_s)}",
                     (("loops", key, "protection", "heating"),),
                 )
@@ -149,7 +149,7 @@ def heaters_can_heat(controller: Controller) -> Findings:
 
 
 def heaters_do_not_always_run(controller: Controller) -> Findings:
-    """Refuse a heater that is on as long as the controller is."""
+    """Refuse a heater output with `runs: always`."""
     for name, loop in controller.loops.items():
         heater = controller.outputs.get(loop.heater)
         if heater and heater.always_runs:
@@ -210,7 +210,7 @@ def driven_by_loops(controller: Controller) -> set[str]:
 
 
 def current_sensors(controller: Controller) -> dict[str, str]:
-    """List the sensors of currents by the outputs that name them."""
+    """Map each output with a measured current to its current sensor."""
     return {
         name: output.current.sensor
         for name, output in controller.outputs.items()
@@ -225,10 +225,10 @@ def driven_by_host(controller: Controller) -> set[str]:
 
 
 def names_apart_in_c(controller: Controller) -> Findings:
-    """Keep names apart that C would join: `heater_start` and what `heater` does at its start.
+    """Find names that could give equal C identifiers: `heater` and `heater_start`.
 
-    Everything made from a name carries it in front (`output_heater`, `output_heater_start()`), so
-    no name may go on where another of its section ends; a number may, for no function begins so.
+    Identifiers of a part begin with its name (`output_heater`, `output_heater_start()`), so no name
+    may be another of its section plus `_word`. A number may follow: no function is named so.
     """
     sections: dict[Path, Collection[str]] = {
         (section,): getattr(controller, section)
@@ -243,6 +243,6 @@ def names_apart_in_c(controller: Controller) -> Findings:
                 if other in names and not rest[0].isdigit():
                     yield Finding(
                         (*section, name),
-                        f"in C its names could be mistaken for those of {other}",
+                        f"in C its identifiers could be equal to those of {other}",
                         f"Rename one of them, for instance this one to {rest}",
                     )

@@ -1,4 +1,4 @@
-"""What is done with the simulated machine: events in their order, keys that are there."""
+"""Checks of the scenario: events in order of time, and interfaces that can take them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,11 @@ from heatwright.spec.quantity import duration
 def comparison_has_plant(controller: Controller) -> Findings:
     """Find comparisons without a machine to compare on."""
     if controller.comparison and controller.simulation is None:
-        yield Finding(
-            ("comparison",), "there is no machine to compare on", "Add a section simulation"
-        )
+        yield Finding(("comparison",), "it needs a simulated machine", "Add a section simulation")
 
 
 def scenario_in_order(controller: Controller) -> Findings:
-    """Find scenarios without an end, or whose events do not follow each other to it."""
+    """Find scenarios without an end, and events out of order or after the end."""
     if controller.simulation is None:
         return
     events = controller.simulation.scenario
@@ -27,7 +25,9 @@ def scenario_in_order(controller: Controller) -> Findings:
     if ends != [len(events) - 1]:
         where = (*path, ends[0]) if ends else path
         yield Finding(
-            where, "one event, the last, must end the scenario", "End it with {for: 30 min}"
+            where,
+            "exactly one event, the last, must end the scenario",
+            "Put {for: 30 min} last, and only there",
         )
         return
     length_s = events[-1].for_s or 0.0
@@ -44,20 +44,20 @@ def scenario_in_order(controller: Controller) -> Findings:
             yield Finding(
                 (*path, index, "at"),
                 f"{duration(at_s)} is not before the end of the scenario, at {duration(length_s)}",
-                "Lengthen `for`, or make it earlier",
+                "Lengthen `for`, or make the event earlier",
             )
         before_s = max(before_s, at_s)
 
 
 def extrusion_takes_heat(controller: Controller) -> Findings:
-    """Find events that feed filament through a machine that has none."""
+    """Find events that feed filament where the plant has no `filament`."""
     if controller.simulation is None or controller.simulation.plant.filament is not None:
         return
     for index, event in enumerate(controller.simulation.scenario):
         if event.extrude_mm_per_s is not None:
             yield Finding(
                 ("simulation", "scenario", index, "extrude"),
-                "the plant does not say what filament takes heat from",
+                "the plant does not say from which node filament takes heat",
                 "Add filament: {node: …, heat: 0.0056 J/K/mm} to the plant, or delete the event",
                 (("simulation", "plant"),),
             )

@@ -1,4 +1,4 @@
-"""What is left of a spec without its broken parts, so that the rest can still be checked."""
+"""Removes broken parts from a spec, so that the rest can still be checked."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import Quantity
 
 _STAND_INS: dict[Path, object] = {("heatwright",): FORMAT, ("controller", "name"): "unnamed"}
-"""Required, and of no account for the checks."""
+"""Values of required keys that the checks do not use."""
 
 _MOST_ROUNDS = 12
-"""Each round mends what is broken, or takes it out, or what cannot be without it: one level."""
+"""Most rounds: each replaces or removes broken entries, or the entries that need them."""
 
 
 def without_broken_parts(data: Any) -> Controller | None:
     """Make a controller of the entries that are whole; None if too little is left.
 
-    A quantity that is needed is replaced by an example of its kind, anything else is left out. What
-    is found later about such entries is not to be trusted; all else is as if they were not broken.
+    A required quantity is replaced by an example of its kind, anything else is left out. Later
+    findings about such entries are not reliable; all others are.
     """
     data = _copy(data)
     for _ in range(_MOST_ROUNDS):
@@ -56,7 +56,7 @@ def _mend(data: dict[str, Any], place: Place) -> None:
 def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
     """Follow a path to the mapping that holds its end, and no further than to a list.
 
-    To take an item out of a list would give what follows it another path.
+    To remove an item of a list would change the paths of the items after it.
     """
     for depth, key in enumerate(path[:-1]):
         inner = data.get(key)
@@ -67,7 +67,7 @@ def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
 
 
 def _stand_in(place: Place) -> object:
-    """Return a value for what is needed and of a kind whose values are much alike; else None."""
+    """Return a substitute for a required key or quantity; None for anything else."""
     if place.path in _STAND_INS:
         return _STAND_INS[place.path]
     if place.parent is None:

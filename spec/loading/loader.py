@@ -23,18 +23,18 @@ from heatwright.spec.loading.user_file import STDIN, read_file
 from heatwright.spec.problems import Path, Problem, SpecError
 
 MOST_PROBLEMS = 100
-"""Problems reported at once; more help nobody."""
+"""Most problems that are reported at once."""
 
 
 LATER = (
     "monitors", "proof", "tolerances", "accuracy", "tachometer", "adjust", "limits_adjustable",
     "on_for_at_most", "inputs", "also", "agreement", "self_checks",
 )  # fmt: skip
-"""Keys that the language got when there were firmwares already."""
+"""Keys that were added to the language when firmwares already existed."""
 
 
 class Spec(NamedTuple):
-    """A controller that passed every check, and where in which file each part of it stands."""
+    """A controller that passed every check, and the position of each part in the file."""
 
     controller: Controller
     file_name: str
@@ -54,7 +54,7 @@ class Spec(NamedTuple):
 def digest(controller: Controller) -> str:
     """CRC-32 of the canonical JSON of a controller without its simulation and comparison.
 
-    Keys of `LATER` that are not used are left out: what is stored under an older digest stays good.
+    Unused keys of `LATER` are left out, so that data stored under an older digest stay valid.
     """
     shaping = controller.model_dump(by_alias=True, exclude={"simulation", "comparison"})
     shaping = _without_unused(shaping)
@@ -97,7 +97,7 @@ def _load(data: bytes, file: str) -> Spec:
 
 
 def with_data(spec: Spec, data: Data) -> tuple[Spec, tuple[Problem, ...]]:
-    """Return a spec with other data than its file's, with all defaults derived anew; and problems.
+    """Return a spec with other data than its file's, all defaults derived again; and problems.
 
     The position of a problem is that of its entry in the file, or of the nearest one above it.
     Raises SpecError if no controller can be made of the data.
@@ -133,13 +133,13 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
 
 
 def problem_of(tree: Tree, finding: Finding) -> Problem:
-    """Say where a finding stands in the file, and whether its value is written there."""
+    """Make a finding a problem: add its position, and "by default" if its value is not written."""
     default = "" if finding.path in tree.positions else "by default, "
     return tree.problem(finding.path, default + finding.reason, finding.remedy)
 
 
 def _rests_on(finding: Finding, broken: Collection[Path]) -> bool:
-    """Return whether a finding may come from what is broken rather than from what is there."""
+    """Return whether a finding may be caused by a broken entry."""
     return any(
         _overlap(path, other) for path in (finding.path, *finding.because_of) for other in broken
     )

@@ -1,4 +1,4 @@
-"""What is found elsewhere in the language, or not built: refused, with these words."""
+"""Keys that the language has elsewhere, or that are not built yet: words that refuse them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ ELSEWHERE = {
     ("Event", "setpoint"): "Write it as a master: write: {LOOP.setpoint: 50 °C}",
     ("Segment", "rate"): "Write at:, as in {to: 540 °C, at: 150 K/h}",
 }
-"""Keys that somebody may look for in a model, and what does it in their place."""
+"""Keys that a user may try in a model, and what to write instead."""
 
 NOT_BUILT = "is a planned part of the language that is not built yet"

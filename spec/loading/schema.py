@@ -28,7 +28,7 @@ Json = dict[str, Any]
 _NUMBER = r"[+\-−]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+\-]?[0-9]{1,2})?"
 _NUMBER_WITH_EXPONENT = _NUMBER.removesuffix("?")
 LONG = 20
-"""Digits of a number that nobody writes: 15 ms in days."""
+"""Digits of a number that is too long for anybody to write: 15 ms in days."""
 _SPELLINGS = {"μ": "[uµμ]", "Ω": "[ΩΩ]", "2": "[2²]", "°": "°\\s*", "/": "\\s*/\\s*"}
 """Ways to write a character of a unit."""
 _BRACKETED = {
@@ -37,7 +37,7 @@ _BRACKETED = {
     "Ω·mm²/m": r"(Ω|Ω|ohm)[·*]?mm[2²]\s*/\s*m",
     "J/(K·mm)": r"m?J\s*/\s*\(K[·*]?mm\)",
 }
-"""Ways to write a unit with a product below its bar."""
+"""Ways to write a unit with a product in its denominator."""
 
 
 def schema() -> Json:
@@ -66,7 +66,7 @@ def _spelled(unit: str) -> str:
 
 
 def _choices_pattern(choices: tuple[float, ...], dimension: Dimension) -> str:
-    """Return the same of a few quantities; a number with an exponent may be any."""
+    """Return a regular expression of a few quantities; any number with an exponent matches."""
     found = [rf"{_NUMBER_WITH_EXPONENT}\s*({'|'.join(map(_spelled, dimension.units))})"]
     for name, unit in dimension.units.items():
         numbers = [Decimal(str(choice)) / unit.factor + unit.offset for choice in choices]
@@ -110,7 +110,7 @@ def _field(field: FieldInfo, definitions: dict[str, Json]) -> Json:
 
 
 def _default(field: FieldInfo) -> object:
-    """Write a default as the file would; None if there is none worth telling."""
+    """Write a default as the file would; None if there is none worth showing."""
     value = field.default
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None)
     if isinstance(quantity, Quantity):
@@ -126,7 +126,7 @@ def _default(field: FieldInfo) -> object:
 def _reference(model: type[BaseModel], definitions: dict[str, Json]) -> Json:
     name = model.__name__
     if name not in definitions:
-        definitions[name] = {}  # taken, should it refer to itself
+        definitions[name] = {}  # reserved, in case it refers to itself
         definitions[name] = _model(model, definitions)
     return {"$ref": f"#/$defs/{name}"}
 

@@ -77,7 +77,7 @@ def _tagged(place: Place) -> bool:
 
 
 def _chosen(place: Place, tag: str) -> type[BaseModel] | None:
-    """Find the model of a tag: its kind, or, of models told apart by their keys, its name."""
+    """Find the model of a tag: a kind, or a model's name where keys distinguish the models."""
     models = alternatives(place.annotation)
     if "kind" in models[0].model_fields:
         return kinds(place.annotation).get(tag)

@@ -1,4 +1,4 @@
-"""What a wrong word was probably meant to be."""
+"""Suggestions for a wrong word."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _LONGEST_WORD = 40
 
 
 def closest(word: str, known: Sequence[str]) -> str | None:
-    """Find what `word` was probably meant to be."""
+    """Find the known word that `word` was probably meant to be."""
     from difflib import get_close_matches  # noqa: PLC0415  (only wrong specs pay for it)
 
     if len(word) > _LONGEST_WORD:

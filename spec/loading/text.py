@@ -20,7 +20,7 @@ _TAB = re.compile(r"^ *(\t)[ \t]*[^\s#]", re.MULTILINE)
 
 
 class Unreadable(Exception):
-    """The file is no YAML of ours; nothing after the problem could be trusted."""
+    """The file cannot be read as a spec; nothing after the problem is reliable."""
 
     def __init__(self, problem: Problem) -> None:
         super().__init__(problem)

@@ -17,7 +17,7 @@ Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
 
 MOST_WORDED = 1000
-"""Most errors that are reported one by one, because guessing what was meant takes a while."""
+"""Most errors that are reported one by one: a suggestion for each takes time."""
 _TOO_MANY = ("this is wrong, too", "Correct what is wrong above, and look again")
 
 
@@ -27,7 +27,7 @@ def findings(
     """Translate all errors of one validation, in the order of their positions in the file."""
     entries = [(locate(root, entry["loc"]), entry) for entry in error.errors(include_url=False)]
     entries.sort(key=lambda each: position(each[0].path))
-    # An entry with a key of another kind is of the wrong kind: what else it lacks, that one has.
+    # A key of another kind shows that the kind is wrong: keys that then seem missing are not.
     misfiled = {place.path[:-1] for place, entry in entries if _elsewhere(place, entry)}
     for number, (place, entry) in enumerate(entries):
         if place.path[:-1] in misfiled and not _elsewhere(place, entry):
@@ -71,15 +71,15 @@ def _extra(place: Place, entry: Any) -> Finding:
 
 def _no_kind(place: Place, _: Any) -> Finding:
     known = listed(tuple(kinds(place.annotation)))
-    return place.path, "it does not say its kind", f"Add kind: {known}"
+    return place.path, "this entry has no kind", f"Add kind: {known}"
 
 
 def _wrong_kind(place: Place, entry: Any) -> Finding:
     word = entry["ctx"]["tag"]
     if problem := problem_of_kind(word):
-        return (*place.path, "kind"), f"{shown(word)} is not usable: {problem}", "Mend its package"
+        return (*place.path, "kind"), f"{shown(word)} is not usable: {problem}", "Fix its package"
     known = tuple(kinds(place.annotation))
-    return (*place.path, "kind"), f"{shown(word)} is no kind there is", advice(word, known)
+    return (*place.path, "kind"), f"{shown(word)} is not a known kind", advice(word, known)
 
 
 def _literal(place: Place, entry: Any) -> Finding:
@@ -115,7 +115,7 @@ _FIXED = {
     "too_long": ("there are too many items", "Delete the last ones"),
     "bool_type": ("yes or no is needed here", "Write true or false"),
 }
-"""Errors whose place says all, by pydantic's type of them: reason and remedy."""
+"""Reason and remedy of errors that need no details, by pydantic's type of them."""
 
 _TRANSLATIONS: dict[str, Callable[[Place, Any], Finding]] = {
     "spec": _spec,

@@ -1,4 +1,4 @@
-"""Where this user's programs keep what they can make again."""
+"""The folder in which the user's programs cache files that they can make again."""
 
 from __future__ import annotations
 

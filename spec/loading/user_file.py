@@ -1,4 +1,4 @@
-"""Files that the user names: read once, and never waited for in vain."""
+"""Files that the user names: read once, without waiting for a pipe that may never end."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import stat
 import sys
 
 UNREAD = "cannot be read"
-"""Noted at an error that came from reading."""
+"""Note that is added to an error of reading."""
 STDIN = "-"
 OPEN_ALREADY = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/self/fd/")
-"""Names of what the shell has opened for us: a pipe there has somebody at its other end."""
+"""Names of files that the shell has opened: a pipe there has a program at its other end."""
 
 
 def read_file(path: str | os.PathLike[str], most: int = -1) -> bytes:

@@ -1,4 +1,4 @@
-"""The pages of a Nextion display as data: what the editor is told, and what is simulated.
+"""The pages of a Nextion display as data, both for the editor's script and for the simulation.
 
 `display_pages` lists them for a controller; a page's number is its place in the list. The firmware
 sets the components of the page that is shown; what a touch does is in the components' code.
@@ -84,7 +84,7 @@ def chart_top_c(controller: Controller) -> int:
 
 
 def _highest_c(loop: Loop, controller: Controller) -> dict[str, float]:
-    """Return what each type bears that may be chosen, °C: never more than what is asked of it."""
+    """Return what each selectable type bears, °C: at most the highest setpoint of that type."""
     sensor = controller.thermometers[loop.sensor]
     less = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
     return {kind: less.get(kind, HIGHEST_C[kind]) for kind in sensor.selectable}

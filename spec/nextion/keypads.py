@@ -9,7 +9,7 @@ from heatwright.spec.nextion.programming import LONGEST_NUMBER
 from heatwright.spec.programs import LONGEST_NAME
 
 KINDS = ("time", "K/h", "fast", "until", "hold")
-"""What the pages call the forms of a segment, in the order of their numbers in command 7."""
+"""Names of a segment's forms on the pages, in the order of their numbers in command 7."""
 
 KEYS = ("7", "8", "9", "4", "5", "6", "1", "2", "3", ".", "0", "-")
 LETTERS = ("abcdefghij", "klmnopqrst", "uvwxyz_-+/", "0123456789")

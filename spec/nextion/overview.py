@@ -28,7 +28,7 @@ CHART_EVERY_S = 60.0
 """Time between two pixels: ten hours in the chart's width."""
 LONGEST_STATE = 30
 LONGEST_ENERGY = 12
-"""Such as `1234.56 kWh`."""
+"""Most characters of an energy, such as `1234.56 kWh`."""
 
 
 def main_page(number: int, top_c: int, *, programs: bool) -> Page:
@@ -66,7 +66,7 @@ def waveform_attributes() -> dict[str, int]:
 
 
 def _clocks(sheet: Sheet) -> None:
-    """Time in the program and in the segment, and which they are."""
+    """Add the times in the program and in the segment, and the names of both."""
     places = {"day": 470, "hour1": 526, "minute1": 582}
     for name, x in places.items():
         sheet.number(name, (x, 52, 50, 36), SMALL)
@@ -89,7 +89,7 @@ def _state(sheet: Sheet, *, programs: bool) -> None:
 
 
 def switched(name: str, command: str) -> tuple[str, ...]:
-    """Order 1 or 0, as a button of two states stands after the touch."""
+    """Return code that sends 1 or 0, the state of a two-state button after the touch."""
     return (
         f"if({name}.val==1)", "{", f'print "{command} 1;"', "}else", "{", f'print "{command} 0;"',
         "}",
@@ -106,7 +106,7 @@ def _orders(sheet: Sheet, *, programs: bool) -> None:
 
 
 def _labels(sheet: Sheet, top_c: int, *, programs: bool) -> None:
-    """What comes behind the chart, so that its number does not depend on it."""
+    """Add the components after the chart, whose number must not depend on them."""
     sheet.button("bfaults", _column(6), "faults", ('print "#12;"',))
     sheet.label("lset", (275, 8, 130, 38), "setpoint")
     sheet.label("lc", (225, 55, 40, 38), "°C")
@@ -126,8 +126,8 @@ def _labels(sheet: Sheet, top_c: int, *, programs: bool) -> None:
 def _flash(sheet: Sheet) -> None:
     """Have the timer ERROR flash the whole page: its ground, and that of whatever shows it.
 
-    The page is the last: with its ground the display draws all of it anew. Whenever the page
-    begins the timer stands, until the board says again that there is a fault.
+    The page is changed last: with its ground the display redraws all of it. Whenever the page is
+    opened the timer is stopped, until the board reports again that there is a fault.
     """
     on_ground = [each.name for each in sheet.components if each.attributes.get("bco") == GROUND]
     code = (

@@ -27,7 +27,7 @@ RED, GREEN, AMBER, LIME = 0xC0E3, 0x1C09, 0xFD20, 0x766E
 BUTTON_STYLE = {"xcen": 1, "style": 0}
 """Text in the middle, flat."""
 CENTRED = 12
-"""Texts of so many characters or less stand in the middle of their fields, longer ones left."""
+"""Texts of up to this many characters are centred in their fields, longer ones are at the left."""
 
 NO_ATTRIBUTES: Mapping[str, Attribute] = MappingProxyType({})
 
@@ -62,7 +62,7 @@ class Page:
     postinitialize: Code = ()
     bco: int = GROUND
     meaning: str = ""
-    """What it is for, in a line."""
+    """Purpose of the page, in a line."""
 
 
 @dataclass(slots=True)
@@ -165,11 +165,11 @@ class Sheet:
         self.add("dual_state", name, place, attributes | own, release=code, shared=shared)
 
     def variable(self, name: str) -> None:
-        """Add a whole number that is not seen."""
+        """Add a hidden whole number."""
         self.add("variable", name, attributes={"sta": 0, "val": 0}, shared=True)
 
     def words(self, name: str, longest: int) -> None:
-        """Add a text that is not seen."""
+        """Add a hidden text."""
         self.add("variable", name, attributes={"sta": 1, "txt": "", "txt_maxl": longest})
 
     def page(self, *, preinitialize: Code = ()) -> Page:

@@ -1,4 +1,4 @@
-"""Limits of protections that follow from plant and host, where the spec leaves them open."""
+"""Derives the limits of protections from plant and host, where the spec leaves them out."""
 
 from __future__ import annotations
 
@@ -33,38 +33,38 @@ if TYPE_CHECKING:
 
 
 LOSSES = 1.5
-"""So many times its plant's losses may a machine have: resistances 30 % smaller, and 5 % of power
-that the supply does not give."""
+"""Factor by which a machine may lose more than its plant: resistances 30 % smaller, and 5 % of
+power that the supply does not give."""
 
 WEAK = 0.81
 """Share of its power that a heater has with the supply 10 % low, which EN 50160 allows."""
 
 BEHIND = 1.5
-"""At full power a dead heater is reported before a frozen sensor: it is as probable, and `heating`
-sees both. So many times its time is enough for the duty to grow to full power."""
+"""Time of `frozen` in times of `heating`. At full power a dead heater is then reported before a
+frozen sensor, as `heating` sees both; and the duty has time to grow to full power."""
 
 SPREAD = 1.3
-"""A machine's resistances are known to 30 %: so many times farther a neighbour's heat may take it,
-or its own after the heater went off."""
+"""Factor on the rise by a neighbour's heat, or by its own after the heater went off, because a
+machine's resistances are known to 30 %."""
 
 STANDING = ((BELOW_K, 0.0), (BELOW_K, 1.0), (1.0, 1.0))
-"""So far below its setpoint a reading may stand still, K, and so much of what holding needs the
-integral may have by then: none after a warm start."""
+"""Cases of a still reading: how far below its setpoint, K, and the share of the holding duty that
+the integral has by then: 0 after a warm start."""
 
 SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
 """Shortest derived times: a draught, or some lost readings, must not cause a trip."""
 
 HOST_LOST_AFTER_S = 600.0
-"""A host of G-code that says nothing for so long is lost: Klipper's `idle_timeout`."""
+"""Time after which a silent host of G-code is lost: Klipper's `idle_timeout`."""
 
 SMALL_FLASH_BYTES = 16 * 1024
-"""A chip with no more has no room for a rule that is not asked for."""
+"""Chips with no more flash get no rule that the spec does not ask for."""
 
 _KNOWN: dict[str, dict[str, Limits]] = {}
-"""By all that they depend on: to follow a plant takes a while."""
+"""Derived rules by everything they depend on: to simulate a plant takes time."""
 
 _EFFORTS: dict[str, Effort | None] = {}
-"""The same of rules 33 and 34."""
+"""Rules 33 and 34 by everything they depend on."""
 
 _OPEN: dict[str, dict[str, str]] = {
     "heating": {"within_s": "within"},
@@ -77,7 +77,7 @@ before it."""
 
 
 def with_derived(controller: Controller) -> Controller:
-    """Put numbers in where the spec leaves a rule of a loop open and the controller says more."""
+    """Derive the numbers that the spec leaves out of a loop's rules."""
     loops = {
         name: _with_derived(controller, name, _minding_host(controller, name, loop))
         for name, loop in controller.loops.items()
@@ -88,7 +88,7 @@ def with_derived(controller: Controller) -> Controller:
 
 
 def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
-    """Have a loop that a host commands mind its host, unless the spec says for how long."""
+    """Set `master_lost_after` of a loop that a host commands, if the spec leaves it out."""
     hosts = (each for each in controller.interfaces if each.is_host)
     given = "master_lost_after_s" in loop.protection.model_fields_set
     if given or not any(name in host.named_loops.values() for host in hosts):
@@ -116,8 +116,8 @@ def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
             heated = heated_loop(controller, name, simulation)
             rule = effort_of(controller, name, simulation, heated, given)
         except (ArithmeticError, AssertionError, LookupError, ValueError):
-            rule = None  # the checks tell what is wrong with such a plant
-        # What was asked for stays, and the checks say that it cannot be had.
+            rule = None  # the checks report what is wrong with such a plant
+        # A rule that the spec asks for stays, and the checks report that it is not possible.
         _EFFORTS[key] = given if rule is None and given and not given.derived else rule
     if _EFFORTS[key] is given:
         return loop
@@ -136,7 +136,7 @@ def _with_limits(controller: Controller, name: str, loop: Loop) -> Loop:
         try:
             _KNOWN[key] = _Rules(heated_loop(controller, name, simulation), loop).found()
         except (ArithmeticError, AssertionError, LookupError, ValueError):
-            _KNOWN[key] = {}  # the checks tell what is wrong with such a plant
+            _KNOWN[key] = {}  # the checks report what is wrong with such a plant
     if not _KNOWN[key]:
         return loop
     return loop.model_copy(update={"protection": protection.model_copy(update=_KNOWN[key])})
@@ -152,7 +152,7 @@ def _open(rule: Limits | None, name: str) -> set[str]:
 
 
 class _Times(NamedTuple):
-    """What a rule's time follows from: what a healthy machine needs, and how that is found, s."""
+    """The basis of a rule's time: what a healthy machine needs, s, and its derivation in words."""
 
     usual_s: float
     needs_s: float
@@ -160,11 +160,11 @@ class _Times(NamedTuple):
     shortest_s: float
     least_times: float = TIMES
     first: tuple[float, str] = (0.0, "")
-    """What comes of another rule, and in which words."""
+    """A time that follows from another rule, s, and its derivation in words."""
 
 
 class _Rules:
-    """The rules of one loop on its way to their numbers."""
+    """The rules of one loop while their numbers are derived."""
 
     def __init__(self, heated: HeatedLoop, loop: Loop) -> None:
         self._heated, self._loop, self._protection = heated, loop, loop.protection
@@ -199,17 +199,17 @@ class _Rules:
         return value
 
     def _number(self, rule: str, field: str) -> float:
-        """Return a rule's number as far as it is known; infinite without the rule."""
+        """Return a rule's number: derived, or else the present one; infinite without the rule."""
         limits = getattr(self._protection, rule)
         return math.inf if limits is None else self._values[rule].get(field, getattr(limits, field))
 
     def _derive_holding(self) -> None:
-        """Find the duty that holding may need, and that no reading must answer.
+        """Find the duty that holding may need, at which a reading may stand still.
 
         A duty below what this plant needs on a cold day, at a weak supply, would trip on a healthy
         machine. Above that, a higher duty suits machines that lose more than their plant; but all
         nodes must bear it for ever, because nobody notices it while the reading is frozen, and it
-        must be so far below full power that there is something left to count.
+        must be so far below full power that a range is left to count.
         """
         heated = self._heated
         held = f"what {celsius(heated.highest_c)} takes on a cold day"
@@ -228,7 +228,7 @@ class _Rules:
         self._put("frozen", "holding_percent", [(percent, words)])
 
     def _derive_within(self) -> None:
-        """Find how long full power may go on for a rise: what health needs, and nodes bear."""
+        """Find how long full power may last for a rise: healthy machines need it, nodes bear it."""
         heated = self._heated
         rise_k = self._number("heating", "rise_k")
         needs_s = heated.slowest_rise(rise_k)[0]
@@ -250,8 +250,7 @@ class _Rules:
         """Find how long such heat may go on without a movement of the reading.
 
         As long as without a plant, so that a machine that loses more does not trip where it rests;
-        but no longer than nodes bear what is asked for meanwhile, and what a healthy machine needs
-        in any case.
+        but no longer than nodes bear the heat, and never shorter than a healthy machine needs.
         """
         within_s, still_s = self._number("heating", "within_s"), self._still_s
         if still_s is None:
@@ -277,7 +276,7 @@ class _Rules:
     def _put_time(
         self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
     ) -> None:
-        """Set the usual time, or the one a healthy machine may need, as far as nodes bear it."""
+        """Set the usual time or what a healthy machine needs, limited to what nodes bear."""
         heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
         wished_s, words = max(
             (times.usual_s, "as usual"),
@@ -375,7 +374,7 @@ class _Rules:
         return all(self._bears(lie, within_s, for_s) for lie in lies)
 
     def _bears_within(self, within_s: float) -> bool:
-        """Return whether nodes bear full power for as long, and what `frozen` then lets happen."""
+        """Return whether nodes bear full power for this time, with the `frozen` that follows."""
         for_s = self._number("frozen", "for_s")
         if "for_s" in self._open["frozen"] and self._still_s is not None:
             for_s = max(BEHIND * within_s, TIMES * self._still_s + self._heated.late_s)
@@ -384,7 +383,7 @@ class _Rules:
         )
 
     def _bears(self, lie: Lie, within_s: float, for_s: float) -> bool:
-        """Return whether all nodes bear what a loop does before a rule ends it, on a warm day."""
+        """Return whether all nodes bear the heat until a rule trips, on a warm day."""
         heated = self._heated
         plant, bears_k = heated.warm
         holding_percent = self._number("frozen", "holding_percent")

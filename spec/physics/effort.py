@@ -1,9 +1,8 @@
 """How much power a healthy machine needs for its reading: the basis of rules 33 and 34.
 
-The plant says what holds a reading. A machine of its kind takes more or less of that: its
-resistances differ by the plant's tolerance, its supply and its room are not those of the plant,
-fans run and material is fed. The power that was given, as far as the plant still feels it, must
-keep between the most and the least of all that.
+The plant gives the power that holds a reading. A healthy machine needs more or less: resistances
+differ by the plant's tolerance, supply and room temperature vary, fans run, material is fed. The
+heater's power, filtered as the plant feels it, must stay between the extremes of all that.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ SPARE = 0.05
 """Margin of a limit, as a share: a machine at the corner of its tolerances swings about it."""
 
 SUN_K = 5.0
-"""So much warmer than a summer's room a machine may be by itself: the sun, a sensor's error."""
+"""How much warmer than a summer's room a machine may read unheated: sun, a sensor's error."""
 
 LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
 """A reading that moves by less counts as steady: the steps and noise of its sensor are as large."""
@@ -44,8 +43,8 @@ SWINGS = 1.5
 """Swing of the temperature, as a multiple of a switch's hysteresis: heat arrives and ends late."""
 
 WINDOW_SHARE = 0.1
-"""Longest window of a loop that switches, as a share of the filter's time. It takes over what the
-loop asks for once in a window only: in a longer one much else is asked for than is given."""
+"""Longest window of a loop that switches, as a share of the filter's time. The output takes the
+duty over only once in a window: in a longer one the power differs much from the duty."""
 
 STANDS = 0.99
 """Share of the required move after which a reading counts as having moved."""
@@ -55,7 +54,7 @@ LEAST_SHARE = 4e-6
 
 BEND_PERCENT = 1.0
 MOST_LINES = 8
-"""A curve of radiation is taken for straight lines, so exact or so many."""
+"""Most straight lines that approximate a curve of radiation."""
 
 POINTS, SLOW_TIMES = 120, 8.0
 """Points of a simulated course, and its length in time constants of the slowest part."""
@@ -74,15 +73,15 @@ def effort_of(
 ) -> Effort | None:
     """Derive the numbers that a spec leaves open; None if no time suits a healthy machine.
 
-    given -- None: nobody has asked for the rules; a loop that switches through a long window has
-    none then.
+    given -- the spec's rule; None if it is left out: a loop that switches through a long window
+    then has none.
     """
     search = _Search(controller, name, simulation, heated, given or Effort())
     return None if given is None and search.is_coarse else search.found()
 
 
 def band_percent(tolerance: float) -> tuple[float, float]:
-    """Return the most and the least that a machine takes of what its plant takes, %.
+    """Return the most and the least power of a machine, in % of what its plant takes.
 
     Rounded outwards to two digits.
     """
@@ -92,7 +91,7 @@ def band_percent(tolerance: float) -> tuple[float, float]:
 
 
 def sights(controller: Controller) -> Iterator[str]:
-    """Say of each loop what its rules of effort see."""
+    """Say for each loop at which readings its effort rules can trip."""
     for name, loop in controller.loops.items():
         effort = loop.protection.effort
         if effort is None:
@@ -271,14 +270,14 @@ class _Search:
         down_s = course.follow(rested, bottom_c)[0]
         if weak:  # a reset while all but the sensor is cold
             return max(up_s, down_s, course.follow(arrived, top_c)[0])
-        # what a warm room leaves of a long cooling, and of the longest that still stands
+        # cooling in a warm room, at whose end the reading counts as steady without power
         return max(
             up_s, down_s, *(course.follow(each, None)[0] for each in course.off(rested, top_c))
         )
 
 
 class _Course:
-    """A healthy machine that is regulated as well as can be, or switched about its setpoint."""
+    """A healthy machine with ideal control, or switched about its setpoint."""
 
     def __init__(  # noqa: PLR0913, PLR0917 - each is another part of it
         self,
@@ -296,10 +295,10 @@ class _Course:
         self._share = 1 - math.exp(-step_s / band.filter_s)
 
     def off(self, rested: Vector, top_c: float) -> Iterator[Vector]:
-        """Return states in which it may be switched off that has rested at a temperature.
+        """Yield states, after a rest at a temperature, in which it may be switched off.
 
-        The second is so hot that its reading stands until no power is enough, or as hot as it
-        becomes when it is switched.
+        The second is so hot that its reading just counts as steady until it needs no power, or as
+        hot as it becomes when it is switched.
         """
         yield rested
         lowest_c, hottest_c = self._ambient_c, top_c + self._half_k
@@ -319,7 +318,7 @@ class _Course:
     def follow(self, state: Vector, target_c: float | None) -> tuple[float, Vector, Vector]:
         """Return how long it is beyond the band, s, its state when it arrives, and at the end.
 
-        target_c -- what it is held at; None: the heater is off. Infinite if it stays beyond.
+        target_c -- its setpoint; None: the heater is off. Infinite if it stays beyond.
         """
         plant, band, about_state = self._plant, self._band, state
         without, added = plant.pushed(self._step_s, state)
@@ -369,14 +368,14 @@ def _line(
 
 
 def _feed_mm_per_s(controller: Controller, simulation: Simulation) -> float:
-    """Return the fastest feed that anybody speaks of."""
+    """Return the fastest feed of steppers and scenario, mm/s."""
     speeds = [each.maximum_mm_per_s for each in controller.steppers.values()]
     asked = [each.extrude_mm_per_s for each in simulation.scenario if each.extrude_mm_per_s]
     return max([0.0, *speeds, *asked])
 
 
 def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
-    """Return the plant with what the fed material takes as one link more."""
+    """Return the plant with one more link, for the heat that the fed material takes."""
     if plant.filament is None or not plant.filament.heat_j_per_k_mm * feed_mm_per_s:
         return plant
     resistance = 1 / (plant.filament.heat_j_per_k_mm * feed_mm_per_s)
@@ -387,7 +386,7 @@ def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
 
 
 def _scaled(plant: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
-    """Return a machine whose capacities and resistances are so many times the plant's."""
+    """Return a machine with the plant's capacities and resistances times two factors."""
     return plant.model_copy(
         update={
             "nodes": {name: capacity * value for name, value in plant.nodes.items()},

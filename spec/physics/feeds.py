@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 
 def lasting_feed_mm_per_s(simulation: Simulation, least_s: float) -> float:
-    """Return how fast the scenario feeds filament for longer than this, at least, mm/s.
+    """Return the highest speed that the scenario's feed keeps for longer than `least_s`, mm/s.
 
-    Slower stretches end a faster one. `verify` draws a short scenario out, and its last feed. 0 for
-    none, or for filament that takes no heat.
+    A slower stretch ends a faster one. `verify` extends a short scenario, and its last feed. 0 for
+    no feed, or for filament that takes no heat.
     """
     filament = simulation.plant.filament
     if filament is None or filament.heat_j_per_k_mm == 0:
@@ -50,8 +50,8 @@ def _longest_s(stretches: Iterable[tuple[float, float]], least_mm_per_s: float) 
 def fed(controller: Controller, simulation: Simulation, mm_per_s: float) -> Simulation:
     """Return the machine at a feed: it cools its node as a link to `ambient` does.
 
-    The same one where nothing is fed. A fan that always runs would act on that link, too: it is
-    made so much weaker.
+    Unchanged where nothing is fed. A fan that always runs would act on that link, too, so the link
+    is made weaker by the fan's factor.
     """
     plant = simulation.plant
     if plant.filament is None or mm_per_s == 0:

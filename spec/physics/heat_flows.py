@@ -1,4 +1,4 @@
-"""What flows between the nodes of a network: by conduction, and by radiation.
+"""Heat flows between the nodes of a network: by conduction, and by radiation.
 
 Conduction is linear. Radiation, σ·ε·A·(Ta⁴ − Tb⁴) in kelvin, is taken for its tangent about a
 state: q ≈ q₀ + ga·(θa − θa₀) − gb·(θb − θb₀) with g = 4·σ·ε·A·T³.
@@ -51,13 +51,13 @@ class HeatFlows:
 
     def bent(self, about: Vector, state: Vector) -> bool:
         """Return whether a state is so far from another that the tangents there no longer hold."""
-        for i in self._radiating:  # asked at every step: a generator takes three times as long
+        for i in self._radiating:  # called at every step: a generator takes three times as long
             if abs(state[i] - about[i]) > BEND * self._kelvin(about[i]):
                 return True
         return False
 
     def _kelvin(self, above_ambient_k: float) -> float:
-        """Absolute temperature, K; one that no machine has would make the tangent level."""
+        """Absolute temperature, K, but not so low that the tangent would become level."""
         return max(self._ambient_k + above_ambient_k, COLDEST_K)
 
     def _ends(self, surface: Radiation) -> Iterator[tuple[int, float]]:
@@ -84,7 +84,7 @@ class HeatFlows:
                 conductances[i][j] += sign * slope
 
     def _laplacian(self, network: ThermalNetwork, running: Sequence[str]) -> Matrix:
-        """On the diagonal all conductances of a node, beside it minus those between two nodes."""
+        """Return a matrix: the sum of a node's conductances on the diagonal, minus each beside."""
         factors: dict[frozenset[str], float] = {}
         for fan, effect in network.fans.items():
             if fan in running:

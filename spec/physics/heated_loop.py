@@ -27,14 +27,14 @@ WINTER_C, SUMMER_C = 5.0, 35.0
 """A workshop in winter and in summer."""
 
 SPARE = 0.1
-"""What a node can bear beyond what its protection allows, as a share of the rise above ambient."""
+"""What a node bears beyond what the protection allows, as a share of its rise above ambient."""
 
 TIMES = 3.0
-"""A machine may be so many times slower than its plant: capacities and resistances 30 % larger,
+"""Factor by which a machine may be slower than its plant: capacities and resistances 30 % larger,
 and less power beyond what it loses."""
 
 LEAST_TIMES = 2.0
-"""The same where nodes do not bear more: 30 % larger at a supply that is 10 % low, or nearly so."""
+"""That factor where nodes bear no more: some 30 % larger at a supply that is 10 % low."""
 
 SHORTEST_STEPS = 10
 """Shortest derived time, in control steps: some lost readings must not cause a trip."""
@@ -50,24 +50,24 @@ MOST_POINTS = 400
 """Points of a course that is followed; its steps double after every 64."""
 
 MOST_RISE = 3000
-"""Points of a way from cold to the maximum; only absurd plants have more."""
+"""Points of a course from cold to the maximum; only absurd plants have more."""
 
 PLACES = 4
-"""Temperatures that are tried."""
+"""Number of start temperatures that are tried."""
 
 CUTS = 5
-"""Times without power that are tried, each several times the one before; the shortest is a quarter
-of the time in which the quickest part of the plant answers."""
+"""Number of power cuts that are tried, each several times as long as the one before; the shortest
+is a quarter of the plant's shortest time constant."""
 
 
 _KNOWN: dict[str, HeatedLoop] = {}
-"""The last ones that were made, by all that they depend on: the rows of a comparison are alike."""
+"""The last loops, by everything they depend on: the rows of a comparison are mostly alike."""
 
 MOST_KNOWN = 16
 
 
 def heated_loop(controller: Controller, name: str, simulation: Simulation) -> HeatedLoop:
-    """Return a loop with its part of a plant; the same one for all that is alike of it.
+    """Return a loop with its part of a plant; an earlier one if all it depends on is equal.
 
     Raises what HeatedLoop raises.
     """
@@ -98,7 +98,7 @@ def heated_loop(controller: Controller, name: str, simulation: Simulation) -> He
 def most_borne(
     bears: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
 ) -> float:
-    """Return the most that is borne, between what is borne and what is not, by halving."""
+    """Return the most that is borne, between a borne and a too large value, by halving."""
     for _ in range(halvings):
         middle = (low + high) / 2
         low, high = (middle, high) if bears(middle) else (low, middle)
@@ -148,23 +148,23 @@ class HeatedLoop:
 
     @property
     def late_s(self) -> float:
-        """How late heat that is asked for may be read: dead time, rests or windows, two steps."""
+        """Longest time from asking for heat to reading it: dead time, pause, two steps."""
         rest_s = max(self._heater.stays_off_s, self._heater.cycle_s)
         return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
 
     @cached_property
     def hold_w(self) -> float:
-        """Power that the highest setpoint takes."""
+        """Power that holds the highest setpoint, W."""
         return self.plant.power_w(self.highest_c - self.ambient_c)
 
     def most_hold_w(self) -> float:
-        """Power that it takes in winter."""
+        """Power that holds the highest setpoint in winter, W."""
         cold_c = min(WINTER_C, self.ambient_c)
         return self.at(cold_c).power_w(self.highest_c - cold_c)
 
     @cached_property
     def warm_rest(self) -> Vector:
-        """Rest at the highest setpoint on a warm day."""
+        """State of rest at the highest setpoint on a warm day."""
         return self.warm[0].rest(self.highest_c - max(SUMMER_C, self.ambient_c))
 
     @cached_property
@@ -175,9 +175,8 @@ class HeatedLoop:
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
         """Return the plant in some surroundings, and what each of its nodes bears above them.
 
-        As `bears` says; else what full power makes of it from cold until the sensor reads
-        `protection.maximum` and that rule has switched it off, or a long time at that, and a tenth
-        of the rise more.
+        The spec's `bears`; else 1.1 times the rise at full power from cold until the rule of
+        `protection.maximum` switches the heater off, or at rest with the sensor at that maximum.
         """
         plant, size = self.at(ambient_c), len(self._network.nodes)
         most_k = self._maximum_c - ambient_c
@@ -197,9 +196,9 @@ class HeatedLoop:
         ]
 
     def borne_k(self) -> dict[str, float]:
-        """What nodes bear above the surroundings of the specification, K.
+        """Temperatures that nodes bear, above the spec's ambient, K.
 
-        Of those of this loop alone, where others heat the machine, too. The worse of two days.
+        Only of this loop's own nodes if others heat the machine, too; the higher of two days.
         """
         warm_c = max(SUMMER_C, self.ambient_c)
         days = [(warm_c - self.ambient_c, self.warm[1])]
@@ -213,7 +212,7 @@ class HeatedLoop:
         }
 
     def borne_w(self) -> float:
-        """Power that every node bears for ever in summer; infinite if it bears all there is."""
+        """Power that every node bears for ever in summer, W; infinite if all bear full power."""
         plant, bears_k = self.warm
 
         def borne(power_w: float) -> bool:
@@ -230,7 +229,7 @@ class HeatedLoop:
 
     @cached_property
     def starts(self) -> Sequence[Vector]:
-        """States in which a healthy machine may be when heat is asked for anew.
+        """States in which a healthy machine may be when the loop asks for heat again.
 
         At rest at several temperatures; warming up at full power; and hot at the highest one, then
         without power for a while: the heater's element and the sensor have cooled, the rest less.
@@ -266,7 +265,7 @@ class HeatedLoop:
         )
 
     def _sensed(self, state: Vector, power_w: float) -> Iterator[tuple[float, float]]:
-        """Follow a start until all that it had of its own is over."""
+        """Follow a start until the course no longer depends on it."""
         enough_k = (self.highest_c - self.lowest_c) * OWN + self.step_k
         most_k = min(
             self.plant.sensed_k(state) + enough_k, self.highest_c - self.ambient_c + self.step_k
@@ -280,8 +279,8 @@ class HeatedLoop:
     def slowest_rise(self, rise_k: float, short_k: float = 0.0) -> tuple[float, float]:
         """Return the longest time that full power takes for a rise, s, and where it began, °C.
 
-        From cold and from all starts, up to `short_k` below the highest setpoint. A reading may
-        show up to a step less than there is.
+        From cold and from all starts, up to `short_k` below the highest setpoint. A reading may be
+        up to a step too low.
         """
         return max(
             (longest_to_rise(course, rise_k + self.step_k), self.ambient_c + course[0][1])
@@ -334,9 +333,9 @@ class HeatedLoop:
         return coasting
 
     def way_k(self, node: str, ambient_c: float, spread: float) -> float:
-        """How far above its surroundings full power takes a node, up to the highest setpoint, K.
+        """Rise of a node above ambient at full power, until the highest setpoint is read, K.
 
-        spread -- by which resistances may be larger: what is hotter than the sensor is so by more.
+        spread -- share by which resistances may be larger: a hotter node is then hotter still.
         """
         plant, place, most_k = (
             self.at(ambient_c),
@@ -353,24 +352,24 @@ class HeatedLoop:
 
     @property
     def overshoot_k(self) -> float:
-        """How far full power takes the sensor beyond the highest setpoint, K."""
+        """Overshoot of the sensor above the highest setpoint after full power, K."""
         return self._coasting[-1][1]
 
     def settles_s(self, enough_k: float) -> float:
-        """Return when what is left of the coasting up is less than that, s."""
+        """Return the time after which the coasting up is over but for `enough_k`, s."""
         return next(
             time_s for time_s, over_k in self._coasting if self.overshoot_k - over_k < enough_k
         )
 
     @cached_property
     def warmed_k(self) -> float:
-        """How far above the surroundings the other loops' heaters take the sensor, K."""
+        """Rise of the sensor above ambient by the other loops' heaters, K."""
         return warmed_k(
             self._network, self._parts[1], self._neighbours, self.ambient_c, self._always
         )
 
     def rounded_s(self, seconds: float, shortest_s: float) -> float:
-        """Round a time up to two digits; not too short to mean anything, nor too long to count."""
+        """Round a time up to two digits, at least the shortest, and at most what can be counted."""
         return self._rounded_s(seconds, shortest_s, math.ceil)
 
     def rounded_down_s(self, seconds: float, shortest_s: float) -> float:
@@ -389,7 +388,7 @@ class HeatedLoop:
 def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> float:
     """Return the longest time that a course takes for a rise, from any of its points on.
 
-    One that it does not end counts as far as it goes. Between two points it is taken for straight.
+    An unfinished rise counts up to the course's end. Between two points a course is linear.
     """
     longest_s, last = 0.0, 0
     for first, (from_s, from_k) in enumerate(course):
@@ -405,7 +404,7 @@ def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> flo
 
 
 def _full_w(loop: Loop, heater: Switch) -> float:
-    """Return the most the algorithm asks for, as far as the current's limit lets it have it, W."""
+    """Return the algorithm's highest power, or the current limit's if that is less, W."""
     return min((heater.power_w or 0.0) * loop.algorithm.full_percent / 100, limit_w(heater))
 
 
@@ -417,7 +416,7 @@ def _some(found: list[Vector]) -> list[Vector]:
 def _longest_within(course: Iterator[tuple[float, float]], band_k: float) -> float:
     """Return the longest time in which a course keeps within a band, wherever that lies.
 
-    Between two points it is taken for straight.
+    Between two points a course is linear.
     """
     points, first, longest_s = list(course), 0, 0.0
     low: deque[int] = deque()

@@ -16,7 +16,7 @@ GROUP, TERMS = 4, 12
 precision of 1."""
 
 MOST_KEPT = 4096
-"""Exponentials: a spec's, twice over; some megabytes."""
+"""Most stored exponentials: twice those of a spec, some megabytes."""
 
 _FACTORS = [1 / math.factorial(order) for order in range(TERMS + 1)]
 
@@ -55,16 +55,16 @@ def apply(matrix: Matrix, vector: Vector) -> Vector:
 
 
 def exponential(matrix: Matrix) -> Matrix:
-    """Raise e to a square matrix; what comes is not to be changed.
+    """Raise e to a square matrix; callers must not change the result, which is stored.
 
-    Rows of a comparison, and tries of a number, ask for the same ones again.
+    Rows of a comparison, and searches for a number, need the same exponentials again.
     """
     return _exponential(tuple(map(tuple, matrix)))
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def _exponential(matrix: tuple[tuple[float, ...], ...]) -> Matrix:
-    """Halve it to a norm below 1/2, sum the series, square it back.
+    """Halve the matrix to a norm below 1/2, sum the series, square the sum as often.
 
     The series in groups of four: five products for twelve terms (Paterson and Stockmeyer).
     """

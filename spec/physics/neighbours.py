@@ -26,9 +26,9 @@ def warmed_k(
     ambient_c: float,
     running: Sequence[str],
 ) -> float:
-    """Return how far above the surroundings a sensor comes by its neighbours' heat alone, K.
+    """Return how far above ambient a sensor rises by its neighbours' heat alone, K.
 
-    Each neighbour holds its own sensor, unless others heat that beyond: then it gives no heat.
+    Each neighbour holds its own sensor, unless others heat that more: then it gives no heat.
 
     Raises ArithmeticError where two neighbours hold one node.
     """
@@ -59,7 +59,7 @@ def _rest(
     flows: HeatFlows,
     holding: Sequence[Neighbour],
 ) -> list[float]:
-    """Find all temperatures above ambient at rest, and behind them the neighbours' powers."""
+    """Find all temperatures above ambient at rest, followed by the neighbours' powers."""
     size, found = len(nodes), [0.0] * (len(nodes) + len(holding))
     heated = [nodes.index(network.heat[one.heater]) for one in holding]
     sensed = [_place(network, nodes, one.sensor) for one in holding]

@@ -1,4 +1,4 @@
-"""A thermal network solved: where it ends, how it rises, how it answers a swing of power.
+"""Solves a thermal network: temperatures at rest, courses, and the response to switched power.
 
 Temperatures are above ambient: with capacities C and flows G·θ + c (the network's, ambient left
 out; c comes from radiation alone), C·dθ/dt = P − G·θ − c. A sensor follows its node with a
@@ -28,7 +28,7 @@ MOST_TRIES = 200
 quarter; close to it each doubles the number of correct digits."""
 
 EXACT = 1e-12
-"""Share of a result below which another try changes nothing that anybody sees."""
+"""Relative change of a result below which an iteration ends."""
 
 MOST_HALVINGS = 12
 """Most times that a step is halved: only absurd plants have a part that changes so fast."""
@@ -51,7 +51,7 @@ class Heated:
         self._flows = HeatFlows(network, nodes, running, ambient_c)
         self._heated = nodes.index(network.heat[heat])
         sense = network.sense[sensor]
-        assert sense.node is not None  # noqa: S101 - a loop goes by a thermometer
+        assert sense.node is not None  # noqa: S101 - a loop's sensor is a thermometer
         self._sensed = nodes.index(sense.node)
         self.lag_s = sense.lag_s
         self.delay_s = sense.delay_s
@@ -65,7 +65,7 @@ class Heated:
         return self._at_rest(len(self._capacities), power_w)[:-1]
 
     def held_k(self, sensed_k: float) -> Vector:
-        """The same, while the sensor is held at a temperature above ambient."""
+        """Temperatures of all nodes above ambient, while the sensor is held at a temperature."""
         return self._at_rest(self._sensed, sensed_k)[:-1]
 
     def power_w(self, sensed_k: float) -> float:
@@ -73,7 +73,7 @@ class Heated:
         return self._at_rest(self._sensed, sensed_k)[-1]
 
     def ramp_power_w(self, sensed_k: float, rate_k_per_s: float) -> float:
-        """Power at which all rises at one rate, when the sensor is at a temperature."""
+        """Power at which all nodes rise at one rate, when the sensor is at a temperature."""
         ahead_k = rate_k_per_s * self.lag_s
         return self._at_rest(self._sensed, sensed_k + ahead_k, rate_k_per_s)[-1]
 
@@ -83,9 +83,9 @@ class Heated:
         return [*nodes, *([sensed_k] if self.lag_s else []), 1.0]
 
     def _at_rest(self, given: int, value: float, rate_k_per_s: float = 0.0) -> Vector:
-        """Find the nodes' temperatures, and behind them the power, one of them given.
+        """Find the nodes' temperatures, followed by the power; one of these values is given.
 
-        All is at rest, or rises at one rate.
+        All nodes are at rest, or rise at one rate.
         """
         size = len(self._capacities)
         found = [0.0] * (size + 1)
@@ -106,8 +106,8 @@ class Heated:
     def swing_k(self, power_w: float, window_s: float) -> float:
         """Peak-to-peak swing at the sensor when the power is on for half of each window.
 
-        The fundamental alone: a square wave of power P has one of amplitude 2·P/π, and the
-        network and the lag leave little of its harmonics. About ambient, where the least is
+        Only the fundamental: a square wave of power P has one of amplitude 2·P/π, and the network
+        and the lag leave little of its harmonics. Linearized about ambient, where the least is
         radiated and the swing is widest.
         """
         omega = 2 * math.pi / window_s
@@ -122,7 +122,7 @@ class Heated:
         return float(2 * amplitude)
 
     def fastest_s(self) -> float:
-        """Time in which the quickest part of the network or its sensor answers."""
+        """Shortest time constant of the network's nodes and the sensor's lag, s."""
         conductances, _ = self._flows.about(self.start(0.0))
         quickest = max(
             row[i] / capacity
@@ -131,17 +131,17 @@ class Heated:
         return min(1 / quickest, self.lag_s) if self.lag_s else 1 / quickest
 
     def answer_s(self) -> float:
-        """Time until the sensor has answered the heater: what lies between them, one by one."""
+        """Time until the sensor responds to the heater: lags of nodes and sensor, dead time."""
         conductances, _ = self._flows.about(self.start(0.0))
         between = {self._heated, self._sensed}
         lags_s = [self._capacities[i] / conductances[i][i] for i in between]
         return sum(lags_s) + self.lag_s + self.delay_s
 
     def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
-        """Return how long the sensor feels a power in the mean, and its slowest part, s.
+        """Return the mean time for which the sensor feels a power, and the slowest lag, s.
 
-        At rest about a temperature above ambient; found by turns of the inverse iteration, which
-        begins with what the heater warms.
+        About rest at a temperature above ambient; found by inverse iteration, which begins with the
+        rise by the heater.
         """
         size = len(self._capacities)
         conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
@@ -195,7 +195,7 @@ class Heated:
         return matrix
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Return whether a state is too far from another for what was made about that one."""
+        """Return whether a state is too far from the one about which a matrix was made."""
         return self._flows.bent(about, state)
 
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:
@@ -214,7 +214,7 @@ class Heated:
     def course(
         self, state: Vector, power_w: float, first_s: float, longest_s: float
     ) -> Iterator[tuple[float, Vector]]:
-        """Go on from a state for ever, in steps that double now and then up to `longest_s`."""
+        """Yield times and states without end, in steps that double now and then to `longest_s`."""
         time_s, step_s = 0.0, min(first_s, longest_s)
         about, matrix = state, self.step(power_w, step_s, state)
         yield time_s, state
@@ -235,6 +235,6 @@ def _real(numbers: Sequence[Number]) -> Vector:
 
 
 def _alike(one: Vector, other: Vector) -> bool:
-    """Return whether two results are the same to all the digits that count."""
+    """Return whether two results are equal within the tolerance of the iteration."""
     most = max(map(abs, other))
     return all(abs(a - b) <= EXACT * most for a, b in zip(one, other, strict=True))

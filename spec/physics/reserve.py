@@ -11,7 +11,7 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, celsius, number
 
 RECOMMENDED = (0.3, 0.5)
-"""Share of the needed power to have besides: for a weak supply, a cold room and a draught."""
+"""Recommended reserve, as a share of the needed power: for a weak supply, cold and draught."""
 
 
 class Reserve(NamedTuple):
@@ -20,9 +20,9 @@ class Reserve(NamedTuple):
     loop: str
     heater: str
     power_w: float
-    """What the heater has at full duty, as far as its limits let it have that."""
+    """Power of the heater at full duty, or what its limits leave of it."""
     needed_w: float
-    """What holds the highest setpoint for ever."""
+    """Power that holds the highest setpoint."""
     setpoint_c: float
     ambient_c: float
 
@@ -33,7 +33,7 @@ class Reserve(NamedTuple):
 
     @property
     def resistance_k_per_w(self) -> float:
-        """From the sensor to the surroundings, at the highest setpoint."""
+        """Thermal resistance from the sensor to ambient, at the highest setpoint."""
         return (self.setpoint_c - self.ambient_c) / self.needed_w
 
     @property

@@ -115,7 +115,7 @@ def sized_wire(wire: Wire, power_w: float, voltage_v: float, air_c: float) -> Si
 
 
 def _diameter_m(wire: Wire, power_w: float, voltage_v: float, load_w_per_m2: float) -> float:
-    """Join P = β·π·d·L and U²/P = ρ·L/(π·d²/4)."""
+    """Solve P = β·π·d·L and U²/P = ρ·L/(π·d²/4) for the diameter."""
     resistivity_ohm_m = wire.resistivity_ohm_mm2_per_m * 1e-6
     cube = 4 * resistivity_ohm_m * (power_w / (math.pi * voltage_v)) ** 2 / load_w_per_m2
     return float(cube ** (1 / 3))

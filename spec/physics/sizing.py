@@ -1,4 +1,4 @@
-"""What a machine is sized by: its walls, and the wire of its heater."""
+"""Data by which a machine is sized: its walls, and the wire of its heater."""
 
 from typing import Annotated
 
@@ -26,7 +26,7 @@ class Layer(Model):
     """One material of a wall."""
 
     thickness_mm: Annotated[float, Quantity(LENGTH, least=0.001)] = Field(
-        alias="thickness", description="How thick it is."
+        alias="thickness", description="Thickness of the layer."
     )
     conductivity_w_per_mk: Annotated[float, Quantity(CONDUCTIVITY, least=1e-4)] = Field(
         alias="conductivity", description="Thermal conductivity of the material."
@@ -37,19 +37,19 @@ class Wall(Model):
     """A wall between the heated space and the surroundings."""
 
     area_m2: Annotated[float, Quantity(AREA, least=1e-9)] = Field(
-        alias="area", description="Its surface, of one side."
+        alias="area", description="Surface of one side."
     )
     layers: tuple[Layer, ...] = Field(
-        max_length=MOST_ENTRIES, description="What it is made of, one behind the other."
+        max_length=MOST_ENTRIES, description="Its materials, from side to side."
     )
     inside_w_per_m2k: _Film = Field(
         8.7, alias="inside", description="Heat transfer from the air inside to the wall."
     )
     outside_w_per_m2k: _Film | None = Field(
-        None, alias="outside", description="The same outside; left out: 8.7 W/m²K, or of the wind."
+        None, alias="outside", description="The same, outside; left out: 8.7 W/m²K, or by wind."
     )
     wind_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.0, most=30.0)] | None = Field(
-        None, alias="wind", description="Speed of the air along it outside, in its place."
+        None, alias="wind", description="Speed of the air along it, instead of `outside`."
     )
     emissivity: _Emissivity = Field(
         0.0, description="Share of what a black body would radiate, outside."
@@ -58,9 +58,9 @@ class Wall(Model):
     @model_validator(mode="after")
     def _whole(self) -> "Wall":
         if not self.layers:
-            raise refuse("a wall is made of something", "List its layers")
+            raise refuse("a wall has at least one layer", "List its layers")
         if self.outside_w_per_m2k is not None and self.wind_m_per_s is not None:
-            raise refuse("the wind gives the heat transfer outside", "Delete outside or wind")
+            raise refuse("outside and wind give the same value", "Delete one of them")
         return self
 
 
@@ -68,7 +68,7 @@ class Wire(Model):
     """The resistance wire of a heater, in moving air."""
 
     resistivity_ohm_mm2_per_m: Annotated[float, Quantity(RESISTIVITY, least=1e-3)] = Field(
-        alias="resistivity", description="Of the alloy, hot."
+        alias="resistivity", description="Resistivity of the hot alloy."
     )
     surface_load_w_per_cm2: Annotated[float, Quantity(SURFACE_LOAD, least=0.001)] = Field(
         alias="surface_load", description="Heat that its surface gives off at full power."
@@ -76,23 +76,23 @@ class Wire(Model):
     voltage_v: Annotated[float, Quantity(VOLTAGE, least=0.001)] | None = Field(
         None,
         alias="voltage",
-        description="At which it has the heater's power; left out: what the heater is rated for, "
-        "or its supply.",
+        description="Voltage at which it has the heater's power; left out: the heater's rated "
+        "voltage, or its supply.",
     )
     air_speed_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.1, most=100.0)] = Field(
         alias="air_speed", description="Speed of the air across it."
     )
     air_c: Temperature | None = Field(
-        None, alias="air", description="Of the air about it; left out: the highest setpoint."
+        None, alias="air", description="Temperature of the air; left out: the highest setpoint."
     )
     emissivity: _Emissivity = Field(0.0, description="Share of what a black body would radiate.")
     measured_c: Temperature | None = Field(
-        None, alias="measured", description="What somebody has measured of it, to be compared."
+        None, alias="measured", description="Measured temperature of the wire, to compare with."
     )
 
 
 class Sizing(Model):
-    """What the power of one loop's heater is chosen by."""
+    """Data by which the power of one loop's heater is chosen."""
 
     walls: tuple[Wall, ...] = Field(
         (), max_length=MOST_ENTRIES, description="All walls through which heat is lost."

@@ -1,7 +1,7 @@
-"""What a loop makes of its machine while its reading tells nothing: it heats on, up to full power.
+"""How a loop heats its machine while its reading is wrong: on and on, up to full power.
 
-A reading that stands still a little below the setpoint raises the duty as the integral grows; one
-that falls to the surroundings asks for full power at once. Only rules that count such heat end it.
+With a reading that stands still a little below the setpoint the duty grows with the integral; with
+one that falls to ambient it is full at once. Only rules that count the time of such heat end it.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from heatwright.spec.physics.matrices import Vector, apply
 from heatwright.spec.physics.network import Heated
 
 BELOW_K = 5.0
-"""So far below its setpoint a reading stands still: `verify` tries the same. Nearer to it the duty
-grows more slowly, and is the longer above what holding needs."""
+"""How far below its setpoint a reading stands still, as in `verify`. Nearer to it the duty grows
+more slowly, and is above what holding needs for longer."""
 
 PIECES = 48
 """Number of pieces into which the time until a rule trips, or the integral's rise, is divided."""
 
 LEAST_PERCENT = 0.01
-"""A duty is above `holding` from so much on."""
+"""A duty counts as above `holding` if it is this much above."""
 
 MOST_POINTS = 400
 SPREADING_S = 600.0
-"""How long heat that is under way is followed: `verify` does so, too."""
+"""How long a machine is followed after the heater went off, as in `verify`."""
 
 LONGEST_S = 4 * 3600.0
 """Machines are at rest by then, or `verify` watches them no longer."""
@@ -54,7 +54,7 @@ class Lie(NamedTuple):
     most_percent: float
 
     def reaches_s(self, percent: float) -> float:
-        """Return when the duty is as high, s; never: infinite."""
+        """Return when the duty reaches this value, s; infinite if never."""
         if self.first_percent >= percent:
             return 0.0
         if self.per_s <= 0 or self.most_percent < percent:
@@ -73,7 +73,7 @@ def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_
     if pid is None or below_k > pid.on_at_k:
         return Lie(full, 0.0, full)
     if pid.keeps_output and below_k <= pid.dead_band_k:
-        return Lie(full, 0.0, full)  # as it was when the band was entered: anything
+        return Lie(full, 0.0, full)  # the band keeps the output as it was, which may be full
     error_k = below_k if below_k > pid.dead_band_k else 0.0
     proportional, most = pid.kp * error_k, pid.integral.maximum_percent
     if not pid.ki:
@@ -83,13 +83,13 @@ def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_
 
 
 def fallen(algorithm: Algorithm) -> Lie:
-    """Return the same while the reading is that of the surroundings: it falls far at once."""
+    """Return what a loop asks for after its reading has fallen to ambient: full power."""
     full = algorithm.full_percent
     return Lie(full, 0.0, full)
 
 
 def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
-    """Return when the first rule ends it, s: a period to see it, and one more until it is off."""
+    """Return when the first rule has switched the heater off, s: two periods after its time."""
     full = loop.algorithm.full_percent
     if loop.algorithm.limits_adjustable and lie.first_percent < full:
         full = math.inf  # a host may have left the integral too little to get there
@@ -101,7 +101,7 @@ def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
 
 
 def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, lie: Lie, time_s: float) -> Vector:
-    """Return how hot each node becomes if this goes on for a time, and then the heat spreads, K."""
+    """Return each node's peak if this lasts for a time and the heat then spreads, above ambient."""
     step_s, state = min(time_s, LONGEST_S) / PIECES, start
     size = len(start) - 1 - bool(plant.lag_s)
     peaks, about = start[:size], start

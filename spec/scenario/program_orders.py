@@ -1,4 +1,4 @@
-"""What somebody asks of a running program in a scenario: `program: start 1`, `program: pause`."""
+"""Orders to a program in a scenario: `program: start 1`, `program: pause`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from heatwright.spec.problems import Checked, refuse, shown
 
 Order = Literal["start", "pause", "resume", "skip", "jump", "stop"]
 NUMBERED = ("start", "jump")
-"""The orders that go with a number: of a program, of a segment."""
+"""The orders that have a number: of a program, of a segment."""
 
 
 class ProgramOrder(NamedTuple):
@@ -20,7 +20,7 @@ class ProgramOrder(NamedTuple):
 
 def _order(value: Any) -> ProgramOrder:
     if isinstance(value, ProgramOrder):
-        return value  # as this has made it
+        return value  # already converted
     words = value.split() if isinstance(value, str) else []
     order = words[0] if words else ""
     rest = words[1:]

@@ -34,7 +34,7 @@ class Write(NamedTuple):
 
     @property
     def what(self) -> str:
-        """What of the loop, or which command."""
+        """What is written: a value of the loop, or a command."""
         return self.name.rpartition(".")[2]
 
 
@@ -57,7 +57,7 @@ def _value(name: str, value: Any) -> float | bool:
 
 def _writes(value: Any) -> Any:
     if isinstance(value, tuple) and value and all(isinstance(each, Write) for each in value):
-        return value  # as this has made it
+        return value  # already converted
     if not isinstance(value, Mapping) or not value:
         raise refuse(
             "names with values are needed here", "Write them, as {nozzle.setpoint: 300 °C}"

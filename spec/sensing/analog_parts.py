@@ -32,28 +32,28 @@ FullScale = Annotated[
     float | Literal["supply", "internal"],
     Quantity(VOLTAGE, least=1.0, most=5.0, words=("supply", "internal")),
 ]
-"""What the ADC calls full scale. At AREF it is 1 V to the supply (data sheets)."""
+"""Reference of the ADC, its full scale. At AREF it is 1 V to the supply (data sheets)."""
 
 
 class AnalogSensor(Averaged):
-    """What all sensors on pins of the ADC have."""
+    """Keys and properties of all sensors on pins of the ADC."""
 
     kind: str
     pin: PinName = Field(description="A pin that leads to the ADC.")
     range_c: Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] = (
         Field(
             alias="range",
-            description="Temperatures that are valid; beyond, it is open, shorted or out of range.",
+            description="Valid temperatures; a reading beyond is open, shorted or out of range.",
         )
     )
     oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
-        1, description="Readings, one each 10 ms, that are summed up to one."
+        1, description="Readings, one every 10 ms, that are summed to one."
     )
     reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
     )
     accuracy: Accuracy | None = Field(
-        None, description="What is asked of the chain; `check` warns where its parts cost more."
+        None, description="Required accuracy; `check` warns where the parts' errors exceed it."
     )
     on_adc: ClassVar[Literal[True]] = True
     on_one_wire: ClassVar[bool] = False
@@ -74,17 +74,17 @@ class AnalogSensor(Averaged):
 
     @property
     def free_running_s(self) -> float:
-        """Time between conversions that nobody asked for: none, each is asked for."""
+        """Interval of conversions that the ADC starts by itself: 0, the firmware starts each."""
         return 0.0
 
     @property
     def read_s(self) -> float:
-        """Time of the reading after that: the last tick's own."""
+        """Time from the last conversion to the reading, s: 0, the last tick has both."""
         return 0.0
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading: it begins with the first period."""
+        """Time that the sensor needs after the power-up, s: 0, it is ready in the first period."""
         return 0.0
 
     @property
@@ -93,11 +93,11 @@ class AnalogSensor(Averaged):
         return largest_step_k(self)
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Width of a step of the ADC about a temperature, on a chip."""
+        """Width of a step of a chip's ADC at a temperature, K."""
         return step_at_k(self, temperature_c, mcu)
 
     def shown_range(self, mcu: str) -> tuple[float, float]:
-        """Range that it can show, °C: the one that is asked for, on any chip."""
+        """Range that it can show on a chip, °C: the spec's, on any chip."""
         del mcu
         return self.range_c
 
@@ -131,9 +131,9 @@ class Divider(Model):
 
 
 class Amplifier(Model):
-    """A differential amplifier: `gain` times what the element has above an equal feed of R₀."""
+    """A differential amplifier: `gain` times the voltage of the element above that of R₀."""
 
-    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Of the amplifier.")
+    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Amplification.")
     excitation_v: _Supply = Field(
         alias="excitation", description="Voltage that feeds the element and the amplifier."
     )
@@ -142,8 +142,8 @@ class Amplifier(Model):
     )
     feed: Literal["constant_current", "resistors"] = Field(
         "constant_current",
-        description="What flows through element and R₀: `excitation` / `series` whatever they "
-        "have, or what plain resistors of `series` let through.",
+        description="Current through element and R₀: always `excitation` / `series`, or what "
+        "plain resistors of `series` let through.",
     )
 
 
@@ -180,10 +180,10 @@ def _monotonic(points: tuple[_Point, ...]) -> tuple[_Point, ...]:
         raise refuse("a curve needs two points at least", "Write [[25 °C, 100 kΩ], …]")
     ordered = sorted(points)
     if any(low[0] == high[0] for low, high in pairwise(ordered)):
-        raise refuse("a temperature stands twice in this curve", "Delete one of its points")
+        raise refuse("a temperature is twice in this curve", "Delete one of its points")
     if not _one_way(ohm for _, ohm in ordered):
         raise refuse(
-            "the resistance does not go one way with the temperature", "Correct the points"
+            "the resistance must only rise, or only fall, with temperature", "Correct the points"
         )
     return points
 
@@ -211,9 +211,9 @@ def _rising(pairs: tuple[_Pair, ...]) -> tuple[_Pair, ...]:
         raise refuse("a table needs two pairs at least", "Write [[368, 300 °C], …]")
     ordered = sorted(pairs)
     if any(low[0] == high[0] for low, high in pairwise(ordered)):
-        raise refuse("a code stands twice in this table", "Delete one of its pairs")
+        raise refuse("a code is twice in this table", "Delete one of its pairs")
     if not _one_way(at_c for _, at_c in ordered):
-        raise refuse("the temperature does not go one way with the code", "Correct the pairs")
+        raise refuse("the temperature must only rise, or only fall", "Correct the pairs")
     return pairs
 
 

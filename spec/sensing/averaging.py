@@ -1,4 +1,4 @@
-"""What all thermometers have: a mean of their last readings for the control."""
+"""The mean of the last readings, which all thermometers can have for the control."""
 
 from typing import Annotated
 
@@ -13,6 +13,6 @@ class Averaged(Model):
     kind: str
     moving_average: Annotated[int, WholeNumber("a number of readings", 1, 16, 5)] = Field(
         1,
-        description="Readings, one each control step, whose mean the control goes by; the "
-        "protections judge every single one.",
+        description="Readings, one each control step, whose mean the control uses; the "
+        "protections use every single reading.",
     )

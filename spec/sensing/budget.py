@@ -1,8 +1,8 @@
-"""The error budget of an analog chain: what each part's tolerance makes of a reading.
+"""The error budget of an analog chain: the error of a reading by each part's tolerance.
 
-Each part is put off by its tolerance, both ways, in the circuit's exact formula; what the firmware,
-which knows only the true parts, then reads is the error. The worst case is the sum of all; the root
-of the sum of squares is what parts that are off independently of each other come to.
+Each part is changed by its tolerance, both ways, in the circuit's exact formula; the error is how
+far the firmware, which assumes nominal parts, then reads wrong. The worst case is the sum of all
+errors; for independent parts the root of the sum of squares is usual.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ TABLE_STEPS = 0.5
 """The firmware's table is nowhere half a step of the ADC away from the exact curve."""
 
 SHOWN = 5
-"""Temperatures of a table for people; judged are ten times as many between each two."""
+"""Temperatures of a table for people; the check uses ten times as many between each two."""
 
 EDGE = 0.5 / CODES
 
 
 class Line(NamedTuple):
-    """What one part costs: its tolerance in words, and the error at each place."""
+    """The error by one part: its tolerance in words, and the error at each place."""
 
     part: str
     tolerance: str
@@ -47,10 +47,10 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True)
 class Budget:
-    """What the parts of a chain cost at some places.
+    """The errors by the parts of a chain at some places, which are temperatures or currents.
 
-    unit -- K, of places in °C, or A, of places in A; untold -- keys of `tolerances` that are left
-    out, and so not in it.
+    unit -- K for places in °C, A for places in A; untold -- keys of `tolerances` that the spec
+    leaves out: their errors are missing.
     """
 
     unit: str
@@ -60,12 +60,12 @@ class Budget:
 
     @property
     def worst(self) -> tuple[float, ...]:
-        """All parts off to the same side, at each place."""
+        """Sum of all errors, each at its worse limit, at each place."""
         return tuple(sum(column) for column in self._columns())
 
     @property
     def worst_case(self) -> str:
-        """What `worst` is to be called: a part that is not told is off by nobody knows what."""
+        """The words for `worst`, which does not hold parts whose tolerance is left out."""
         return "worst case of what is told" if self.untold else "worst case"
 
     @property
@@ -93,7 +93,7 @@ class Budget:
 
 
 class _Part(NamedTuple):
-    """A part, its tolerance in words, and the chains with it off to either side."""
+    """A part, its tolerance in words, and the chains with the part at either limit."""
 
     name: str
     tolerance: str
@@ -116,7 +116,7 @@ class _Scaled:
 
 @dataclass(frozen=True)
 class _Shifted:
-    """An element that is hotter or colder than it tells."""
+    """An element that is hotter or colder than its resistance shows."""
 
     chain: Circuit
     per_k: tuple[float, float]
@@ -129,10 +129,10 @@ class _Shifted:
 
 @dataclass(frozen=True)
 class _Bridge:
-    """The amplifier of `Amplified` part by part, each as a factor of what it should be.
+    """The amplifier of `Amplified` part by part, each as a factor of its nominal value.
 
     Its two inputs: the element and R₀, each fed through its series resistor. Two resistors at each
-    make the gain; where they differ it is another for either input.
+    set the gain; where they differ, so do the gains of the inputs.
     """
 
     true: Amplified
@@ -172,7 +172,7 @@ def places(sensor: Any, mcu: str, each: int = 1) -> tuple[float, ...]:
 
 
 def budget(sensor: Any, mcu: str, at: Sequence[float] | None = None) -> Budget:
-    """Compute what the parts of a sensor on the ADC cost, at given places or over its range."""
+    """Compute the errors by the parts of a sensor on the ADC, at places or over its range."""
     chain, wanted = sensor.circuit(mcu), places(sensor, mcu) if at is None else tuple(at)
     told = sensor.tolerances
     lines = [
@@ -211,7 +211,7 @@ def _parts(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
 
 
 def _both(name: str, tolerance: str, off: Callable[[float], Any], by: float) -> _Part:
-    """Put a part off by a share to either side: the function takes the factor."""
+    """Change a part by a share, both ways: the function takes the factor."""
     return _Part(name, f"± {tolerance}", (off(1 - by), off(1 + by)))
 
 
@@ -274,7 +274,7 @@ def _resistors(chain: Any, percent: float) -> Iterator[_Part]:
 
 
 def _feeds(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
-    """Put off what feeds the circuit, and the reference: a share of it is then another share."""
+    """Change the circuit's feed and the reference, of which a voltage is then another share."""
     full_v = reference_v(sensor, mcu)
     by_v = _reference_tolerance_v(sensor, full_v)
     fed_by_reference = _fed_by_reference(sensor)
@@ -309,19 +309,19 @@ def fed_v(sensor: Any) -> float:
 
 
 def _fed_by_reference(sensor: Any) -> bool:
-    """Whether the circuit hangs on what the ADC calls full scale."""
+    """Whether the ADC's reference also feeds the circuit."""
     told = sensor.tolerances
     return hangs_on_supply(sensor) or getattr(told, "supply_v", None) == "reference"
 
 
 def hangs_on_supply(sensor: Any) -> bool:
-    """Whether a divider without a supply of its own stands against the supply."""
+    """Whether the board's supply is both the divider's feed and the ADC's reference."""
     divider = getattr(sensor, "divider", None)
     return divider is not None and divider.supply_v is None and sensor.reference == "supply"
 
 
 def _reference_tolerance_v(sensor: Any, full_v: float) -> float | None:
-    """Return the tolerance of the full scale; of the internal one the data sheet's, if none."""
+    """Return the tolerance of the reference, V; the internal one's default is the data sheet's."""
     told: float | None = sensor.tolerances.reference_v
     if told is None and sensor.reference == "internal":
         return INTERNAL_TOLERANCE_V[full_v]
@@ -358,7 +358,7 @@ def budgets(controller: Any) -> Iterator[tuple[str, Budget]]:
 
 
 def judged(sensor: Any, mcu: str) -> tuple[Budget, int]:
-    """Return the budget where its accuracy is asked for, and the place where it is worst."""
+    """Return the budget where an accuracy is required, and the index of its worst place."""
     low_c, high_c = sensor.accuracy.between_c or sensor.range_c
     asked = [each for each in places(sensor, mcu, 10) if low_c < each < high_c]
     found = budget(sensor, mcu, (low_c, *asked, high_c))

@@ -1,7 +1,7 @@
 """From a temperature to the share of its reference that the ADC sees, exactly, and back.
 
-The resistor dividers and amplifiers that sensing elements stand in, and how far each can go: what
-lies beyond is an open or a shorted element.
+Resistor dividers and amplifiers of sensing elements, and the ends of what each can give: a reading
+there is of an open or a shorted element.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ZERO_OHM = {"pt100": 100.0, "pt1000": 1000.0}
 
 
 class Circuit(Protocol):
-    """What stands between the temperature and the pin."""
+    """The circuit between the temperature and the pin."""
 
     @property
     def lowest(self) -> float:
@@ -93,7 +93,7 @@ class Divider:
 
 @dataclass(frozen=True)
 class Amplified:
-    """A differential amplifier: what the element has above R₀, both fed alike.
+    """A differential amplifier: the voltage of the element above that of R₀, both fed alike.
 
     With a constant current of excitation / series V = gain · excitation · (R − R₀) / series; with
     plain resistors V = gain · excitation · (R / (R + series) − R₀ / (R₀ + series)). The amplifier
@@ -105,16 +105,16 @@ class Amplified:
     gain: float
     series_ohm: float
     excitation: float
-    """As a multiple of the reference."""
+    """Voltage of the excitation, as a multiple of the reference."""
     is_constant: bool
-    """Whether the current is."""
+    """Whether the current through element and R₀ is constant."""
 
     lowest = 0.0
     open_is_high = True
 
     @property
     def highest(self) -> float:
-        """Where the amplifier saturates, or what an open element gives, if that is less."""
+        """Share at which the amplifier saturates, or of an open element, if that is less."""
         highest = min(1.0, self.excitation)
         if self.is_constant:
             return highest
@@ -123,7 +123,7 @@ class Amplified:
     def across(self, ohm: float, series: float = 1.0) -> float:
         """Voltage across a resistor that is fed, as a share of the reference.
 
-        series -- its series resistor as a multiple of what it should be.
+        series -- its series resistor as a multiple of its nominal value.
         """
         series_ohm = series * self.series_ohm
         return self.excitation * ohm / (series_ohm if self.is_constant else series_ohm + ohm)

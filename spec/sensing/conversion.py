@@ -36,14 +36,14 @@ class Point(NamedTuple):
 
     raw: int
     celsius: float
-    """In single precision."""
+    """Temperature of the point, in single precision."""
 
 
 class Limits(NamedTuple):
-    """What codes of the ADC mean.
+    """Codes of the ADC that separate valid readings from faults.
 
-    low, high -- of the range's ends: what lies outside is not valid; low_limit, high_limit -- what
-    the circuit gives at its own ends; open_is_high -- at which of them an open element reads.
+    low, high -- at the range's ends: a code outside is not valid; low_limit, high_limit -- at the
+    circuit's own ends; open_is_high -- whether an open element reads at the upper one.
     """
 
     low: int
@@ -90,7 +90,7 @@ class Conversion:
 
 
 def limits(sensor: Any, mcu: str) -> Limits:
-    """Find what the codes of an analog sensor on a chip mean."""
+    """Find the codes at the ends of an analog sensor's range and circuit, on a chip."""
     chain = sensor.circuit(mcu)
     low, high = sorted(_code(chain.ratio(celsius)) for celsius in sensor.range_c)
     return Limits(low, high, _code(chain.lowest), _code(chain.highest), chain.open_is_high)

@@ -1,4 +1,4 @@
-"""The current of a heater: how it is measured, and what it is held to."""
+"""The current of a heater: how it is measured, limited and watched."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TRIP_FACTOR = 1.25
 percent, and a wire that heats up changes its resistance by less."""
 
 FILTER_PULSES = 5
-"""Periods of the PWM in the time constant of the filter that makes their mean."""
+"""Periods of the PWM in the time constant of the filter that averages them."""
 
 LIMITED_PARTS = 3
 """With a limit, the filter's time constant is at most the period divided by this: a slower filter
@@ -38,7 +38,7 @@ class CurrentSensor(Model):
     )
     offset_v: Volt = Field(0.0, alias="offset", description="Voltage at 0 A.")
     oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
-        4, description="Readings, one each 10 ms, that are summed up to one."
+        4, description="Readings, one every 10 ms, that are summed to one."
     )
     reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
@@ -68,26 +68,26 @@ class Current(Model):
     limit_a: _Ampere | None = Field(
         None,
         alias="limit",
-        description="Root mean square that the duty is reduced to; `pwm` only.",
+        description="Root mean square that a reduced duty keeps; `pwm` only.",
     )
     trip_a: _Ampere | None = Field(
         None,
         alias="trip",
-        description="Rule `over_current`: what is a fault, as the limit; else 1.25 times that.",
+        description="Rule `over_current`: root mean square that trips; else 1.25 times the limit.",
     )
 
     @model_validator(mode="after")
     def _something_to_hold(self) -> Current:
         if self.limit_a is None and self.trip_a is None:
             raise refuse(
-                "a current is measured here and held to nothing",
+                "a measured current needs a limit or a trip",
                 "Write limit or trip, such as {sensor: current, limit: 3 A}",
             )
         return self
 
     @property
     def over_a(self) -> float:
-        """What is a fault, A; as the limit, a root mean square at full duty."""
+        """Current that trips `over_current`, A; like the limit, a root mean square at full duty."""
         if self.trip_a is not None:
             return self.trip_a
         return TRIP_FACTOR * (self.limit_a or 0.0)
@@ -99,5 +99,5 @@ class Current(Model):
 
     @property
     def filter_parts(self) -> int:
-        """The filter's time constant is a control period at most, divided by this."""
+        """Divisor of the control period; the result is the filter's longest time constant."""
         return 1 if self.limit_a is None else LIMITED_PARTS

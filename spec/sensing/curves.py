@@ -1,7 +1,7 @@
 """How a sensing element's resistance follows its temperature, exactly, and back.
 
-Temperatures in °C, resistances in Ω. Each curve is a pair of functions that undo each other; none
-of this runs in the firmware, whose tables are computed from it.
+Temperatures in °C, resistances in Ω. Each curve is a function and its inverse; none of this runs in
+the firmware, whose tables are computed from it.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Coded:
-    """An element by what its divider shows: (share of the divider's supply, °C), share ascending.
+    """An element by its divider's voltage: (share of the divider's supply, °C), share ascending.
 
     Between two pairs the temperature is straight over the share, as a firmware that has such a
     table takes it. Beyond its ends the outermost pairs go on as a beta does.

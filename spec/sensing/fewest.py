@@ -54,8 +54,8 @@ def _straight(tube: Tube, gate: Window, start: int, step: int) -> Iterator[Windo
     """Follow all lines from a gate as far as any goes; yield what they reach at each place.
 
     J. O'Rourke, "An on-line algorithm for fitting straight lines between data ranges", Commun. ACM
-    24 (1981): of all lines that have passed so far, the steepest upwards and downwards tell. Each
-    touches a lower and an upper limit; which, the hulls of the limits say.
+    24 (1981): of all lines that have passed so far, only the steepest upwards and downwards matter.
+    Each touches a lower and an upper limit, which the hulls of the limits give.
     """
     lows, highs = tube
     below, above = [(0, gate.low)], [(0, gate.high)]
@@ -103,10 +103,10 @@ def _extend(hull: list[tuple[int, float]], x: int, y: float, sign: int) -> None:
 
 
 class _Corridor:
-    """Where the bends of a line of so many pieces can be.
+    """Where the bends of a line with a given number of pieces can be.
 
-    Pieces that need not even meet, each as long as can be, tell how far the first ones come, and
-    how far back from the end the last ones.
+    The longest pieces, which need not even meet, bound how far the first pieces can reach, and how
+    far before the end the last ones can begin.
     """
 
     def __init__(self, tube: Tube) -> None:
@@ -114,7 +114,7 @@ class _Corridor:
         self._ahead = _longest(tube, 0, 1)
         self._back = _longest(tube, self.last, -1)
         self.least = len(self._back) - 1
-        """Pieces that are needed in any case."""
+        """Least number of pieces of any line."""
 
     def bends(self, bend: int, pieces: int, most: int) -> list[int]:
         """List the places where bend number `bend` can be, or `most` of them, evenly."""
@@ -137,7 +137,7 @@ def _whole(tube: Tube, place: int) -> Window:
 
 
 Layer = dict[int, list[Window]]
-"""What can be reached at each place of a bend."""
+"""The values that lines can reach at each place of a bend."""
 
 
 def _reached(tube: Tube, layers: Sequence[Sequence[int]]) -> list[Layer]:

@@ -27,21 +27,21 @@ RANGE_C: dict[str, tuple[float, float]] = {
     "S": (-50.0, 1768.0),
     "T": (-200.0, 400.0),
 }
-"""By the thermocouple's type (data sheet, "Thermocouple Voltage Conversion")."""
+"""Range by the thermocouple's type (data sheet, "Thermocouple Voltage Conversion")."""
 
 HIGHEST_C = {kind: high_c for kind, (_, high_c) in RANGE_C.items()} | {
     "K": 1300.0, "R": 1750.0, "S": 1750.0,
 }  # fmt: skip
-"""What a thermocouple may be asked for, by its type: what bears the last kelvins that the converter
-shows ages within hours."""
+"""Highest setpoint by the thermocouple's type: in the last kelvins of the converter's range some
+types age within hours."""
 
 AVERAGES = (1, 2, 4, 8, 16)
 OPEN_TEST_S = 0.015
-"""What the test for an open thermocouple adds to a conversion, at most, with less than 5 kΩ in its
+"""Most time that the test for an open thermocouple adds to a conversion, with less than 5 kΩ in its
 wires (data sheet, "Open-Circuit Fault Detection")."""
 READ_TICKS, SET_UP_TICKS = 7, 9
-"""What the firmware takes at most to read all its registers and judge; to set it up, and to notice
-that the first conversion is over."""
+"""Most ticks that the firmware takes to read and check all registers; and to set the chip up and
+notice that the first conversion is over."""
 
 
 class _Samples(WholeNumber):
@@ -65,8 +65,8 @@ class Max31856(Averaged):
     kind: Literal["max31856"]
     chip_select: PinName = Field(description="Pin at the converter's CS.")
     clock: PinName = Field(description="Pin at its SCK.")
-    data_in: PinName = Field(description="Pin at its SDI: what it is told.")
-    data_out: PinName = Field(description="Pin at its SDO: what it answers.")
+    data_in: PinName = Field(description="Pin at its SDI, the data to it.")
+    data_out: PinName = Field(description="Pin at its SDO, the data from it.")
     thermocouple: ThermocoupleType = Field("K", description="Type of the thermocouple.")
     selectable: tuple[ThermocoupleType, ...] = Field(
         (), max_length=8, description="Types that the operator may choose; kept in EEPROM."
@@ -100,12 +100,12 @@ class Max31856(Averaged):
         return 2.0**-7
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings about a temperature: everywhere the same."""
+        """Step of the readings at a temperature: the same at each."""
         del temperature_c, mcu
         return self.step_k
 
     def fitting(self, period_s: float) -> str:
-        """Offer nothing: what it averages, the spec has asked for."""
+        """Offer nothing: its averaging is what the spec asks for."""
         del period_s
         return ""
 
@@ -123,15 +123,15 @@ class Max31856(Averaged):
 
     @property
     def free_running_s(self) -> float:
-        """Time between two of its conversions, which follow each other without end."""
+        """Interval of its conversions, which it starts by itself, one after the other."""
         return self.conversion_s
 
     @property
     def read_s(self) -> float:
-        """Time for another conversion, for it converts all the time and knows no step; to read it.
+        """Time of another conversion, as its conversions are not in step with ours, and to read it.
 
-        One conversion of 16 takes longer: it looks for an open thermocouple. The answer takes at
-        most so many ticks, on the slowest pins.
+        One conversion of 16 takes longer: it tests for an open thermocouple. READ_TICKS is enough
+        on the slowest pins.
         """
         return self.conversion_s + OPEN_TEST_S + READ_TICKS * TICK_S
 
@@ -143,7 +143,7 @@ class Max31856(Averaged):
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading: it is set up, converts and is read."""
+        """Time from the power-up to the first reading: set-up, conversion and reading."""
         return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
 
 
@@ -167,12 +167,12 @@ def variants(sensor: object) -> dict[str, Max31856]:
 
 
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
-    """Find the highest setpoint of each type that may be chosen and bears less than the loop's own.
+    """Find the highest setpoint of each selectable type that bears less than the loop's maximum.
 
     Args:
-        sensor: what the loop goes by.
+        sensor: the loop's sensor.
         setpoint_c: the loop's highest setpoint, °C.
-        maximum_c: the temperature from which on it is too hot, °C: with each type as far above.
+        maximum_c: the loop's protection, °C: as far above the setpoint with each type.
 
     Returns:
         °C in tenths, by the types; mostly none.

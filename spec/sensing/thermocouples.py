@@ -19,11 +19,11 @@ MAX31855_RANGE_C = {
     "R": (-50.0, 1768.0),
     "E": (-200.0, 1000.0),
 }
-"""By the thermocouple's type (data sheet, thermal characteristics)."""
+"""Range by the thermocouple's type (data sheet, thermal characteristics)."""
 
 
 class _Converter(Averaged):
-    """What a converter on three wires has; the wires may be any pins."""
+    """Keys of a converter on three wires, which may be any pins."""
 
     kind: str
     chip_select: PinName = Field(description="Pin at the converter's CS.")
@@ -42,7 +42,7 @@ class _Converter(Averaged):
         return _STEP_K
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings about a temperature: everywhere the same."""
+        """Step of the readings at a temperature: the same at each."""
         del temperature_c, mcu
         return _STEP_K
 
@@ -75,17 +75,17 @@ class Max6675(_Converter):
 
     @property
     def free_running_s(self) -> float:
-        """Time between conversions that nobody asked for: none, for each answer begins anew."""
+        """Interval of conversions that the chip starts by itself: 0, each reading restarts it."""
         return 0.0
 
     @property
     def read_s(self) -> float:
-        """Time of the reading: the tick that it takes place in, for it stops the conversion."""
+        """Time of the reading: one tick more, because a reading stops the conversion."""
         return TICK_S
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading: it begins with the first period."""
+        """Time that the chip needs after the power-up, s: 0, it is ready in the first period."""
         return 0.0
 
 
@@ -107,8 +107,8 @@ class Max31855(_Converter):
     def error_k(self, temperature_c: float) -> float:
         """Largest error at a temperature: 2 K to 700 °C, above 4 K, and 2 K of the cold junction.
 
-        Data sheet, thermal characteristics. It leaves out how far the thermocouple's own curve
-        leaves the straight line that the converter takes it for.
+        Data sheet, thermal characteristics. Not included: the difference of the thermocouple's own
+        curve from the straight line that the converter assumes.
         """
         return 4.0 if temperature_c <= 700.0 else 6.0
 
@@ -119,15 +119,15 @@ class Max31855(_Converter):
 
     @property
     def free_running_s(self) -> float:
-        """Time between two of its conversions, which follow each other without end."""
+        """Interval of its conversions, which it starts by itself, one after the other."""
         return self.conversion_s
 
     @property
     def read_s(self) -> float:
-        """Time for another conversion: it converts all the time, and knows no step."""
+        """Time of another conversion, as its conversions are not in step with ours."""
         return 0.1
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading: 0.2 s (data sheet) and a conversion."""
+        """Time from the power-up to the first reading: 0.2 s (data sheet) and a conversion."""
         return 0.3

@@ -20,7 +20,7 @@ _SupplyVolts = Annotated[
 
 
 class _Tolerances(Model):
-    """What all chains on the ADC have."""
+    """Tolerances of all chains on the ADC."""
 
     reference_v: _Volts | None = Field(
         None, alias="reference", description="± of the ADC's full scale."
@@ -36,7 +36,7 @@ class _Tolerances(Model):
 
 
 class _CircuitTolerances(_Tolerances):
-    """What circuits of resistors have."""
+    """Tolerances of circuits of resistors."""
 
     resistors_percent: Share | None = Field(
         None, alias="resistors", description="± of each resistor of the circuit."
@@ -44,7 +44,7 @@ class _CircuitTolerances(_Tolerances):
     supply_v: _SupplyVolts | None = Field(
         None,
         alias="supply",
-        description="± of what feeds the circuit; `reference`: it is the ADC's reference itself.",
+        description="± of the circuit's feed; `reference`: the ADC's reference feeds it.",
     )
 
 
@@ -75,10 +75,10 @@ class VoltageTolerances(_Tolerances):
 
 
 class Accuracy(Model):
-    """What is asked of a chain."""
+    """The accuracy that is required of a chain."""
 
     within_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
-        alias="within", description="Largest error that may be, ±."
+        alias="within", description="Largest error that is allowed, ±."
     )
     between_c: (
         Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] | None

@@ -342,4 +342,4 @@ def test_its_protections_are_of_that_machine_too(heatwright: Heatwright) -> None
     record(0.12)
     told = heatwright("tune oven.yaml --log step.csv --method simc --at 40C")
     assert "`check` would refuse this spec:\noven.yaml:" in told.err
-    assert "never reaches the highest setpoint" in told.err
+    assert "never to the highest setpoint" in told.err

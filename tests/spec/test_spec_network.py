@@ -196,7 +196,7 @@ def test_the_advice_is_good(steep: str, form: str) -> None:
     with pytest.raises(SpecError) as caught:
         kiln(f"{{to: 540 °C, {steep}}}")
     (problem,) = caught.value.problems
-    assert "W cannot follow" in problem.reason
+    assert "W are too little" in problem.reason
     advised = re.search(r"Use at (?:least|most) ([0-9.]+) ", problem.remedy)
     assert advised is not None
     assert kiln(f"{{to: 540 °C, {form.format(advised[1])}}}")

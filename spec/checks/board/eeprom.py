@@ -1,4 +1,4 @@
-"""The EEPROM: room for all that is kept in it, and cells that last."""
+"""The EEPROM: room for all that is stored in it, and few enough writes that its cells last."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ def settings_fit(controller: Controller) -> Findings:
         return
     yield Finding(
         ("loops",),
-        f"the setpoints, gains, limits and numbers that are kept take {size} bytes, and a record "
-        f"in the EEPROM has {MOST_RECORD_BYTES} at most",
+        f"the stored setpoints, gains, limits and numbers take {size} bytes, and a record in the "
+        f"EEPROM has {MOST_RECORD_BYTES} at most",
         "Delete stored or limits_adjustable of some loops, or use fewer loops",
     )
 
 
 def _largest(controller: Controller, areas: Layout) -> Path:
-    """Find what takes most of it, where something can be done about it."""
+    """Return the path of what takes most of the EEPROM and can be made smaller."""
     log = log_in_eeprom(controller)
     kept = areas.history.slot_bytes * areas.history.slots
     if log is not None and kept > areas.programs.slot_bytes * areas.programs.slots:
@@ -66,7 +66,7 @@ def _largest(controller: Controller, areas: Layout) -> Path:
 
 
 def _shares(areas: Layout) -> str:
-    """Say what each takes, the largest first."""
+    """List the bytes that each area takes, the largest first."""
     names = ("settings", "programs", "progress of the program", "log")
     sizes = {name: area.slot_bytes * area.slots for name, area in zip(names, areas, strict=True)}
     ordered = sorted(sizes.items(), key=lambda each: -each[1])
@@ -88,7 +88,7 @@ def _smaller(controller: Controller) -> str:
 
 
 def _most(given: int, changed: Callable[[int], Controller], least: int = 1) -> int:
-    """Find the most that there is room for; 0: none, or fewer than have to be."""
+    """Return the highest number that the EEPROM has room for; 0 if it is below `least`."""
     return next((each for each in range(given - 1, least - 1, -1) if _suffices(changed(each))), 0)
 
 
@@ -123,7 +123,7 @@ def on_board(controller: Controller, board: str) -> Controller:
 
 
 def progress_lasts(controller: Controller) -> Findings:
-    """Find programs that note where they are so often that the EEPROM wears out."""
+    """Find programs that save their progress so often that the EEPROM wears out."""
     programs, areas = controller.programs, layout(controller)
     if programs is None or areas.end > controller.board.eeprom_bytes:
         return
@@ -156,8 +156,8 @@ def start_in_time(controller: Controller) -> Findings:
     able = next(each for each in WATCHDOG_S if seconds < each * (1 - WATCHDOG_TOLERANCE))
     yield Finding(
         ("safety", "watchdog"),
-        f"{duration(watchdog_s)} may be over before the start has found the newest of the "
-        f"program's records, which takes up to {about(1000 * seconds)} ms",
+        f"the watchdog may reset the chip after {duration(watchdog_s)}, while the start still "
+        f"searches the EEPROM for the progress, which takes up to {about(1000 * seconds)} ms",
         f"Use at least {duration(able)}",
         (("programs",), ("controller",)),
     )

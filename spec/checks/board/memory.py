@@ -1,4 +1,4 @@
-"""RAM: enough of it for what takes most. What a firmware really takes, `heatwright build` tells."""
+"""RAM: a lower bound of what a firmware takes. `heatwright build` measures what it really takes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LOG_BYTES = 60
 
 
 def least_bytes(controller: Controller) -> int:
-    """Return what a firmware takes at least, beside the ring of a log."""
+    """Return the RAM that a firmware takes at least, without the ring buffer of a log."""
     programs = controller.programs
     touched = nextion_of(controller) is not None
     found = LEAST_BYTES + NEXTION_BYTES * touched
@@ -57,7 +57,7 @@ def ram_suffices(controller: Controller) -> Findings:
         most = (board.ram_bytes - least) // entry_bytes[index]
         yield Finding(
             ("interfaces", index, "entries"),
-            f"they take {number(rings[index])} bytes of RAM, all else at least {least}, {has}: "
+            f"entries take {number(rings[index])} bytes of RAM, all else at least {least}, {has}: "
             f"{least + rings[index] - board.ram_bytes} too many",
             f"Use at most {most}, or keep: eeprom" if most else "Use keep: eeprom",
             because_of,

@@ -1,4 +1,4 @@
-"""Pins: they must exist, be free, and be able to do what is asked of them."""
+"""Pins: they must exist, be free, and have the function that is needed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def pins_exist(controller: Controller) -> Findings:
 
 
 def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
-    """List all pins that the file names, with where."""
+    """List all pins that the file names, with their paths."""
     for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
         for name, part in parts.items():
             for key, pin_name in pins_of(part).items():
@@ -49,28 +49,28 @@ def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
 
 
 def pins_can_be_switched(controller: Controller) -> Findings:
-    """Find digital parts on pins that lead to the converter alone."""
+    """Find digital parts on pins that lead only to the ADC."""
     board = controller.board
     for use in pin_uses(controller):
         if not use.pin.digital and not is_analog(controller, use.path):
             yield Finding(
                 use.path,
-                f"{use.pin.name} of {board.name} leads to the converter alone and cannot be "
-                "switched or read",
+                f"{use.pin.name} of {board.name} leads only to the ADC and cannot be switched or "
+                "read",
                 "Use a digital pin",
                 (_BOARD,),
             )
 
 
 def analog_pins(controller: Controller) -> Findings:
-    """Find sensors that need the converter on pins that do not lead to it."""
+    """Find sensors that need the ADC on pins that do not lead to it."""
     board = controller.board
     for use in pin_uses(controller):
         if is_analog(controller, use.path) and use.pin.adc is None:
             able = {pin.name: None for pin in board.pins.values() if pin.adc is not None}
             yield Finding(
                 use.path,
-                f"{label(use.pin)} does not lead to the converter",
+                f"{label(use.pin)} does not lead to the ADC",
                 f"Use {listed(tuple(able))}",
                 (_BOARD, use.path[:2]),
             )
@@ -88,7 +88,7 @@ def pins_used_once(controller: Controller) -> Findings:
     for use in pin_uses(controller):
         other = first.setdefault(use.pin, use)
         if SERIAL_PORT == use.purpose == other.purpose:
-            continue  # ports.one_interface_per_port tells it better
+            continue  # ports.one_interface_per_port reports it better
         # A shield and a serial port have several pins; one problem for each pair is enough.
         if other is not use and (use.path, other.path) not in reported:
             reported.add((use.path, other.path))
@@ -141,14 +141,14 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
         if why:
             yield Finding(
                 ("outputs", name, "pin"),
-                f"{label(pin)} would switch the {what} before the program can: {why}",
+                f"{label(pin)} would switch the {what} before the program runs: {why}",
                 f"Use another pin for a {what}",
                 (_BOARD, by),
             )
 
 
 def _kept_off(controller: Controller) -> Iterator[tuple[str, Switch, str, Path]]:
-    """List what must stay off until the program says otherwise: name, output, what, who says so."""
+    """List the outputs that must be off until the program runs: name, output, word, user's path."""
     for name, loop, heater in loop_heaters(controller):
         yield loop.heater, heater, "heater", ("loops", name, "heater")
     relay = controller.switches.get(controller.safety.relay or "")
@@ -165,8 +165,8 @@ def jtag_pins_are_free(controller: Controller) -> Findings:
         if use.pin.port_name in board.jtag_pins:
             yield Finding(
                 use.path,
-                f"{label(use.pin)} belongs to the JTAG port of a chip as it leaves the factory, "
-                "and the program could not drive it",
+                f"{label(use.pin)} belongs to the JTAG port, which a new chip has enabled, so the "
+                "program could not drive it",
                 "Use another pin",
                 (_BOARD,),
             )

@@ -1,4 +1,4 @@
-"""Serial ports: those of the board, each for one interface, at a speed it can make."""
+"""Serial ports: those of the board, each for one interface, at a baud rate it can make."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _called(controller: Controller, port: int) -> str:
 
 
 def _remedy(controller: Controller, taken: set[int]) -> str:
-    """Offer a port that is free to interfaces that can have another."""
+    """Offer a free port, if one of the interfaces can use another port."""
     free = [str(port) for port in range(len(controller.board.uarts)) if port not in taken]
     movable = any(each.line is not None and each.line.can_move for each in controller.interfaces)
     if not free or not movable:
@@ -54,7 +54,7 @@ def _remedy(controller: Controller, taken: set[int]) -> str:
 
 
 def baud_can_be_made(controller: Controller) -> Findings:
-    """Find baud rates that the clock cannot be divided to."""
+    """Find baud rates that the chip cannot make from its clock."""
     clock_hz = controller.board.clock_hz
     for index, interface in enumerate(controller.interfaces):
         line = interface.line
@@ -71,7 +71,7 @@ def baud_can_be_made(controller: Controller) -> Findings:
                 ("interfaces", index, "baud"),
                 f"{line.baud} baud cannot be made from {hertz(clock_hz)}: the "
                 f"nearest is {about(setting.baud)}, {about(100 * abs(setting.error))} % off, "
-                f"and {number(100 * BAUD_TOLERANCE)} % can be borne",
+                f"and at most {number(100 * BAUD_TOLERANCE)} % are allowed",
                 f"Use {listed(able)}",
                 (("controller",),),
             )

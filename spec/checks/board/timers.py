@@ -9,7 +9,7 @@ from heatwright.spec.quantity import hertz
 
 
 def clock_ticks(controller: Controller) -> Findings:
-    """Find clocks the chip does not bear or that do not divide into ticks of 10 ms."""
+    """Find clocks too fast for the chip, or that do not divide into ticks of 10 ms."""
     board = controller.board
     path = ("controller", "clock")
     if board.clock_hz > board.fastest_hz:
@@ -27,7 +27,7 @@ def clock_ticks(controller: Controller) -> Findings:
 
 
 def timers_suffice(controller: Controller) -> Findings:
-    """Find out whether everything that needs a timer gets one that can do it."""
+    """Check that everything that needs a timer gets one that can do it."""
     try:
         allocate(controller)
     except NoTimer as error:

@@ -7,7 +7,7 @@ from heatwright.spec.checks.programs.programs import has_an_operator
 from heatwright.spec.commands import gcode_of, nextion_of
 from heatwright.spec.controller import Controller
 
-NO_MENU = "no nextion interface serves it, nor an lcd_keypad beside programs"
+NO_MENU = "no nextion interface serves the loop, nor an lcd_keypad beside programs"
 
 
 def one_display(controller: Controller) -> Findings:
@@ -15,12 +15,12 @@ def one_display(controller: Controller) -> Findings:
     first: dict[str, int] = {}
     for index, interface in enumerate(controller.interfaces):
         if interface.line is None or not interface.line.can_move:
-            continue  # what cannot have another port is told of there
+            continue  # ports.one_interface_per_port reports the others
         other = first.setdefault(interface.kind, index)
         if other != index:
             yield Finding(
                 ("interfaces", index, "kind"),
-                f"interfaces[{other}] is a {interface.kind} too, and there is room for one",
+                f"interfaces[{other}] is a {interface.kind} too, and only one is possible",
                 "Delete one of them",
                 (("interfaces", other),),
             )
@@ -33,20 +33,20 @@ def display_apart_from_host(controller: Controller) -> Findings:
         return
     yield Finding(
         ("interfaces", controller.interfaces.index(display), "loop"),
-        f"a gcode interface serves {display.loop} too: to it a setpoint of 0 is off, and to the "
-        "display it is a temperature",
+        f"a gcode interface serves {display.loop} too: for a host a setpoint of 0 means off, for "
+        "the display it is a temperature",
         "Keep one of them, or name another loop",
         (("interfaces", controller.interfaces.index(gcode)),),
     )
 
 
 def maximum_has_an_operator(controller: Controller) -> Findings:
-    """Find a critical temperature that could be lowered, and nobody who could."""
+    """Find `maximum_adjustable` where no operator could lower the maximum."""
     for name, loop in controller.loops.items():
         if loop.protection.maximum_adjustable and not has_an_operator(controller, name):
             yield Finding(
                 ("loops", name, "protection", "maximum_adjustable"),
-                f"nobody could lower it: {NO_MENU}",
+                f"nobody could lower the maximum: {NO_MENU}",
                 "Delete it",
                 (("interfaces",), ("programs",)),
             )

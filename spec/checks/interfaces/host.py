@@ -14,7 +14,7 @@ from heatwright.spec.problems import Path
 HEATS = re.compile(r"M(104|109|140|190|141|191)\b(?:.*\b(T\d+))?")
 """A line that sets a temperature, and the tool that it may name."""
 OWN = {"140": "B", "190": "B", "141": "C", "191": "C"}
-"""What commands of bed and chamber are for."""
+"""Names of the bed (B) and chamber (C), by the commands that set them."""
 LONGEST_HOST_LINE = 80
 """Characters of a line that a host sends; the firmware's own limit is above it."""
 
@@ -28,7 +28,7 @@ def host_names_once(controller: Controller) -> Findings:
                 if first.setdefault(name, address) != address:
                     yield Finding(
                         ("interfaces", index, section, address),
-                        f"the host already calls {name} {first[name]}",
+                        f"at the host {name} already has the name {first[name]}",
                         "Delete one of them",
                         (("interfaces", index, section, first[name]),),
                     )
@@ -58,7 +58,10 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
         )
     elif name in driven_by_loops(controller):
         yield Finding(
-            path, f"a loop already switches {name}, or relies on it", "Name another", because_of
+            path,
+            f"a loop already switches {name}, or relies on it",
+            "Name another output",
+            because_of,
         )
     elif output.always_runs:
         yield Finding(
@@ -70,7 +73,7 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
 
 
 def host_steppers(controller: Controller) -> Findings:
-    """Find steppers of a host that are none."""
+    """Find steppers of a host that are other outputs."""
     for index, interface in placed(controller, Gcode).items():
         for address, name in interface.steppers.items():
             path = ("interfaces", index, "steppers", address)
@@ -79,14 +82,14 @@ def host_steppers(controller: Controller) -> Findings:
             if output is not None and not output.feeds:
                 yield Finding(
                     path,
-                    f"{name} is of the kind {output.kind}, which feeds nothing",
+                    f"{name} is of the kind {output.kind}, which cannot feed material",
                     "Name a stepper",
                     (("outputs", name),),
                 )
 
 
 def steppers_wait(controller: Controller) -> Findings:
-    """Find steppers that no loop holds back: cold material must not be fed."""
+    """Find steppers for which no loop says when it is ready: cold material must not be fed."""
     waits = any(
         loop.ready_within_k is not None and name in host_loops(controller)
         for name, loop in controller.loops.items()
@@ -95,15 +98,15 @@ def steppers_wait(controller: Controller) -> Findings:
         if not waits:
             yield Finding(
                 ("outputs", name),
-                "nothing says when it may feed: no loop that a gcode interface serves has "
+                "nothing says when the stepper may feed: no loop that a gcode interface serves has "
                 "ready_within",
-                "Add ready_within: to the loop that melts what it feeds, such as 2 K",
+                "Add ready_within:, such as 2 K, to the loop that melts the material",
                 (("loops",), ("interfaces",)),
             )
 
 
 def ready_is_asked_for(controller: Controller) -> Findings:
-    """Find loops that say when they are ready, and nobody who waits for it."""
+    """Find loops with a `ready_within` that nothing waits for."""
     for name, loop in controller.loops.items():
         asked = modbus_of(controller) is not None or name in host_loops(controller)
         countdown = countdown_of(controller, name)
@@ -124,14 +127,14 @@ def host_loops(controller: Controller) -> set[str]:
 
 
 def lines_fit_the_host(controller: Controller) -> Findings:
-    """Find lines of the scenario that no host sends."""
+    """Find lines of the scenario that are too long for a host."""
     if controller.simulation is None or gcode_of(controller) is None:
         return
     for index, event in enumerate(controller.simulation.scenario):
         if event.send is not None and len(event.send) > LONGEST_HOST_LINE:
             yield Finding(
                 ("simulation", "scenario", index, "send"),
-                f"a line to a host's firmware has up to {LONGEST_HOST_LINE} characters",
+                f"a line from a host has at most {LONGEST_HOST_LINE} characters",
                 "Shorten it",
                 (("interfaces",),),
             )
@@ -148,7 +151,7 @@ def lines_name_served_loops(controller: Controller) -> Findings:
         if called and called not in gcode.loops:
             yield Finding(
                 ("simulation", "scenario", index, "send"),
-                f"this host commands no loop {called}; such a line does nothing",
+                f"this host commands no loop {called}, so the line would do nothing",
                 f"Use {', '.join(gcode.loops)}, or add {called} to the loops of the host",
                 (("interfaces",),),
             )

@@ -36,7 +36,7 @@ def step_fits_range(controller: Controller) -> Findings:
 
 
 def countdowns_have_a_use(controller: Controller) -> Findings:
-    """Find countdowns where somebody else has the time, or where a power cut would forget it."""
+    """Find countdowns where programs or a host have the time, or where a power cut loses it."""
     for index, interface in placed(controller, LcdKeypad).items():
         if interface.countdown is None:
             continue
@@ -54,21 +54,21 @@ def countdowns_have_a_use(controller: Controller) -> Findings:
         elif not switched(controller, name):
             yield Finding(
                 path,
-                f"a gcode interface serves the loop {name}, and its host has the time",
+                f"a gcode interface serves the loop {name}, and its host ends the heating",
                 "Delete it",
                 (("interfaces",),),
             )
         elif starts_enabled(controller, name):
             yield Finding(
                 path,
-                "a power cut forgets the time, and the loop would then heat without end",
+                "a power cut loses the countdown, and the loop would then heat without end",
                 f"Delete it, or delete starts: enabled of the loop {name}",
                 (("loops", name, "starts"),),
             )
         elif interface.countdown.counts == "from setpoint" and _rests_anywhere(controller, name):
             yield Finding(
                 (*path, "counts"),
-                "without ki the loop rests beside its setpoint, and the time might never count",
+                "without ki the loop may rest below its setpoint, and the countdown never start",
                 "Write counts: at once, or give the algorithm a ki",
                 (("loops", name, "algorithm"),),
             )
@@ -80,7 +80,7 @@ def _rests_anywhere(controller: Controller, name: str) -> bool:
 
 
 def countdowns_count_minutes(controller: Controller) -> Findings:
-    """Find times that the display does not show, and steps that cannot be made."""
+    """Find times that are no whole minutes, and steps that are too long or too short."""
     for index, interface in placed(controller, LcdKeypad).items():
         if interface.countdown is None:
             continue

@@ -11,14 +11,14 @@ from heatwright.spec.problems import Path
 
 
 def leds_show_one_loop(controller: Controller) -> Findings:
-    """Find indicators that could be any loop's, and loops that would have them twice."""
+    """Find indicators that name none of several loops, and loops with two sets of them."""
     first: dict[str, int] = {}
     for index, interface in placed(controller, Indicators).items():
         path: Path = ("interfaces", index)
         if interface.loop is None and len(controller.loops) > 1:
             yield Finding(
                 path,
-                "it does not say which of the loops it shows",
+                "this interface names no loop, and the controller has several",
                 f"Add loop:, such as loop: {next(iter(controller.loops))}",
                 (("loops",),),
             )
@@ -28,7 +28,7 @@ def leds_show_one_loop(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "leds"),
                 f"interfaces[{first[name]}] already shows the loop {name}",
-                "Put all its LEDs there",
+                "Put all LEDs of the loop there",
                 (("interfaces", first[name]), ("loops",)),
             )
 

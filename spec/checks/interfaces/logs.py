@@ -21,7 +21,7 @@ def entries_are_new(controller: Controller) -> Findings:
 
 
 def entries_have_a_time(controller: Controller) -> Findings:
-    """Find logs whose entries come between two seconds: the log counts whole ones."""
+    """Find logs whose interval is no whole number of seconds: a log counts whole seconds."""
     for index, interface in placed(controller, SerialLog).items():
         if not interface.every_s.is_integer():
             yield Finding(

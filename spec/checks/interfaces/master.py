@@ -1,4 +1,4 @@
-"""A master on the bus, or a host that may be lost: what it can write, what only it could do."""
+"""Masters, and hosts that may be lost: what they can write, and what only they can do."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ HOST_CHARACTER_BITS = 10
 """Bits of one character in 8N1 format: start bit, 8 data bits, stop bit."""
 
 HOST_POLLS_S = 5.0
-"""OctoPrint and Printrun ask for the temperatures so often while they have nothing else to say."""
+"""Interval at which idle OctoPrint and Printrun ask for the temperatures."""
 
 _REMEDY = "add {kind: modbus_rtu} to interfaces"
 
 
 def somebody_switches_on(controller: Controller) -> Findings:
-    """Find loops that would stay off for ever, and loops that wait for a master who never asks."""
+    """Find loops that nobody can switch on, and loops that watch a master which does not exist."""
     for name, loop in controller.loops.items():
         if loop.starts == "disabled" and not switched(controller, name):
             yield Finding(
                 ("loops", name, "starts"),
-                "nobody could ever switch it on: there is no modbus_rtu interface, and neither "
-                "keys, a display nor programs serve this loop",
+                "nobody could switch the loop on: there is no modbus_rtu interface, and neither "
+                "keys, a display nor programs serve it",
                 f"Delete it, or {_REMEDY}",
                 (("interfaces",), ("programs",)),
             )
@@ -45,8 +45,8 @@ def somebody_switches_on(controller: Controller) -> Findings:
         if loop.protection.master_lost_after_s is not None and not there:
             yield Finding(
                 ("loops", name, "protection", "master_lost_after"),
-                "there is no master to be lost: there is no modbus_rtu interface, and no gcode "
-                "interface serves this loop",
+                "no master could be lost: there is no modbus_rtu interface, and no gcode interface "
+                "serves this loop",
                 f"Delete it, or {_REMEDY}",
                 (("interfaces",),),
             )
@@ -76,17 +76,15 @@ def masters_have_time(controller: Controller) -> Findings:
                 path,
                 f"{duration(seconds)} may be over while a single long request and its answer are "
                 f"on the line: at {modbus.baud} baud they take up to {needed}",
-                f"Use more than {needed}, several times what the master lets pass between two "
-                "requests",
+                f"Use more than {needed}, several times the master's interval between two requests",
                 (("interfaces",),),
             )
         elif host is not None and seconds < polls_s(host):
             needed = duration(float(rounded_up(polls_s(host))))
             yield Finding(
                 path,
-                f"{duration(seconds)} may be over before a host asks again: hosts do every "
-                f"{duration(HOST_POLLS_S)} at most, and at {host.baud} baud a long answer may come "
-                "between",
+                f"{duration(seconds)} may be over before a healthy host asks again: it asks every "
+                f"{duration(HOST_POLLS_S)}, and at {host.baud} baud a long answer may delay it",
                 f"Use at least {needed}",
                 (("interfaces",),),
             )
@@ -102,14 +100,14 @@ def writes_have_a_reader(controller: Controller) -> Findings:
         if event.write is not None:
             yield Finding(
                 ("simulation", "scenario", index, "write"),
-                "no interface takes what a master writes",
+                "no interface takes writes of a master",
                 "Add {kind: modbus_rtu} to interfaces, or delete the event",
                 (("interfaces",),),
             )
 
 
 def writes_find_their_place(controller: Controller) -> Findings:
-    """Find writes to loops that are not there, or to what these do not have."""
+    """Find writes to undefined loops, or to values that a loop does not have."""
     if controller.simulation is None or modbus_of(controller) is None:
         return
     for index, event in enumerate(controller.simulation.scenario):
@@ -132,7 +130,7 @@ def _place(controller: Controller, path: Path, write: Write) -> Findings:
         kind = controller.loops[write.loop].algorithm.kind
         yield Finding(
             path,
-            f"{kind} is neither tuned nor driven by hand",
+            f"{kind} can be neither tuned nor driven by hand",
             f"Write {listed([f'{write.loop}.{what}' for what in ('setpoint', 'enabled')])}, or use "
             "pid",
             because_of,

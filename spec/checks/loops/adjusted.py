@@ -1,4 +1,4 @@
-"""Numbers that keys set: that they exist, fit the display, and bear every check at their ends."""
+"""Numbers that keys set: they exist, fit the display, and pass every check at their extremes."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from heatwright.spec.interfaces import Adjust
 from heatwright.spec.problems import Path
 
 MOST_STEPS = 1000
-"""From end to end: more are more presses than anybody makes, and in single precision no sum."""
+"""Most steps up to the maximum: more are too many to press, and too fine for single precision."""
 
 
 def numbers_have_a_use(controller: Controller) -> Findings:
-    """Find numbers that the algorithm has not, or that others set."""
+    """Find numbers that the algorithm does not have, or that another interface sets."""
     for path, name, adjust in _places(controller):
         kind = controller.loops[name].algorithm.kind
         if programmed(controller, name):
             yield Finding(
                 path,
-                f"programs move the loop {name}, and their menu has the numbers that can be set",
+                f"programs move the loop {name}, and their menu already sets its numbers",
                 "Delete it",
                 (("programs",),),
             )
@@ -69,14 +69,14 @@ def numbers_in_range(controller: Controller) -> Findings:
                     (*at, "minimum"),
                     f"{each.said(each.minimum)} is not below the maximum of "
                     f"{each.said(each.maximum)}",
-                    "Use less",
+                    "Use a lower minimum",
                     ((*at, "maximum"),),
                 )
             elif not each.minimum <= each.value <= each.maximum:
                 yield Finding(
                     at,
                     f"the algorithm's {each.words(each.value)} is not in this range",
-                    f"Widen it, or change {each.kind.key} of the loop {name}",
+                    f"Widen the range, or change {each.kind.key} of the loop {name}",
                     (own,),
                 )
             else:
@@ -104,18 +104,18 @@ def _steps(at: Path, each: Number, own: Path) -> Findings:
     elif each.decimals > MOST_DECIMALS or _columns(each) > COLUMNS:
         yield Finding(
             at,
-            f"with {each.decimals} decimals {each.kind.key} has no room in the display's line of "
-            f"{COLUMNS} characters",
+            f"with {each.decimals} decimals {each.kind.key} does not fit into the display's line "
+            f"of {COLUMNS} characters",
             "Use fewer digits in minimum, maximum, step and in the algorithm's own number",
             (own,),
         )
 
 
 def of_extreme(controller: Controller, finding: Finding, setting: Setting) -> Finding:
-    """Say at which end of its range a number makes a finding, at the end where there is one."""
+    """Add to a finding the setting that causes it, and point it to that end of the range."""
     (place, _, _), *_ = _places(controller)
     keypad = keypad_of(controller)
-    assert keypad is not None  # noqa: S101 - what else has set it?
+    assert keypad is not None  # noqa: S101 - only a keypad has settings
     path = finding.path
     for each, value in setting:
         if path == ("loops", keypad.loop, "algorithm", each.kind.key):
@@ -129,7 +129,7 @@ def of_extreme(controller: Controller, finding: Finding, setting: Setting) -> Fi
 
 
 def _places(controller: Controller) -> Iterator[tuple[Path, str, Adjust]]:
-    """List where the numbers of a keypad stand, whose they are, and what they are."""
+    """Yield the path of a keypad's `adjust`, the name of its loop, and its numbers."""
     keypad = keypad_of(controller)
     if keypad is None or keypad.adjust is None or keypad.loop not in controller.loops:
         return

@@ -1,4 +1,4 @@
-"""Algorithms: limits in order, and outputs that can do what they are asked."""
+"""Algorithms: limits in order, and outputs that can make the duty."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from heatwright.spec.quantity import number
 
 
 def duty_can_be_made(controller: Controller) -> Findings:
-    """Find a duty in parts on an output that is on or off."""
+    """Find an algorithm with a duty between 0 % and 100 % on an output that is only on or off."""
     for name, loop, heater in loop_heaters(controller):
         if loop.algorithm.pid and heater.is_on_off:
             yield Finding(
                 ("loops", name, "algorithm", "kind"),
-                f"pid asks for parts of the power, and {loop.heater} of the kind digital is on "
-                "or off",
+                f"pid needs a duty between 0 % and 100 %, and {loop.heater} of the kind digital is "
+                "only on or off",
                 "Make the output pwm or time_proportional, or use on_off",
                 (("outputs", loop.heater),),
             )
@@ -41,7 +41,7 @@ def limits_in_order(controller: Controller) -> Findings:
 
 
 def integral_leaves_room(controller: Controller) -> Findings:
-    """Find integrals whose least contribution is all the output there is."""
+    """Find integrals whose minimum alone reaches the output's maximum."""
     for name, loop in controller.loops.items():
         algorithm = loop.algorithm.pid
         if algorithm is None:
@@ -60,7 +60,7 @@ def integral_leaves_room(controller: Controller) -> Findings:
 
 
 def adjustable_limits_have_a_use(controller: Controller) -> Findings:
-    """Find limits that nobody could set, or that would leave no room; and faults they would hide.
+    """Find adjustable limits that no host can set, that leave no range, or that hide a fault.
 
     With little integral a loop may never ask for full power, which `heating_failed` needs to see.
     """
@@ -72,7 +72,7 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
         if not by_host(controller, name):
             yield Finding(
                 path,
-                "nobody could set them: no gcode interface serves this loop",
+                "nobody could set the limits: no gcode interface serves this loop",
                 "Delete it, or name the loop in a gcode interface",
                 (("interfaces",),),
             )
@@ -113,8 +113,8 @@ def rest_is_not_frozen(controller: Controller) -> Findings:
     """Find loops that may rest below the setpoint, on which the rule `sensor_frozen` would trip.
 
     Without an integral the temperature comes to rest where the proportional term supplies the
-    losses: below the setpoint, with the heater on and no reading that moves. A rule that knows
-    what holding needs allows for that.
+    losses: below the setpoint, with the heater on and no reading that moves. A rule with `holding`
+    allows for that.
     """
     for name, loop in controller.loops.items():
         algorithm, rule = loop.algorithm.pid, loop.protection.frozen

@@ -18,7 +18,7 @@ def coolers_have_a_use(controller: Controller) -> Findings:
         if cools and loop.cooler is None:
             yield Finding(
                 ("loops", name, "algorithm", "kind"),
-                "three_position has nothing to cool with",
+                "three_position needs a cooler, and the loop has none",
                 "Add cooler: with a digital output to the loop, or use on_off",
                 (("loops", name, "cooler"),),
             )
@@ -46,12 +46,15 @@ def coolers_can_be_switched(controller: Controller) -> Findings:
         user = taken.setdefault(loop.cooler, f"the cooler of the loop {name}")
         if user != f"the cooler of the loop {name}":
             yield Finding(
-                path, f"{loop.cooler} is {user}", "Name an output of its own", (("loops",),)
+                path,
+                f"{loop.cooler} already is {user}",
+                "Give the cooler an output of its own",
+                (("loops",),),
             )
         elif cooler is not None and not cooler.is_on_off:
             yield Finding(
                 path,
-                f"{loop.cooler} is of the kind {cooler.kind}, and a cooler is on or off",
+                f"{loop.cooler} is of the kind {cooler.kind}, and a cooler is only on or off",
                 "Name a digital output",
                 (("outputs", loop.cooler),),
             )
@@ -74,7 +77,7 @@ def coolers_cool(controller: Controller) -> Findings:
         if cooler in controller.outputs and cooler not in fans:
             yield Finding(
                 (*_PLANT, "fans") if fans else _PLANT,
-                f"it does not say what {cooler}, the cooler of the loop {name}, changes",
+                f"no entry of fans says what {cooler}, the cooler of the loop {name}, changes",
                 f"Write fans: {{{cooler}: {{link: […, ambient], factor: …}}}}",
                 (("loops", name), ("outputs", str(cooler)), _PLANT),
             )

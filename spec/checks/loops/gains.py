@@ -1,4 +1,4 @@
-"""What surrounds a PID: its bands, its being ready, the experiment that tunes it."""
+"""Settings around a PID: its bands, `ready_within`, the experiment that tunes it."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def ready_can_last(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "ready_within"),
                 f"{number(loop.ready_within_k)} K is not above {what}, {about(widest_k)} K: the "
-                "loop could rest where it is not ready",
+                "loop could come to rest and not be ready",
                 f"Use more than {rounded_up(widest_k)} K",
                 (("loops", name), ("sensors", loop.sensor)),
             )
@@ -76,7 +76,7 @@ def autotune_has_a_use(controller: Controller) -> Findings:
         elif modbus_of(controller) is None and name not in host_loops(controller):
             yield Finding(
                 path,
-                "nobody could start it: no gcode or modbus_rtu interface serves this loop",
+                "nobody could start autotune: no gcode or modbus_rtu interface serves this loop",
                 "Delete it, or name the loop in a gcode interface",
                 (("interfaces",),),
             )

@@ -1,4 +1,4 @@
-"""Temperatures: setpoints in order, protections outside them, sensors that see them all."""
+"""Temperatures: setpoints in order, protections outside them, sensors that can read them all."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, number, rounded_up
 
 PEAK = 6.0
-"""Times the deviation of noise, which it passes once in a lifetime."""
+"""Multiple of its standard deviation that noise exceeds once in a machine's lifetime."""
 
 
 def setpoints_in_order(controller: Controller) -> Findings:
@@ -44,9 +44,9 @@ def setpoints_in_order(controller: Controller) -> Findings:
 def maximum_above_setpoints(controller: Controller) -> Findings:
     """Check that `over_temperature` does not trip on a healthy machine.
 
-    At the highest setpoint a healthy loop reads up to the sensor's error more than there is, an
-    on-off loop swings up by its half width before it switches off, and one with a dead band lets
-    the temperature be up to that above.
+    At the highest setpoint a healthy loop may read too high by the sensor's error. An on-off loop
+    also swings up by half its hysteresis before it switches off, and a loop with a dead band may
+    rest above the setpoint by that band.
     """
     for name, loop, sensor, _ in loop_types(controller):
         highest_c = loop.setpoint.maximum_c
@@ -75,8 +75,8 @@ def runaway_outside_the_band(controller: Controller) -> Findings:
             if limit_k is not None and limit_k <= band_k:
                 yield Finding(
                     ("loops", name, "protection", "runaway", key),
-                    f"{number(limit_k)} K is not outside the band of {number(band_k)} K in which "
-                    "a healthy loop is",
+                    f"{number(limit_k)} K is not outside the band of ±{number(band_k)} K in which "
+                    "a healthy loop stays",
                     f"Use more than {number(band_k)} K",
                     (("loops", name, "algorithm"),),
                 )
@@ -85,10 +85,10 @@ def runaway_outside_the_band(controller: Controller) -> Findings:
 def minimum_below_setpoints(controller: Controller) -> Findings:
     """Keep `under_temperature` below the lowest setpoint.
 
-    Where 0 °C is off, the lowest that is held is what comes above.
+    A lowest setpoint of 0 °C that means off is not held, and needs no check.
     """
     if any(True for _ in interface_loops(controller)):
-        return  # nobody knows which loop is meant to be commanded
+        return  # an interface names an undefined loop: the loop it commands is not known
     for name, loop in controller.loops.items():
         protection = loop.protection
         if loop.setpoint.minimum_c == 0 and zero_is_off(controller, name):
@@ -106,7 +106,7 @@ def minimum_below_setpoints(controller: Controller) -> Findings:
 def start_is_allowed(controller: Controller) -> Findings:
     """Find simulated machines that are outside the protections at the start, or later at rest.
 
-    A reading may be a step off, and by its noise.
+    A reading may deviate by a step of the sensor, and by its noise.
     """
     simulation = controller.simulation
     if simulation is None:
@@ -122,14 +122,14 @@ def start_is_allowed(controller: Controller) -> Findings:
         if not lowest_c < start_c < highest_c:
             yield Finding(
                 path,
-                f"at {celsius(start_c)} the loop {name} is at fault",
+                f"at {celsius(start_c)} a protection of the loop {name} trips",
                 f"Use more than {about(lowest_c)} °C and less than {about(highest_c)} °C",
                 (("loops", name, "protection"), ("simulation",)),
             )
 
 
 def protections_in_range(controller: Controller) -> Findings:
-    """Find limits that a reading can never reach, for the sensor ends before them."""
+    """Find limits that no reading may reach, because the sensor's range ends before them."""
     for name, loop, sensor, kind in loop_types(controller):
         lowest_c, highest_c = sensor.range_c
         path = ("loops", name, "protection")
@@ -142,9 +142,9 @@ def protections_in_range(controller: Controller) -> Findings:
             implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
             yield Finding(
                 (*path, "maximum"),
-                f"{celsius(loop.protection.maximum_c)}{implied} may never be read: {loop.sensor} "
-                f"{with_type}ends at {celsius(highest_c)} and may be "
-                f"{about(sensor.error_k(highest_c))} K too low there",
+                f"{celsius(loop.protection.maximum_c)}{implied} may never be read: the range of "
+                f"{loop.sensor} {with_type}ends at {celsius(highest_c)}, where a reading may be "
+                f"{about(sensor.error_k(highest_c))} K too low",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_wider}{or_less}"
                 f"{or_lower(loop, kind)}",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
@@ -153,35 +153,34 @@ def protections_in_range(controller: Controller) -> Findings:
         if loop.protection.minimum_c < reaches_c:
             yield Finding(
                 (*path, "minimum"),
-                f"{celsius(loop.protection.minimum_c)} may never be read: {loop.sensor} "
-                f"{with_type}ends at "
-                f"{celsius(lowest_c)} and may be {about(sensor.error_k(lowest_c))} K too high "
-                "there",
+                f"{celsius(loop.protection.minimum_c)} may never be read: the range of "
+                f"{loop.sensor} {with_type}ends at {celsius(lowest_c)}, where a reading may be "
+                f"{about(sensor.error_k(lowest_c))} K too high",
                 f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}{or_wider}{or_less}",
                 (("sensors", loop.sensor),),
             )
 
 
 def efforts_are_known(controller: Controller) -> Findings:
-    """Find rules of effort whose plant does not say what power a reading takes."""
+    """Find effort rules where the plant does not give the power that a reading needs."""
     for name, loop in controller.loops.items():
         effort = loop.protection.effort
         if effort is not None and not effort.has_band:
             plant = controller.simulation is not None
             yield Finding(
                 ("loops", name, "protection", "effort"),
-                "no time would keep a healthy machine of this plant from breaking it"
+                "for this plant no time is long enough that a healthy machine would not trip it"
                 if plant
-                else "without a plant nobody knows what power a reading takes",
-                "Write effort: off" if plant else "Give the file a simulation, or delete effort",
+                else "without a plant the power that a reading needs is not known",
+                "Write effort: off" if plant else "Add a section simulation, or delete effort",
                 (("simulation",), ("loops", name), ("outputs", loop.heater)),
             )
 
 
 def rise_rate_above_steps(controller: Controller) -> Findings:
-    """Find rise rates that the sensor's own step would break between two readings.
+    """Find rise rates that one step of the sensor exceeds between two readings.
 
-    The step is the widest at the two ends of what a healthy loop reads.
+    The step is the wider one of those at the two ends of what a healthy loop reads.
     """
     for name, loop, sensor in loop_sensors(controller):
         limit_k = loop.rise_per_period_k

@@ -38,22 +38,22 @@ def minimum_times_are_ticks(controller: Controller) -> Findings:
 
 
 def minimum_times_have_a_use(controller: Controller) -> Findings:
-    """Find shortest times of what is never switched."""
+    """Find shortest times of outputs that always run."""
     for name, output in controller.outputs.items():
         if output.always_runs:
             for key in minimum_times(output):
                 yield Finding(
                     ("outputs", name, key),
-                    "what always runs is never switched",
+                    "an output that always runs is never switched",
                     "Delete it",
                     (("outputs", name, "runs"),),
                 )
 
 
 def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
-    """Find heaters whose current is watched, and that are not what is asked of them.
+    """Find heaters with a measured current that do not follow the algorithm at once.
 
-    Rules `current_while_off` and `no_current` go by what was asked for.
+    Rules `current_while_off` and `no_current` compare the current with what the algorithm asks for.
     """
     for name, loop in controller.loops.items():
         heater = controller.outputs.get(loop.heater)
@@ -63,8 +63,8 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
             for key, seconds in minimum_times(controller.outputs.get(str(part))).items():
                 yield Finding(
                     ("outputs", str(part), key),
-                    f"for {duration(seconds)} the heater of the loop {name} may not be what is "
-                    "asked of it, and its current would be taken for a fault",
+                    f"for {duration(seconds)} the heater of the loop {name} may not follow the "
+                    "algorithm, and a rule of its current would trip",
                     f"Delete it, or current of {loop.heater}",
                     (("outputs", loop.heater), ("loops", name)),
                 )
@@ -72,15 +72,15 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
         if fan and fan.proof:
             yield Finding(
                 ("outputs", str(loop.fan), "proof"),
-                f"until the fan has proved that it turns the heater of the loop {name} is not what "
-                "is asked of it, and its current would be taken for a fault",
+                f"until the proof comes the heater of the loop {name} does not follow the "
+                "algorithm, and a rule of its current would trip",
                 f"Delete it, or current of {loop.heater}",
                 (("outputs", loop.heater), ("loops", name)),
             )
 
 
 def minimum_times_break_no_rule(controller: Controller) -> Findings:
-    """Check that minimum times are short enough for the rules that count meanwhile."""
+    """Check that minimum times are shorter than the times of the rules that count meanwhile."""
     for name, loop in controller.loops.items():
         for part, key, rule, longest_s in _bounds(loop):
             seconds = minimum_times(controller.outputs.get(part)).get(key, 0.0)
@@ -95,10 +95,10 @@ def minimum_times_break_no_rule(controller: Controller) -> Findings:
 
 
 def _bounds(loop: Loop) -> list[tuple[str, str, tuple[str, str], float]]:
-    """List outputs, their keys, and the rules with their times that end before they may.
+    """List outputs with a key, and the rule's key and time, s, that it must stay below.
 
-    A heater held off, or kept off by a cooler held on, does not heat; one held on, or a cooler held
-    off, lets the temperature rise.
+    A heater that is held off, or that waits for a cooler held on, does not heat. A heater held on,
+    or a cooler held off, lets the temperature rise.
     """
     rules = loop.protection
     found: list[tuple[str, str, tuple[str, str], float]] = []

@@ -1,4 +1,4 @@
-"""Monitors: a sensor of their own, limits that it can read, a limit that health does not reach."""
+"""Monitors: a sensor of their own, and limits that it can read but a healthy machine not reach."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from heatwright.spec.sensors import Thermometer, shortest_period_s
 from heatwright.spec.simulation import Simulation
 
 SPREAD = 0.3
-"""Resistances are known to ±30 %: full power may make so much more of what it heats."""
+"""Thermal resistances are known to ±30 %: full power may heat by this share more."""
 
 _Watched = tuple[str, Monitor, Thermometer, Loop]
 
 
 def monitor_sensors(controller: Controller) -> Findings:
-    """Find sensors of monitors that are not there, measure no temperature or belong to others."""
+    """Find monitors whose sensor is undefined, measures no temperature, or is already in use."""
     users = {loop.sensor: f"the loop {name}" for name, loop in controller.loops.items()}
     for name, monitor in controller.monitors.items():
         path: Path = ("monitors", name, "sensor")
@@ -39,20 +39,20 @@ def monitor_sensors(controller: Controller) -> Findings:
             yield Finding(
                 path,
                 f"{monitor.sensor} measures a current, and a monitor needs a temperature",
-                "Name the sensor of a temperature",
+                "Name a temperature sensor",
                 because_of,
             )
         elif user != f"the monitor {name}":
             yield Finding(
                 path,
                 f"{user} already reads {monitor.sensor}, and its protections watch it",
-                "Name a sensor of its own",
+                "Give the monitor a sensor of its own",
                 because_of,
             )
         elif sensor is not None and sensor.moving_average > 1:
             yield Finding(
                 ("sensors", monitor.sensor, "moving_average"),
-                f"the monitor {name} judges every reading: a mean would only come later",
+                f"the monitor {name} needs every reading at once: an average would only be later",
                 "Delete it",
                 (path,),
             )
@@ -67,13 +67,13 @@ def monitors_have_a_step(controller: Controller) -> Findings:
                 ("monitors", name, "sensor"),
                 f"{monitor.sensor} takes {duration(shortest_period_s(sensor))} for a reading, and "
                 f"the longest period of a loop is {duration(controller.longest_period_s)}",
-                "Give it a lower resolution or oversample, or a loop a longer period",
+                "Give the sensor a lower resolution or oversample, or a loop a longer period",
                 (("sensors", monitor.sensor), ("loops",)),
             )
 
 
 def _watched(controller: Controller) -> Iterator[_Watched]:
-    """List the monitors that can be judged, with the loop that does it."""
+    """List the monitors with a sensor that shows its range, and the loop whose step reads it."""
     for name, monitor in controller.monitors.items():
         sensor, loop = controller.thermometers.get(monitor.sensor), watching_loop(controller, name)
         if loop is not None and sensor and shows_its_range(sensor, controller.board.mcu):
@@ -81,7 +81,7 @@ def _watched(controller: Controller) -> Iterator[_Watched]:
 
 
 def monitors_in_order(controller: Controller) -> Findings:
-    """Check that the warning is below the limit, that both can be read, and the hysteresis."""
+    """Check that the warning is below the limit, that both can be read, and that it is steady."""
     for name, monitor, sensor, _ in _watched(controller):
         path: Path = ("monitors", name)
         (lowest_c, highest_c), because_of = sensor.range_c, (("sensors", monitor.sensor),)
@@ -92,25 +92,25 @@ def monitors_in_order(controller: Controller) -> Findings:
         if monitor.warning_c >= highest_warning_c:
             yield Finding(
                 (*path, "warning"),
-                f"{celsius(monitor.warning_c)} is not two steps of {monitor.sensor}, "
-                f"{about(2 * step_k)} K, below the limit of {celsius(monitor.limit_c)}: people "
-                "would be warned when it is too late",
+                f"{celsius(monitor.warning_c)} is not more than two steps of {monitor.sensor}, "
+                f"{about(2 * step_k)} K, below the limit of {celsius(monitor.limit_c)}: the "
+                "warning would come too late",
                 f"Use less than {about(highest_warning_c)} °C",
                 ((*path, "limit"), *because_of),
             )
         elif monitor.limit_c > reaches_c:
             yield Finding(
                 (*path, "limit"),
-                f"{celsius(monitor.limit_c)} may never be read: {monitor.sensor} ends at "
-                f"{celsius(highest_c)} and may be {about(sensor.error_k(highest_c))} K too low "
-                "there",
+                f"{celsius(monitor.limit_c)} may never be read: the range of {monitor.sensor} ends "
+                f"at {celsius(highest_c)}, where a reading may be "
+                f"{about(sensor.error_k(highest_c))} K too low",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}",
                 because_of,
             )
         elif ends_c < lowest_c + sensor.error_k(lowest_c):
             yield Finding(
                 (*path, "warning"),
-                f"the warning ends at {celsius(ends_c)}, which may never be read: "
+                f"the warning ends at {celsius(ends_c)}, which may never be read: the range of "
                 f"{monitor.sensor} ends at {celsius(lowest_c)}",
                 "Use a higher warning, or less hysteresis",
                 ((*path, "hysteresis"), *because_of),
@@ -119,7 +119,7 @@ def monitors_in_order(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "hysteresis"),
                 f"{number(monitor.hysteresis_k)} K is less than a step of {monitor.sensor}, "
-                f"{about(step_k)} K, so the warning would come and go with it",
+                f"{about(step_k)} K, so each step would start or end the warning",
                 f"Use at least {about(step_k)} K",
                 ((*path, "warning"), *because_of),
             )
@@ -133,14 +133,14 @@ def monitors_in_time(controller: Controller) -> Findings:
             yield Finding(
                 ("monitors", name, "stale_after"),
                 f"{monitor.sensor} is read every {loop.told_period}: one lost reading is no "
-                f"fault, and no more than {MOST_MISSING} are counted",
+                f"fault, and at most {MOST_MISSING} lost readings are counted",
                 f"Use {duration(least_s)} to {duration(most_s)}",
                 (("sensors", monitor.sensor), ("loops",)),
             )
 
 
 def plant_covers_monitors(controller: Controller) -> Findings:
-    """Find sensors of monitors that the plant does not have."""
+    """Find sensors of monitors that the plant's `sense` does not list."""
     if controller.simulation is None:
         return
     for name, monitor in controller.monitors.items():
@@ -148,16 +148,16 @@ def plant_covers_monitors(controller: Controller) -> Findings:
         if known and monitor.sensor not in controller.simulation.plant.sense:
             yield Finding(
                 ("simulation", "plant", "sense"),
-                f"it does not say where {monitor.sensor}, the sensor of the monitor {name}, is",
+                f"there is no entry for {monitor.sensor}, the sensor of the monitor {name}",
                 f"Add {monitor.sensor}: {{node: …}}",
                 (("monitors", name), ("sensors", monitor.sensor)),
             )
 
 
 def monitors_hold(controller: Controller, simulation: Simulation) -> Findings:
-    """Find limits that a healthy machine reaches in summer: its rule must not trip.
+    """Find limits that a healthy machine reaches in summer, so that the monitor's rule would trip.
 
-    That is at rest with every loop at its highest setpoint, and on the way there at full power.
+    It is hottest at rest with every loop at its highest setpoint, or on the way at full power.
     """
     for name, monitor, sensor, _ in _watched(controller):
         try:
@@ -173,7 +173,7 @@ def monitors_hold(controller: Controller, simulation: Simulation) -> Findings:
                 f"its highest setpoint, or on the way there, {monitor.sensor} may read "
                 f"{about(needed_c)} °C in a room of "
                 f"{about(max(SUMMER_C, simulation.ambient_c))} °C",
-                f"Use more than {about(needed_c)} °C, or a cooler place",
+                f"Use more than {about(needed_c)} °C, or a cooler place for the sensor",
                 (("sensors",), ("loops",), ("outputs",), ("simulation",)),
             )
 

@@ -1,4 +1,4 @@
-"""How long a loop may be on: somebody switches it on, what ends by itself ends first."""
+"""`on_for_at_most`: somebody can switch the loop on, and whatever ends by itself ends before."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
 
 _OFF = {True: "starts: disabled", False: "setpoint.initial: 0 °C"}
-"""What a loop is off by at its start, by whether it has a switch of its own."""
+"""What keeps a loop off at the start; the key: whether the loop can be enabled and disabled."""
 
 
 def on_times_have_a_beginning(controller: Controller) -> Findings:
@@ -26,15 +26,16 @@ def on_times_have_a_beginning(controller: Controller) -> Findings:
         if not commanded(controller, name):
             yield Finding(
                 path,
-                "nobody could acknowledge it and switch the loop on again: no interface serves it",
+                "nobody could acknowledge the fault and switch the loop on again: no interface "
+                "serves the loop",
                 "Delete it, or add an interface with an operator",
                 (("interfaces",),),
             )
         elif _starts_on(controller, name):
             yield Finding(
                 path,
-                "a power cut forgets for how long the loop has been on, which would then go on "
-                "by itself",
+                "after a power cut the loop would be on without an operator, and the time for "
+                "which it was on is lost",
                 f"Delete it, or write {_OFF[switched(controller, name)]} in the loop {name}",
                 (("loops", name),),
             )
@@ -47,7 +48,7 @@ def _starts_on(controller: Controller, name: str) -> bool:
 
 
 def on_times_end_last(controller: Controller) -> Findings:
-    """Find times that would always be over later: rules that could not tell, programs cut short."""
+    """Find an `on_for_at_most` that ends before a rule's time, a countdown or a program does."""
     for name, loop in countable(controller):
         most_s = loop.protection.on_for_at_most_s
         if most_s is None:
@@ -64,7 +65,7 @@ def on_times_end_last(controller: Controller) -> Findings:
 
 
 def _others(controller: Controller, name: str, loop: Loop) -> Iterator[tuple[str, Path, float]]:
-    """List what goes on while the loop is on and ends by itself: what it is, and how long, s."""
+    """List what ends by itself while the loop is on: its name, path and duration, s."""
     rules, protection = ("protection",), loop.protection
     others = time_outs(loop) | {
         (*rules, "stale_after"): protection.stale_after_s,

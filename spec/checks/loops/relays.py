@@ -1,4 +1,4 @@
-"""The safety relay: an output of its own, and a contact that says whether it is open."""
+"""The safety relay: an output of its own, and a contact that shows whether it is open."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RELAY: Path = ("safety", "relay")
 
 
 def relay_is_free(controller: Controller) -> Findings:
-    """Find a safety relay that is no switch, or that something else switches."""
+    """Find a safety relay that is no digital output, or that something else switches."""
     relay = controller.safety.relay
     output = None if relay is None else controller.outputs.get(relay)
     if relay is None or output is None:
@@ -21,14 +21,14 @@ def relay_is_free(controller: Controller) -> Findings:
     if not output.is_on_off:
         yield Finding(
             RELAY,
-            f"{relay} is of the kind {output.kind}, and a relay is on or off",
+            f"{relay} is of the kind {output.kind}, and a relay is only on or off",
             "Name a digital output",
             because_of,
         )
     elif relay in driven_by_loops(controller) | driven_by_host(controller):
         yield Finding(
             RELAY,
-            f"something else already switches {relay}: it could not take the heater's supply away",
+            f"something else already switches {relay}: it could not cut the heater's supply",
             "Give the relay an output of its own",
             because_of,
         )
@@ -58,11 +58,11 @@ def relay_can_open(controller: Controller) -> Findings:
 
 
 def feedback_has_a_relay(controller: Controller) -> Findings:
-    """Find the contact of a relay that there is not."""
+    """Find a feedback contact without a safety relay."""
     safety = controller.safety
     if safety.relay_feedback is not None and safety.relay is None:
         yield Finding(
             ("safety", "relay_feedback"),
-            "there is no relay whose contact it could be",
+            "there is no safety relay to which this contact could belong",
             "Add relay: with the name of its output, or delete it",
         )

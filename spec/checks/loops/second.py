@@ -14,7 +14,7 @@ from heatwright.spec.sensors import Thermometer
 
 
 def second_sensors_are_monitors(controller: Controller) -> Findings:
-    """Find second sensors that are no monitors, or others' too, and what each needs."""
+    """Check that `also` names a monitor of one loop only, and stands together with `agreement`."""
     users: dict[str, str] = {}
     for name, loop in controller.loops.items():
         path: Path = ("loops", name, "also")
@@ -23,8 +23,8 @@ def second_sensors_are_monitors(controller: Controller) -> Findings:
             if loop.protection.agreement is not None:
                 yield Finding(
                     rule,
-                    "there is no second sensor that could agree",
-                    "Delete it, or write also: and the name of a monitor at the loop",
+                    "the loop has no second sensor to compare with",
+                    "Delete it, or add also: with the name of a monitor to the loop",
                 )
             continue
         if controller.monitors:
@@ -32,14 +32,14 @@ def second_sensors_are_monitors(controller: Controller) -> Findings:
         else:
             yield Finding(
                 path,
-                f"there are no monitors, and {loop.also} has to be one",
+                f"{loop.also} must be a monitor, and there are no monitors",
                 f"Add monitors: {{{loop.also}: {{sensor: …, warning: …, limit: …}}}}",
                 (("monitors",),),
             )
         if loop.protection.agreement is None:
             yield Finding(
                 path,
-                "nothing says how far apart both sensors may be",
+                "nothing says how far apart the two sensors may read",
                 "Add agreement: {within: 5 K} to the loop's protection",
                 (rule,),
             )
@@ -47,14 +47,14 @@ def second_sensors_are_monitors(controller: Controller) -> Findings:
         if user != name:
             yield Finding(
                 path,
-                f"{loop.also} is the second sensor of the loop {user}",
+                f"{loop.also} already is the second sensor of the loop {user}",
                 "Name a monitor of its own",
                 (("loops", user, "also"),),
             )
 
 
 def second_sensors_can_agree(controller: Controller) -> Findings:
-    """Check that the agreement exceeds both sensors' steps, and that the second one suits."""
+    """Check `agreement` against both sensors' errors, and the second one's limit and range."""
     for name, loop, sensor in loop_sensors(controller):
         agreement, monitor = loop.protection.agreement, controller.monitors.get(loop.also or "")
         second = controller.thermometers.get(monitor.sensor) if monitor else None
@@ -67,7 +67,7 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
         if agreement.within_k <= most_k:
             yield Finding(
                 ("loops", name, "protection", "agreement", "within"),
-                f"both sensors may be {about(most_k)} K apart at the highest setpoint, and be well",
+                f"two healthy sensors may read {about(most_k)} K apart at the highest setpoint",
                 f"Use more than {rounded_up(most_k)} K",
                 because_of,
             )
@@ -75,8 +75,8 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
         if monitor.limit_c < least_c:
             yield Finding(
                 ("monitors", str(loop.also), "limit"),
-                f"{celsius(monitor.limit_c)} comes before the loop's own maximum, for a sensor "
-                f"that may be {about(most_k)} K apart",
+                f"{celsius(monitor.limit_c)} may be reached before the loop's own maximum, as the "
+                f"two sensors may read {about(most_k)} K apart",
                 f"Use at least {celsius(math.ceil(10 * least_c) / 10)}",
                 (("loops", name, "protection", "maximum"), *because_of),
             )
@@ -85,7 +85,7 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),
                 f"it is over before {monitor.sensor}, without which the loop has no reading, reads "
-                "again when its supply failed once",
+                "again after a brief loss of its supply",
                 f"Use at least {duration(starts_s)}",
                 (("loops", name, "also"), *because_of),
             )
@@ -103,6 +103,6 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
 def _differ_k(
     controller: Controller, first: Thermometer, second: Thermometer, at_c: float
 ) -> float:
-    """Return how far apart two healthy sensors may read the same temperature, K."""
+    """Return the largest difference of two healthy sensors at the same temperature, K."""
     mcu = controller.board.mcu
     return sum(each.step_at_k(at_c, mcu) + each.error_k(at_c) for each in (first, second))

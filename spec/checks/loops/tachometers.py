@@ -13,20 +13,20 @@ SLOW_SHARE, FAST_SHARE = 0.8, 1.2
 """Slowest and fastest speed of a healthy fan, as shares of its nominal speed. Data sheets allow
 ±10 %, and the supply may add as much."""
 FASTEST_PULSES_HZ = 350.0
-"""The line is looked at each millisecond, an interrupt may come 0.1 ms late, and a pulse may be
-low, or high, for only 40 % of its time."""
+"""The pin is sampled every millisecond, up to 0.1 ms late, and a pulse may be low, or high, for
+only 40 % of its time."""
 SLOWEST_PULSES_HZ = 8.0
-"""So that a window is 2 s at most, and its ticks fit a byte."""
+"""At this rate a counting window lasts 2 s, and its count of ticks still fits into a byte."""
 MOST_RATIO = 12.0
 """Highest ratio of maximum to minimum: a window has 16 pulses at the minimum, and the count at the
 maximum must fit into a byte."""
 AIRFLOW = "Use an airflow switch"
 STARTS_S = 1.0
-"""What a fan takes to come up to its speed."""
+"""Time in which a fan reaches its speed."""
 
 
 def tachometers_can_be_counted(controller: Controller) -> Findings:
-    """Find tachometers that nobody can count, and those whose health would be a fault."""
+    """Find tachometers with pulses that cannot be counted, or limits that a healthy fan breaks."""
     for name, proof in proofs(controller).items():
         if proof.tachometer is None:
             continue
@@ -36,8 +36,8 @@ def tachometers_can_be_counted(controller: Controller) -> Findings:
         if proof.within_s < least_s:
             yield Finding(
                 (*path, "within"),
-                f"a fan takes a second to start, and two windows of "
-                f"{duration(proof.tachometer.window_s)} to be counted",
+                f"a fan takes a second to start, and counting its pulses two windows of "
+                f"{duration(proof.tachometer.window_s)}",
                 f"Use at least {duration(least_s)}",
                 ((*path, "tachometer"),),
             )
@@ -73,7 +73,7 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
         yield Finding(
             (*path, "minimum" if fan.minimum_rpm is not None else "speed"),
             f"{fan.slowest_rpm:g} rpm are {fan.pulses_hz(fan.slowest_rpm):g} pulses a second: it "
-            "would take more than 2 s to see that they stop",
+            "would take more than 2 s to detect that they stop",
             f"{AIRFLOW}, or a minimum of at least {least_rpm:g} rpm"
             if least_rpm <= slow_rpm
             else AIRFLOW,

@@ -9,10 +9,10 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
 
 LARGEST = 32767
-"""Tenths that 16 bits hold; -32768 says that there is no temperature."""
+"""Most tenths that 16 bits hold; -32768 means that there is no temperature."""
 
-_REGISTER = ("a register", "a master sets it by one")
-_PROGRAM = ("a program", "it moves the setpoint")
+_REGISTER = ("a register", "a master writes this value to one")
+_PROGRAM = ("a program", "programs move this setpoint")
 
 
 def setpoints_fit_tenths(controller: Controller) -> Findings:
@@ -46,7 +46,7 @@ def fits(path: Path, value: float, unit: str, by: tuple[str, str] = _REGISTER) -
     elif round(value, 1) != value:
         yield Finding(
             path,
-            f"{number(value)} {unit} is finer than {what}, which holds 0.1 {unit}, and {why}",
+            f"{number(value)} {unit} is finer than the 0.1 {unit} of {what}, and {why}",
             f"Use {number(round(value, 1))} {unit}",
             because_of,
         )

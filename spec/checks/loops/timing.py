@@ -20,8 +20,8 @@ MOST_MISSING = 255
 """Missing readings an 8-bit counter holds."""
 
 WATCHDOG_TOLERANCE = 0.1
-"""The watchdog's own oscillator, 128 kHz nominal, varies so much with supply and temperature
-(data sheets, typical characteristics)."""
+"""Deviation of the watchdog's own oscillator, 128 kHz nominal, with supply and temperature (data
+sheets, typical characteristics)."""
 
 
 def is_ticks(seconds: float) -> bool:
@@ -30,7 +30,7 @@ def is_ticks(seconds: float) -> bool:
 
 
 def periods_s(count: int, loop: Loop) -> float:
-    """Return the time of so many periods, as the file can say it: 255 · 0.71 s is 181.05 s."""
+    """Return the time of a number of periods, s, without rounding errors: 181.05, not 181.0499."""
     return round(loop.periods_s(count), 2)
 
 
@@ -66,7 +66,7 @@ def time_fits(path: Path, seconds: float, name: str, loop: Loop, most: int) -> F
 
 
 def countable(controller: Controller) -> Iterator[tuple[str, Loop]]:
-    """List the loops whose period is usable: the others' time-outs cannot be judged."""
+    """List the loops with a valid period: time-outs of the others cannot be checked."""
     for name, loop in controller.loops.items():
         if is_ticks(loop.period_s) and loop.period_s <= MOST_STEPS * TICK_S:
             yield name, loop
@@ -141,12 +141,12 @@ def stale_after(controller: Controller) -> Findings:
 
 
 def watchdog_on_the_chip(controller: Controller) -> Findings:
-    """Find periods that the chip's watchdog does not have: the oldest end at 2 s."""
+    """Find times that the chip's watchdog does not have: the oldest chips have up to 2 s."""
     board, watchdog_s = controller.board, controller.safety.watchdog_s
     if watchdog_s > board.longest_watchdog_s:
         yield Finding(
             ("safety", "watchdog"),
-            f"the watchdog of the {board.mcu} has no {duration(watchdog_s)}",
+            f"the watchdog of the {board.mcu} cannot wait for {duration(watchdog_s)}",
             f"Use at most {duration(board.longest_watchdog_s)}",
             (("controller", "board"),),
         )
@@ -159,14 +159,14 @@ def watchdog_slow_enough(controller: Controller) -> Findings:
         able = [each for each in WATCHDOG_S if each * (1 - WATCHDOG_TOLERANCE) >= 2 * TICK_S]
         yield Finding(
             ("safety", "watchdog"),
-            f"{duration(watchdog_s)} may be over, at its oscillator's tolerance of 10 %, before "
-            "two ticks of 10 ms are",
+            f"a watchdog of {duration(watchdog_s)}, whose oscillator has a tolerance of 10 %, may "
+            "reset the chip before two ticks of 10 ms are over",
             f"Use at least {duration(able[0])}",
         )
 
 
 def watchdog_fast_enough(controller: Controller) -> Findings:
-    """A hung program must not heat for longer than a lost sensor may."""
+    """Check that a hung program cannot heat for longer than a loop with a lost sensor."""
     watchdog_s = controller.safety.watchdog_s
     longest_s = controller.board.longest_watchdog_s
     for name, loop in controller.loops.items():
@@ -211,9 +211,9 @@ def buses_wait_for_each_other(controller: Controller) -> Findings:
         faster = "" if quick else f", or a clock of {hertz(QUICK_HZ)}"
         yield Finding(
             ("sensors", name, "kind"),
-            f"it is DS18B20 number {buses.index(name) + 1}, each with a bus of its own, and the "
-            f"slots of more than {most} at {hertz(controller.board.clock_hz)} would wait for each "
-            "other for longer than the chip bears",
+            f"this is DS18B20 number {buses.index(name) + 1}, each has a bus of its own, and the "
+            f"slots of more than {most} buses at {hertz(controller.board.clock_hz)} would wait for "
+            "each other for longer than the sensor allows",
             f"Use a sensor of another kind{faster}",
             (("controller",), ("sensors",)),
         )

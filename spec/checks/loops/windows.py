@@ -18,7 +18,7 @@ MAINS_PERIOD_S = 0.02
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:
-    """List those with a usable resolution: the others' windows cannot be judged."""
+    """List the time-proportional outputs with a valid resolution: others cannot be checked."""
     for name, output in controller.outputs.items():
         if isinstance(output, TimeProportionalOutput) and is_ticks(output.resolution_s):
             yield name, output
@@ -41,7 +41,7 @@ def _steps(output: TimeProportionalOutput, seconds: float) -> float:
 
 
 def window_has_steps(controller: Controller) -> Findings:
-    """Find windows with too few steps of power, too many to count, or a part of one."""
+    """Find windows with too few or too many steps of power, or with a fraction of a step."""
     for name, output in _outputs(controller):
         path = ("outputs", name, "window")
         because_of = (("outputs", name, "resolution"),)
@@ -75,8 +75,8 @@ def window_has_steps(controller: Controller) -> Findings:
 def spread_leaves_no_dc(controller: Controller) -> Findings:
     """Find steps of a spread output that are half periods of the mains.
 
-    Every second one would be of the same sign: direct current, which transformers do not bear.
-    20 ms are a period of 50 Hz; of 60 Hz they are 1.2, and the phase goes round in 100 ms.
+    Half waves of one sign would be direct current, which damages transformers. A step of 20 ms is
+    one period of 50 Hz; at 60 Hz it is 1.2 periods, and its phase repeats every 100 ms.
     """
     for name, output in _outputs(controller):
         if output.distribution == "spread" and _odd_half_periods(output.resolution_s):
@@ -104,7 +104,7 @@ def spread_has_no_rests(controller: Controller) -> Findings:
             if output.distribution == "spread" and seconds:
                 yield Finding(
                     ("outputs", name, key),
-                    "spread over the window, a step is the shortest pulse and the shortest pause",
+                    "with distribution: spread, one step is the shortest pulse and pause",
                     f"Delete it, or write resolution: {duration(seconds)}",
                     (("outputs", name, "distribution"),),
                 )

@@ -9,7 +9,7 @@ from heatwright.spec.checks.physics.machine import Machine
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 
 FASTER = 2.0
-"""Capacities and resistances 30 % smaller make a machine so many times as fast."""
+"""Factor by which a machine is faster whose capacities and resistances are 30 % smaller."""
 
 
 def overshoot_stays_below_maximum(machine: Machine) -> Findings:
@@ -22,15 +22,15 @@ def overshoot_stays_below_maximum(machine: Machine) -> Findings:
     if peak_c >= machine.loop.protection.maximum_c:
         yield Finding(
             (*machine.path, "protection", "maximum"),
-            f"after switching off at {celsius(machine.loop.setpoint.maximum_c)} this plant coasts "
-            f"up to {rounded_up(peak_c)} °C",
+            f"after the heater is switched off at {celsius(machine.loop.setpoint.maximum_c)} this "
+            f"plant coasts up to {rounded_up(peak_c)} °C",
             f"Use more than {rounded_up(peak_c)} °C, or give the algorithm a lead",
             machine.because_of,
         )
 
 
 def coasting_settles(machine: Machine) -> Findings:
-    """Find a rule `rising_while_off` that the heat already under way breaks."""
+    """Find a rule `rising_while_off` that trips on heat which was stored before switching off."""
     rule = machine.loop.protection.rising_while_off
     if rule is None or not machine.course:
         return
@@ -44,15 +44,15 @@ def coasting_settles(machine: Machine) -> Findings:
     if peak_s > rule.settle_s and peak_k - settled_k >= rule.rise_k:
         yield Finding(
             (*machine.path, "protection", "rising_while_off", "settle"),
-            f"with the heater off this plant goes on rising for {duration(round(peak_s))}, and by "
-            f"{about(peak_k - settled_k)} K after the time to settle",
+            f"with the heater off this plant goes on rising for {duration(round(peak_s))}: by "
+            f"{about(peak_k - settled_k)} K after the time settle",
             f"Use at least {duration(round(peak_s))}, or a greater rise",
             machine.because_of,
         )
 
 
 def falling_stays_above_below(machine: Machine) -> Findings:
-    """Find a rule `runaway_below` that on-off control breaks, because the heat comes late.
+    """Find a rule `runaway_below` that on-off control trips, because the heat arrives late.
 
     A machine may fall twice as fast as its plant: capacities and resistances 30 % smaller.
     """
@@ -72,16 +72,16 @@ def falling_stays_above_below(machine: Machine) -> Findings:
         needed_k = below_k + FASTER * (fall_k - below_k)
         yield Finding(
             (*machine.path, "protection", "runaway", "below"),
-            f"until the heat comes this plant falls by up to {about(fall_k)} K below "
-            f"{celsius(machine.loop.setpoint.maximum_c)}, and one that is {number(FASTER)} times "
-            f"as fast by {about(needed_k)} K",
+            f"until the heat arrives this plant falls by up to {about(fall_k)} K below "
+            f"{celsius(machine.loop.setpoint.maximum_c)}, and a plant that is {number(FASTER)} "
+            f"times as fast falls by {about(needed_k)} K",
             f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
             machine.because_of,
         )
 
 
 def cooling_is_slow_enough(machine: Machine) -> Findings:
-    """Find a `rise_rate`, which watches both ways, that a healthy machine's cooler breaks."""
+    """Find a `rise_rate`, which also limits falling, that a healthy machine's cooler exceeds."""
     loop = machine.loop
     if loop.cooler is None or not machine.course:
         return
@@ -105,7 +105,7 @@ def cooling_is_slow_enough(machine: Machine) -> Findings:
 def dead_band_holds(machine: Machine) -> Findings:
     """Find shortest times in which the temperature goes through the whole dead band.
 
-    Heater and cooler would then call each other for ever, however well the lead is chosen.
+    Heater and cooler would then alternate for ever, however well the lead is chosen.
     """
     algorithm, loop = machine.loop.algorithm, machine.loop
     if not algorithm.cools or not machine.course or loop.cooler is None:

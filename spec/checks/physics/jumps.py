@@ -1,4 +1,4 @@
-"""What makes a healthy reading jump, beside the heat that is asked for: noise, and pulses of it."""
+"""What makes a healthy reading jump beyond its mean rise: noise, and pulses of the heater."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     pulse_k = _pulse_k(machine)
     if not machine.course or not noise_k + pulse_k:
         return
-    # Where a step ends and what noise adds have nothing to do with each other.
+    # Quantization and noise are independent: their jumps add as the root of their squares.
     jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
     if not jumps_k:
         return  # nothing moves
@@ -28,19 +28,19 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     if needed > loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
-            f"beside its rise the reading of this plant, healthy, may jump by {about(jump_k)} K in "
-            f"a period, with {about(noise_k)} K of noise and {about(pulse_k)} K of one of the "
-            "heater's pulses",
+            f"beyond its rise a healthy reading of this plant may jump by {about(jump_k)} K in a "
+            f"period, including {about(noise_k)} K of noise and {about(pulse_k)} K of one pulse of "
+            "the heater",
             f"Use at least {rounded_up(needed)} K/s",
             machine.because_of,
         )
 
 
 def doses_do_not_run_away(machine: Machine) -> Findings:
-    """Find a rule `runaway` that trips on what one step of the reading asks for.
+    """Find a rule `runaway` that trips on the heat which one step of the reading causes.
 
-    A reading that falls by one step is a steep slope for as long as a period. What an algorithm
-    gives for it comes while the temperature may be at the setpoint, or above.
+    A reading that falls by one step is a steep slope for one period. The heat that an algorithm
+    gives for it may arrive while the temperature is at the setpoint or above.
     """
     rule, step_k = machine.loop.protection.runaway, machine.step_k(machine.target_k)
     if rule is None or rule.above_k is None:
@@ -55,8 +55,8 @@ def doses_do_not_run_away(machine: Machine) -> Findings:
         if time_s - since_s >= rule.for_s:
             yield Finding(
                 (*machine.path, "protection", "runaway", "above"),
-                f"for a fall of the reading by {about(step_k)} K in a period the algorithm asks "
-                f"for heat that warms this plant, healthy, by {about(highest_k)} K for longer than "
+                f"when a reading falls by one step, {about(step_k)} K, the algorithm gives heat "
+                f"that warms this healthy plant by {about(highest_k)} K for longer than "
                 f"{duration(rule.for_s)}",
                 f"Use more than {rounded_up(highest_k + step_k)} K",
                 machine.because_of,
@@ -65,9 +65,9 @@ def doses_do_not_run_away(machine: Machine) -> Findings:
 
 
 def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
-    """Yield times, s, and what the heat for a fall of the reading by one step adds to it, K."""
+    """Yield times, s, and the rise that the heat for one falling step of the reading causes, K."""
     algorithm, output = machine.loop.algorithm, machine.output
-    # The slope is of the mean of some readings, and fades away with the filter.
+    # The slope is of averaged readings, and decays with the filter of the derivative.
     on_s, share = machine.loop.periods_s(machine.readings), 0.0
     if algorithm.pid:
         on_s += algorithm.pid.derivative_filter_s
@@ -81,7 +81,7 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
         on_s, power_w = min(share * output.full_share * output.cycle_s, on_s), machine.pulse_w
     plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
     held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
-    # What an integral asks for goes on beside it.
+    # The power that the integral asks for continues meanwhile.
     held_w = plant.power_w(held_k) if algorithm.pid and algorithm.pid.ki else 0.0
     warmed = plant.advance(plant.rest(held_k), held_w + power_w, on_s)
     for time_s, state in plant.course(warmed, held_w, quick_s, 64 * quick_s):
@@ -89,7 +89,7 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
 
 
 def _pulse_k(machine: Machine) -> float:
-    """Rise between two readings, beyond that of the mean power, while a pulse lasts, K."""
+    """Rise between two readings during a pulse, beyond the rise at the mean power, K."""
     output, algorithm = machine.output, machine.loop.algorithm
     if algorithm.pid is None or output.cycle_s <= TICK_S:
         return 0.0

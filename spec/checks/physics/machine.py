@@ -1,4 +1,4 @@
-"""One loop with its part of the plant, heated to the highest setpoint and let go."""
+"""One loop with its part of the plant, heated to the highest setpoint and then left to cool."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_POINTS = 5_000
 """Points of a course that are followed; only absurd plants and rules have more."""
 
 MOST_POINTS_OF_A_FALL = 64
-"""Quarters of the quickest part's time, in which a fall has been as steep as it will be."""
+"""Points a quarter of the shortest time constant apart; a fall is steepest within them."""
 
 
 class Machine:
@@ -59,7 +59,7 @@ class Machine:
         self.course = tuple(self._heating()) if self.reaches else ()
 
     def step_k(self, above_ambient_k: float) -> float:
-        """Step of the sensor's readings about a temperature."""
+        """Step of the sensor's readings at a temperature above ambient, K."""
         step_k: float = self._sensor.step_at_k(self.ambient_c + above_ambient_k, self._mcu)
         return step_k
 
@@ -70,15 +70,15 @@ class Machine:
             yield rate_k_per_s, self.step_k(min(after_k, self.target_k))
 
     def seen(self, rate_k_per_s: float) -> float:
-        """Return how fast a rate may look between two readings, K/s.
+        """Return the highest rate that two readings may show for a real rate, K/s.
 
-        Of a chip that converts without being asked, two readings a period apart may be of
-        conversions that are one more apart.
+        If the chip converts by itself, the conversions of two readings may be up to one conversion
+        further apart than a period.
         """
         return rate_k_per_s * (1 + self.loop.periods_in(self._sensor.free_running_s))
 
     def told(self, rate_k_per_s: float) -> str:
-        """Say a rate, and how fast it may look."""
+        """Format a rate, and the highest rate that two readings may show for it."""
         said = f"{about(rate_k_per_s)} K/s"
         if self._sensor.free_running_s:
             said += (
@@ -94,19 +94,19 @@ class Machine:
 
     @property
     def full_power_w(self) -> float:
-        """The most the algorithm asks for, as far as the current's limit lets it have it."""
+        """The algorithm's highest power, or what the current limit allows if that is less."""
         share = self.loop.algorithm.full_percent / 100
         return min(self.power_w * share, limit_w(self.output))
 
     @property
     def limit_a(self) -> float:
-        """What the heater's current is limited to, A; infinite where it is not."""
+        """Limit of the heater's current, A; infinite if there is none."""
         current = getattr(self.output, "current", None)
         return math.inf if current is None or current.limit_a is None else float(current.limit_a)
 
     @property
     def is_limited(self) -> bool:
-        """True if the heater has as much power as the limit of its current leaves it."""
+        """True if the current limit, and not the algorithm, decides the full power."""
         return self.full_power_w == limit_w(self.output)
 
     @property
@@ -116,21 +116,21 @@ class Machine:
 
     @property
     def held_on_s(self) -> float:
-        """Time for which the heater stays on after it was switched off."""
+        """Longest time for which the heater may stay on after the algorithm switches it off."""
         return self.output.stays_on_s
 
     @property
     def held_off_s(self) -> float:
-        """Time for which the heater may have to wait.
+        """Longest time for which the heater may have to wait before it is on.
 
-        For its own rest, for the cooler's, or until its next window begins.
+        It waits for its shortest pause, the cooler's shortest time on, or its next window.
         """
         own_s = max(self.output.stays_off_s, self.output.cycle_s)
         return max(own_s, self.cooler_held_on_s)
 
     @property
     def cooler_held_on_s(self) -> float:
-        """Time for which the cooler stays on after it was switched off."""
+        """Longest time for which the cooler may stay on after the algorithm switches it off."""
         return self.cooler.stays_on_s if self.cooler else 0.0
 
     def _heating(self) -> Iterator[tuple[float, float]]:
@@ -147,15 +147,15 @@ class Machine:
 
     @property
     def _seen_late_s(self) -> float:
-        """How long after the tip a step acts: dead time, half the averaged readings, a period."""
+        """Delay from the sensor to the step's action: dead time, averaging and a period, s."""
         behind_s = self.loop.periods_s((self._sensor.moving_average - 1) / 2)
         return self.loop.next_step_s(self.plant.delay_s + behind_s)
 
     def coasting(self) -> Iterator[tuple[float, float]]:
         """Yield times and temperatures after the heater went off at the highest setpoint.
 
-        It goes off late: the reading is one dead time old, the mean of the last readings is half of
-        them behind, the step up to a period away, and the heater may have to stay on a while.
+        It goes off late: the reading is one dead time old, an average is half its readings late,
+        the next step is up to a period away, and the heater may have a shortest time on.
         """
         late_s = self._seen_late_s + self.held_on_s
         state: Vector = self.plant.advance(self._hot, self.full_power_w, late_s)
@@ -170,9 +170,9 @@ class Machine:
             highest_k = sensed_k
 
     def cooling(self) -> Iterator[tuple[float, float]]:
-        """Yield times and temperatures while it cools, from the highest setpoint on all nodes.
+        """Yield times and temperatures with the cooler on, from all nodes at the highest setpoint.
 
-        A change is steepest in the beginning, as soon as the sensor has followed.
+        The fall is steepest in the beginning, as soon as the sensor follows.
         """
         quick_s = self.cooled.fastest_s() / 4
         state = self.cooled.start(self.target_k)
@@ -183,9 +183,9 @@ class Machine:
     def falling(self, from_k: float, lead_s: float) -> Iterator[tuple[float, float]]:
         """Yield times and temperatures from the highest setpoint down, and up again.
 
-        Heat is asked for when the reading is at a temperature, `lead_s` before it; it comes late:
-        see `coasting`, and the heater may have to wait. It begins where it has just warmed up: the
-        rest of the machine is cold still, and takes the heat away.
+        The loop asks for heat `lead_s` before the reading is at `from_k`. The heat comes late, see
+        `coasting`, and the heater may have to wait. The machine has just warmed up: its other parts
+        are still cold, and take heat away.
         """
         late_s = self._seen_late_s + self.held_off_s - lead_s
         quick_s = self.plant.fastest_s() / 4
@@ -204,12 +204,12 @@ class Machine:
                 return
 
     def rise_k(self, time_s: float) -> float:
-        """Rise in a time at full power from the lowest setpoint, where it is quickest, K."""
+        """Rise at full power within a time, from the lowest setpoint, where it is fastest, K."""
         cold_k = max(self.loop.setpoint.minimum_c - self.ambient_c, 0.0)
         warm = self.plant.advance(self.plant.start(cold_k), self.full_power_w, time_s)
         return self.plant.sensed_k(warm) - cold_k
 
     def fall_k(self, time_s: float) -> float:
-        """Fall in a time with the cooler on from the highest setpoint, where it is quickest, K."""
+        """Fall with the cooler on within a time, from the highest setpoint, where fastest, K."""
         cold = self.cooled.advance(self.cooled.start(self.target_k), 0.0, time_s)
         return self.target_k - self.cooled.sensed_k(cold)

@@ -1,7 +1,7 @@
-"""How hot a machine becomes under a sensor that tells nothing, against what its nodes bear.
+"""How hot a machine becomes while its sensor reads wrong, compared with what its nodes bear.
 
-Two such sensors: one whose reading stands still a little below the setpoint, and one that has
-fallen out and reads the surroundings. The heat goes on until a rule that counts it ends it.
+Two faults are tried: the reading stands still a little below the setpoint, or the sensor has fallen
+out and reads the surroundings. The heater stays on until a rule that counts its time trips.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ SHARE = 0.02
 
 
 class _Case(NamedTuple):
-    """A sensor that lies.
+    """A sensor that reads wrong.
 
     counts_from_s -- when the time of `frozen` begins: once the reading stands still.
-    else_s -- when a rule that counts no heat ends it.
+    else_s -- when a rule trips that does not count the time of heating.
     """
 
     words: str
@@ -39,7 +39,7 @@ class _Case(NamedTuple):
 
 
 class _Peak(NamedTuple):
-    """The node that becomes too hot by most, if one does."""
+    """A node that becomes too hot, its highest temperature, and what it bears."""
 
     node: str
     peak_c: float
@@ -48,7 +48,7 @@ class _Peak(NamedTuple):
 
 
 def nodes_bear_the_maximum(machine: Machine, heated: HeatedLoop) -> Findings:
-    """Find nodes that are said to bear less than their own protection lets last."""
+    """Find nodes that bear less than the temperature which the loop's maximum allows to last."""
     maximum_c = machine.loop.protection.maximum_c
     most_k = min(maximum_c - heated.ambient_c, heated.plant.steady_k(heated.full_w))
     for node, above_k in zip(heated.nodes, heated.plant.held_k(most_k), strict=True):
@@ -57,8 +57,8 @@ def nodes_bear_the_maximum(machine: Machine, heated: HeatedLoop) -> Findings:
             yield Finding(
                 ("simulation", "plant", "bears", node),
                 f"with the sensor at {celsius(heated.ambient_c + most_k)}, which "
-                f"{'.'.join(map(str, machine.path))}.protection.maximum lets last, {node} is at "
-                f"{about(rests_c)} °C",
+                f"{'.'.join(map(str, machine.path))}.protection.maximum allows without a trip, "
+                f"{node} is at {about(rests_c)} °C",
                 f"Use at least {_up_c(rests_c)} °C, or a lower maximum",
                 (*machine.because_of, (*machine.path, "protection", "maximum")),
             )
@@ -67,10 +67,10 @@ def nodes_bear_the_maximum(machine: Machine, heated: HeatedLoop) -> Findings:
 def lying_sensors_are_borne(
     controller: Controller, machine: Machine, heated: HeatedLoop
 ) -> Findings:
-    """Find rules that end the heat under a lying sensor too late for a node."""
+    """Find rules that trip too late for a node when the sensor reads wrong."""
     loop = machine.loop
     if loop.protection.maximum_c <= heated.highest_c:
-        return  # and that is told: what nodes bear follows from a maximum that is right
+        return  # another check reports it; what nodes bear follows from a valid maximum
     name = str(machine.path[1])
     top_c = heated.highest_c if commanded(controller, name) else loop.setpoint.initial_c
     stand = _Stand(loop, heated, min(top_c, heated.highest_c))
@@ -81,7 +81,7 @@ def lying_sensors_are_borne(
 
 
 class _Stand:
-    """A loop whose sensor is to lie, at rest below a setpoint, but not below its surroundings."""
+    """A loop at rest below a setpoint, but not below ambient, whose sensor then reads wrong."""
 
     def __init__(self, loop: Loop, heated: HeatedLoop, setpoint_c: float) -> None:
         self.loop, self.heated = loop, heated
@@ -111,7 +111,7 @@ class _Stand:
         yield _Case("that has fallen out", fallen(algorithm), falls_s, else_s)
 
     def worst(self, times: Times, share: float = 0.0) -> _Peak | None:
-        """Return the node that becomes too hot by most, by more than a share of what it bears."""
+        """Return the node that is furthest above what it bears; None if all are within a share."""
         peaks = [peak for case in self._cases for peak in self._too_hot(case, times, share)]
         return max(peaks, key=lambda peak: peak.peak_c - peak.bears_c, default=None)
 
@@ -136,11 +136,11 @@ class _Stand:
 
 
 def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str]:
-    """Say at which key the machine becomes too hot, and which number would do."""
+    """Return the key to change, the reason, and the remedy with a number that is enough."""
     path = (*machine.path, "protection")
     reason = (
-        f"under a sensor {found.words} {found.node} becomes {about(found.peak_c)} °C hot before a "
-        f"rule ends it, and bears {about(found.bears_c)} °C"
+        f"with a sensor {found.words}, {found.node} reaches {about(found.peak_c)} °C before a rule "
+        f"trips, and it bears {about(found.bears_c)} °C"
     )
     bears = f"simulation.plant.bears: {{{found.node}: {math.ceil(found.peak_c)} °C}}"
     for key, times, would_do_s in _numbers(machine.loop, stand):
@@ -148,18 +148,18 @@ def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str
         return (
             (*path, *key),
             reason,
-            f"Use at most {duration(would_do_s)}, with which it becomes {about(left)} °C hot; or, "
-            f"if it bears that, {bears}",
+            f"Use at most {duration(would_do_s)}, with which it reaches {about(left)} °C; or, if "
+            f"it bears more, write {bears}",
         )
     return (
         path,
-        f"{reason}; no number of a rule that the healthy machine keeps would end it sooner",
-        f"Use a heater of less power, or, if it bears that, {bears}",
+        f"{reason}; no rule can be made to trip sooner without tripping on the healthy machine",
+        f"Use a heater of less power, or, if it bears that, write {bears}",
     )
 
 
 def _numbers(loop: Loop, stand: _Stand) -> Iterator[tuple[tuple[str, str], Times, float]]:
-    """Yield the longest time of each rule with which all is borne, if health allows it."""
+    """Yield each rule's longest time that protects all nodes, if a healthy machine keeps it."""
     now, heated = _times(loop), stand.heated
     heating, frozen = loop.protection.heating, loop.protection.frozen
     if heating is not None:

@@ -1,4 +1,4 @@
-"""The simulated machine: names that exist, and ways for the heat to the sensor and out."""
+"""The simulated machine: names that exist, and paths of the heat to the sensor and to ambient."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from heatwright.spec.problems import Path
 from heatwright.spec.simulation import AMBIENT, ThermalNetwork
 
 MOST_NODES = 16
-"""Nodes of a network; its checks take time with the third power of them."""
+"""Most nodes of a network: the time of its checks grows with their third power."""
 
 _PLANT: Path = ("simulation", "plant")
 
 
 def plant_names(controller: Controller) -> Findings:
-    """Find nodes, outputs and sensors of the plant that are not there."""
+    """Find undefined nodes, outputs and sensors that the plant names."""
     if controller.simulation is None:
         return
     plant = controller.simulation.plant
@@ -51,7 +51,7 @@ def _ends_exist(plant: ThermalNetwork) -> Findings:
 
 
 def plant_links(controller: Controller) -> Findings:
-    """Find links from a node to itself, the same link twice, and fans of links there are none."""
+    """Find links from a node to itself, links given twice, and fans of links that do not exist."""
     if controller.simulation is None:
         return
     plant = controller.simulation.plant
@@ -84,11 +84,11 @@ def plant_radiation(controller: Controller) -> Findings:
     for index, surface in enumerate(controller.simulation.plant.radiation):
         if surface.between[0] == surface.between[1]:
             path = (*_PLANT, "radiation", index, "between")
-            yield Finding(path, "heat is radiated between two different ends", "Name another node")
+            yield Finding(path, "radiation needs two different ends", "Name another node")
 
 
 def plant_nodes(controller: Controller) -> Findings:
-    """Find a node called ambient, too many nodes, and nodes whose heat cannot get out."""
+    """Find a node called ambient, too many nodes, and nodes whose heat cannot reach ambient."""
     if controller.simulation is None:
         return
     plant = controller.simulation.plant
@@ -109,7 +109,7 @@ def plant_nodes(controller: Controller) -> Findings:
         if node not in reached:
             yield Finding(
                 (*_PLANT, "nodes", node),
-                "no chain of links leads from here to ambient, so its heat could never leave",
+                "no chain of links leads from this node to ambient, so its heat could never leave",
                 "Add a link",
                 ((*_PLANT, "links"), (*_PLANT, "radiation")),
             )
@@ -118,7 +118,7 @@ def plant_nodes(controller: Controller) -> Findings:
 def _reached(plant: ThermalNetwork, start: str) -> set[str]:
     """Follow the links from a node; they lead into ambient but not on from there.
 
-    What radiates is a link too.
+    Radiating surfaces count as links, too.
     """
     reached, ahead = {start}, [start]
     pairs = [link.between for link in plant.links]
@@ -135,7 +135,7 @@ def _reached(plant: ThermalNetwork, start: str) -> set[str]:
 
 
 def heat_arrives(controller: Controller) -> Findings:
-    """Find heaters whose heat never comes to their loop's sensor."""
+    """Find heaters whose heat never reaches their loop's sensor."""
     if controller.simulation is None:
         return
     plant = controller.simulation.plant
@@ -152,7 +152,7 @@ def heat_arrives(controller: Controller) -> Findings:
 
 
 def plant_covers_loops(controller: Controller) -> Findings:
-    """Find sensors and heaters of loops that the plant does not have."""
+    """Find sensors and heaters of loops that the plant's `sense` and `heat` do not list."""
     if controller.simulation is None:
         return
     plant = controller.simulation.plant
@@ -160,21 +160,21 @@ def plant_covers_loops(controller: Controller) -> Findings:
         if loop.sensor not in plant.sense and loop.sensor in controller.sensors:
             yield Finding(
                 (*_PLANT, "sense"),
-                f"it does not say where {loop.sensor}, the sensor of the loop {name}, is",
+                f"there is no entry for {loop.sensor}, the sensor of the loop {name}",
                 f"Add {loop.sensor}: {{node: …}}",
                 (("loops", name), ("sensors", loop.sensor)),
             )
         if loop.heater not in plant.heat and loop.heater in controller.outputs:
             yield Finding(
                 (*_PLANT, "heat"),
-                f"it does not say which node {loop.heater}, the heater of the loop {name}, heats",
-                f"Add {loop.heater}: and the node's name",
+                f"there is no entry for {loop.heater}, the heater of the loop {name}",
+                f"Add {loop.heater}: with the name of the node that it heats",
                 (("loops", name), ("outputs", loop.heater)),
             )
 
 
 def heaters_have_power(controller: Controller) -> Findings:
-    """Find heaters of the plant that do not say how much they heat."""
+    """Find heaters of the plant without a power."""
     if controller.simulation is None:
         return
     for name in controller.simulation.plant.heat:

@@ -1,4 +1,4 @@
-"""The heater's power against the machine's losses: enough at most, not too much at least."""
+"""The heater's power against the machine's losses: enough at its most, little at its least."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def heater_suffices(machine: Machine) -> Findings:
     needed_w = machine.plant.power_w(machine.target_k) / share
     yield Finding(
         ("outputs", machine.loop.heater, "power"),
-        f"{number(machine.full_power_w)} W ends at {about(highest_c)} °C in this plant and never "
-        f"reaches the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+        f"{number(machine.full_power_w)} W heat this plant to {about(highest_c)} °C at most, and "
+        f"never to the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
         f"Use at least {rounded_up(needed_w)} W, or a lower highest setpoint",
         machine.because_of,
     )
@@ -34,8 +34,9 @@ def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
     needed_a = machine.limit_a * math.sqrt(needed_share)
     return Finding(
         ("outputs", machine.loop.heater, "current", "limit"),
-        f"it leaves {about(machine.full_power_w)} W, which end at {about(highest_c)} °C in this "
-        f"plant and never reach the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
+        f"it leaves {about(machine.full_power_w)} W, which heat this plant to {about(highest_c)} "
+        f"°C at most, and never to the highest setpoint of "
+        f"{celsius(machine.loop.setpoint.maximum_c)}",
         f"Use at least {rounded_up(needed_a)} A, or a lower highest setpoint",
         machine.because_of,
     )
@@ -62,7 +63,7 @@ def integral_suffices(machine: Machine) -> Findings:
 def integral_cools(machine: Machine) -> Findings:
     """Find a least integral that alone heats above the highest setpoint.
 
-    Under a reading that is stuck just above the setpoint it would do so, and no rule could tell.
+    It would do so while the reading is stuck just above the setpoint, and no rule could trip.
     """
     algorithm = machine.loop.algorithm.pid
     if algorithm is None or algorithm.ki == 0:
@@ -89,7 +90,7 @@ def autotune_has_time(machine: Machine) -> Findings:
     if warm_s > autotune.timeout_s:
         yield Finding(
             (*machine.path, "autotune", "timeout"),
-            f"at full power this plant alone needs {duration(round(warm_s))} to the highest "
+            f"at full power this plant needs {duration(round(warm_s))} only to reach the highest "
             "setpoint",
             f"Use several times {duration(round(warm_s))}",
             machine.because_of,

@@ -1,4 +1,4 @@
-"""What machines are sized by: loops that are there, and a heater whose wire can be computed."""
+"""Entries of `sizing`: they need a loop that heats, and a heater whose wire can be computed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def wire_voltage_v(wire: Wire, heater: Switch) -> float | None:
 
 
 def sizings_fit(controller: Controller) -> Findings:
-    """Find sizings of no loop, of one that never heats, and wires without a voltage."""
+    """Find sizings of an undefined loop, of one that never heats, and wires without a voltage."""
     simulation = controller.simulation
     if simulation is None:
         return

@@ -1,8 +1,8 @@
-"""Physics of the whole: enough power, and protections that a healthy machine does not trip.
+"""Physics of whole machines: enough power, and protections that a healthy machine does not trip.
 
 The plant is heated from cold at full power until the sensor shows the highest setpoint: the worst
-a healthy machine does to the rules that watch its heating. Then the heater goes off, and the heat
-that is under way still arrives.
+case of a healthy machine for the rules that watch its heating. Then the heater goes off, and the
+heat that is under way still arrives.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from heatwright.spec.simulation import Simulation
 
 HALVINGS = 40
 BRIEF_S = 60.0
-"""For so long a feed may take more heat than there is, where no rule gives a time."""
+"""Feeds up to this time may take more heat than the heater gives, if no rule gives a time."""
 
 
 def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
     """Run the checks of this file on every loop that has a plant.
 
-    any_setpoint -- whether somebody may choose another setpoint than the first.
+    any_setpoint -- whether somebody may choose another setpoint than the initial one.
     """
     plant = controller.simulation
     if plant is None:
@@ -96,7 +96,7 @@ def _heating_holds(controller: Controller, machine: Machine, plant: Simulation) 
 
 
 def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) -> Findings:
-    """Find loops that are warm enough where they stand, with nobody to ask for more."""
+    """Find loops that never heat: ambient is at the setpoint, and no interface can change it."""
     initial_c = machine.loop.setpoint.initial_c
     if machine.loop.cooler is not None or commanded(controller, str(machine.path[1])):
         return
@@ -105,8 +105,8 @@ def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) ->
             (*machine.path, "setpoint", "initial"),
             f"{celsius(initial_c)} is not above the ambient temperature of {celsius(ambient_c)}, "
             "and no interface can set another: it never heats",
-            "Write the temperature that it is to hold, an ambient in which it has to heat, or an "
-            "interface that serves the loop",
+            "Write a higher setpoint or a lower ambient temperature, or add an interface that "
+            "serves the loop",
             (("interfaces",), ("simulation", "ambient")),
         )
 
@@ -114,11 +114,11 @@ def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) ->
 def _fed_holds(
     controller: Controller, name: str, heater: Switch, simulation: Simulation
 ) -> Findings:
-    """Check the same while the scenario feeds filament, which takes heat away.
+    """Check the power and rule `heating` while the scenario feeds filament, which takes heat away.
 
-    For less time than `heating` has, or a minute, it may take more than there is. `frozen` is as
-    narrow as without: at more duty a reading that stands still would be too much heat once feeding
-    ends.
+    Feeds shorter than the time of `heating`, or a minute, may take more heat than the heater gives.
+    `frozen` is not widened for a feed: a still reading at such a duty would overheat the machine
+    once feeding ends.
     """
     heating = controller.loops[name].protection.heating
     mm_per_s = lasting_feed_mm_per_s(simulation, heating.within_s if heating else BRIEF_S)
@@ -135,9 +135,9 @@ def _fed_holds(
 def heating_rule_holds(machine: Machine) -> Findings:
     """Find a rule `heating_failed` that a healthy machine breaks.
 
-    As in the firmware, each rise starts the time anew. A reading may show up to one step of the
-    sensor less than there is, so a rise may need one step more; the first one also waits for the
-    dead time, and until the heater may be switched on.
+    As in the firmware, each rise restarts the time. A reading may be too low by up to one step of
+    the sensor, so a rise may need one step more. The first rise also waits for the dead time, and
+    until the heater may be switched on.
     """
     rule = machine.loop.protection.heating
     if rule is None or not machine.course:
@@ -188,7 +188,7 @@ def rest_is_not_below(machine: Machine) -> Findings:
 
 
 def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) -> bool:
-    """Return whether what is asked for so far below a setpoint holds it there, or nearer."""
+    """Return whether the duty at `below_k` below a setpoint holds the machine there, or nearer."""
     percent = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
     if algorithm.band_k is not None and below_k >= algorithm.band_k:
         percent = algorithm.output.maximum_percent
@@ -220,7 +220,7 @@ def rise_rate_holds(machine: Machine) -> Findings:
 
 
 def window_is_smoothed(machine: Machine) -> Findings:
-    """Find windows so long that the loop sees the heater switch.
+    """Find windows so long that the reading follows each switching of the heater.
 
     A swing as wide as the proportional band (100 %/kp) takes the duty from one end to the other:
     then the loop follows its own window and no longer the machine.

@@ -14,8 +14,8 @@ from heatwright.spec.quantity import about, celsius, duration, number, rounded_u
 def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
     """Find a rule `sensor_frozen` that a healthy machine breaks.
 
-    At rest the reading stands still for as long as holding lasts, so the duty of that must not
-    count; what is above it must have time to move the reading.
+    At rest the reading stands still, so the duty that holds it must not count. A higher duty must
+    have time to move the reading.
     """
     rule = machine.loop.protection.frozen
     if rule is None:
@@ -42,7 +42,7 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
     if still_s > rule.for_s:
         yield Finding(
             (*path, "for"),
-            f"at {heat} the reading of this plant, healthy, may stand still for "
+            f"at {heat} the reading of this healthy plant may stand still for "
             f"{duration(round(still_s, 1))}",
             f"Use more than {duration(round(still_s, 1))}",
             machine.because_of,
@@ -52,8 +52,8 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
 def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
     """Find a rule `heating_failed` that a healthy machine breaks when it is warm at the start.
 
-    After a power cut the element is cold, the reading falls at first, and the rise counts from
-    where it was: see `heating_rule_holds`, which begins with a machine that is cold.
+    After a power cut the element is cold and the reading falls at first, but the rise counts from
+    the reading before: see `heating_rule_holds`, which begins with a cold machine.
     """
     rule = machine.loop.protection.heating
     if rule is None:

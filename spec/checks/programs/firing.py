@@ -27,7 +27,7 @@ HOUR_S = 3600.0
 
 
 class Ramp(NamedTuple):
-    """A way up in a program; temperatures above ambient."""
+    """A rising ramp of a program; its temperatures are above ambient."""
 
     path: Path
     key: str
@@ -41,22 +41,22 @@ class Ramp(NamedTuple):
         return (self.to_k - self.from_k) / self.seconds
 
     def setpoint_k(self, time_s: float) -> float:
-        """Setpoint so long after its start."""
+        """Setpoint above ambient at a time after the ramp's start, K."""
         return self.from_k + self.rate_k_per_s * min(time_s, self.seconds)
 
 
 def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
     """Find ramps on which even the best control would lag so far that the clock waits.
 
-    Where full power is enough for the whole machine to rise at that rate, nothing more is looked
-    at. Where it is not, the ramp is tried: from rest, with the least of stored heat to make up.
+    If full power is enough for the whole machine to rise at that rate, the ramp is good. If not, it
+    is simulated from rest: the best case, in which the least stored heat is missing.
     """
     if not machine.reaches or machine.full_power_w == 0:
         return
     within_k = (programs.hold_back or HoldBack.model_validate({})).within_k
     for ramp in _ramps(machine, programs):
         if ramp.to_k > machine.target_k:
-            continue  # it may not be chosen anyway
+            continue  # targets_can_be_chosen reports it
         needed_w = machine.plant.ramp_power_w(ramp.to_k, ramp.rate_k_per_s)
         if needed_w <= machine.full_power_w:
             continue
@@ -65,17 +65,17 @@ def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
             at_c = machine.ambient_c + ramp.setpoint_k(lost_s)
             yield Finding(
                 (*ramp.path, ramp.key),
-                f"{number(machine.full_power_w)} W cannot follow: from rest this plant lags by "
-                f"more than {number(within_k)} K after {duration(round(lost_s))}, at "
-                f"{about(at_c)} °C; to rise so fast at {celsius(machine.ambient_c + ramp.to_k)} "
-                f"it would take {about(needed_w)} W",
+                f"{number(machine.full_power_w)} W are too little for this ramp: from rest the "
+                f"plant lags by more than {number(within_k)} K after {duration(round(lost_s))}, at "
+                f"{about(at_c)} °C; at {celsius(machine.ambient_c + ramp.to_k)} this rate needs "
+                f"{about(needed_w)} W",
                 _slower(machine, ramp),
                 (*machine.because_of, ("programs",)),
             )
 
 
 def _ramps(machine: Machine, programs: Programs) -> Iterator[Ramp]:
-    """List the ways up of all programs; the first starts where the machine does."""
+    """List the rising ramps of all programs; a program starts at the machine's temperature."""
     for index, program in enumerate(programs.stored):
         from_k = machine.start_k
         for place, segment in enumerate(program.segments):
@@ -91,7 +91,7 @@ def _ramps(machine: Machine, programs: Programs) -> Iterator[Ramp]:
 
 
 class _Follower:
-    """The best of controls: at each step the power that will be right a while ahead, if it can."""
+    """An ideal control: each step takes the power that meets the setpoint a while ahead."""
 
     def __init__(self, machine: Machine, start_k: float, step_s: float, ahead_s: float) -> None:
         self._machine, self._step_s, self._ahead_s = machine, step_s, ahead_s
@@ -99,7 +99,7 @@ class _Follower:
         self._look_around()
 
     def _look_around(self) -> None:
-        """Make the matrices about the present state."""
+        """Compute the matrices, linearized about the present state."""
         self._about = self._state
         self._step, self._step_added = self._machine.plant.pushed(self._step_s, self._state)
         self._ahead, self._ahead_added = self._machine.plant.pushed(self._ahead_s, self._state)
@@ -112,7 +112,7 @@ class _Follower:
         none_k = plant.sensed_k(apply(self._ahead, self._state))
         per_watt_k = plant.sensed_k(self._ahead_added)
         power_w = full_w
-        if per_watt_k > 0:  # only absurd machines do not answer in all that time
+        if per_watt_k > 0:  # only absurd machines do not respond within that time
             power_w = min(max((aim_k - none_k) / per_watt_k, 0.0), full_w)
         self._state = [
             value + power_w * added

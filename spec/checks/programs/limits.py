@@ -29,7 +29,7 @@ def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Progra
 def hold_back_before_runaway(controller: Controller) -> Findings:
     """Check that the clock waits before the deviation trips a runaway rule.
 
-    A kiln that cools slower than its program stays above the setpoint, one that is weak below it.
+    A kiln that cools slower than its program stays above the setpoint, a weak one below it.
     """
     for name, loop, programs in _programmed_loop(controller):
         rule = loop.protection.runaway
@@ -39,8 +39,8 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
         if programs.hold_back is None:
             yield Finding(
                 _HOLD_BACK,
-                "with a clock that never waits, a slow cooling leaves the setpoint behind, and "
-                "the rule runaway would trip",
+                "the clock never waits, so a machine slower than the program departs from the "
+                "setpoint, and rule runaway trips",
                 "Write hold_back: 10 K, or runaway: off in protection",
                 (path,),
             )
@@ -50,8 +50,8 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
             if limit_k is not None and within_k >= limit_k:
                 yield Finding(
                     _HOLD_BACK,
-                    f"at {number(within_k)} K the clock waits too late: the rule runaway takes "
-                    f"{number(limit_k)} K {key} the setpoint for a fault",
+                    f"the clock waits only beyond {number(within_k)} K, but rule runaway trips "
+                    f"{number(limit_k)} K {key} the setpoint",
                     f"Use less than {number(limit_k)} K, or a larger {key}",
                     ((*path, key),),
                 )
@@ -70,7 +70,7 @@ def targets_can_be_reached(controller: Controller) -> Findings:
             "the sensor's step at the highest setpoint": sensor.step_at_k(
                 loop.setpoint.maximum_c, controller.board.mcu
             ),
-            "where the loop may rest": loop.algorithm.rests_within_k,
+            "the band in which the loop may rest": loop.algorithm.rests_within_k,
         }
         what, widest_k = max(rests.items(), key=lambda item: item[1])
         if reached_k <= widest_k:
@@ -85,8 +85,8 @@ def targets_can_be_reached(controller: Controller) -> Findings:
             within = number(programs.hold_back.within_k)
             yield Finding(
                 path,
-                f"{number(reached_k)} K is not below hold_back, {within} K: what has been reached "
-                "would still make the clock wait",
+                f"{number(reached_k)} K is not below hold_back, {within} K: at a reached target "
+                "the clock would still wait",
                 f"Use less than {within} K",
                 (_HOLD_BACK,),
             )
@@ -100,7 +100,7 @@ def program_times_fit(controller: Controller) -> Findings:
 
 
 def _times(programs: Programs) -> Iterator[tuple[Path, float, int]]:
-    """List the times of programs that are counted in steps, and how many can be."""
+    """List the times of programs that are counted in steps: path, s, and the most steps."""
     held = programs.hold_back
     if held is not None:
         yield (*_HOLD_BACK, "limit"), held.limit_s, MOST_STEPS

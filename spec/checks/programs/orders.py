@@ -1,4 +1,4 @@
-"""What a scenario asks of programs, and what it expects of them."""
+"""Orders of a scenario to programs, and its expectations of their ramps."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _startable(filled: int) -> str:
 
 
 def _place(path: Path, asked: ProgramOrder, programs: Programs, edited: bool) -> Findings:
-    """Judge one order; what is sent to a display before it may have filled a place."""
+    """Check one order; a line sent to the display before it may have stored a program."""
     filled = programs.places if edited else len(programs.stored)
     if asked.order == "start" and asked.number > filled:
         there = f"places is {programs.places}" if edited else f"stored has {filled}"

@@ -13,7 +13,7 @@ STORED: Path = ("programs", "stored")
 
 
 def programs_have_a_loop(controller: Controller) -> Findings:
-    """Find programs of a loop that is not there."""
+    """Find programs that name an undefined loop."""
     if controller.programs is not None:
         yield from unknown(
             ("programs", "loop"), controller.programs.loop, "loops", controller.loops
@@ -28,15 +28,15 @@ def programs_are_alone(controller: Controller) -> Findings:
         if interface.is_host:
             yield Finding(
                 ("interfaces", index, "kind"),
-                f"a {interface.kind} interface and programs would set the same loop against each "
-                "other",
+                f"a {interface.kind} interface and programs would both set the setpoint of the "
+                "same loop",
                 "Delete one of them",
                 (("programs",),),
             )
 
 
 def programs_have_an_operator(controller: Controller) -> Findings:
-    """Find programs that nobody could start, and a display that is another loop's."""
+    """Find programs that nobody could start, and a display that serves another loop."""
     programs = controller.programs
     if programs is None or programs.loop not in controller.loops:
         return
@@ -44,7 +44,7 @@ def programs_have_an_operator(controller: Controller) -> Findings:
     if display is not None and display.loop != programs.loop:
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "loop"),
-            f"the display starts and edits the programs, and these are the loop {programs.loop}'s",
+            f"the display starts and edits the programs, which move the loop {programs.loop}",
             f"Write loop: {programs.loop}",
             (("programs", "loop"),),
         )
@@ -72,7 +72,7 @@ def programs_have_room(controller: Controller) -> Findings:
     if len(programs.stored) > programs.places:
         yield Finding(
             STORED,
-            f"{len(programs.stored)} programs have {programs.places} places",
+            f"there are {len(programs.stored)} programs for {programs.places} places",
             f"Write places: {len(programs.stored)}, or delete some",
             (("programs", "places"),),
         )
@@ -80,7 +80,8 @@ def programs_have_room(controller: Controller) -> Findings:
         if len(program.segments) > programs.points:
             yield Finding(
                 (*STORED, index, "segments"),
-                f"it has {len(program.segments)} segments, and points is {programs.points}",
+                f"this program has {len(program.segments)} segments, and points is "
+                f"{programs.points}",
                 f"Join some, or write points: {len(program.segments)}",
                 (("programs", "points"),),
             )
@@ -100,7 +101,7 @@ def programs_names_apart(controller: Controller) -> Findings:
 
 
 def what_a_fault_keeps_can_go_on(controller: Controller) -> Findings:
-    """Find programs that a fault would keep, and that could never be resumed."""
+    """Find programs that are kept after a fault, but can never be resumed."""
     programs = controller.programs
     if programs is None or programs.on_fault == "stop":
         return
@@ -108,7 +109,7 @@ def what_a_fault_keeps_can_go_on(controller: Controller) -> Findings:
     if after.resume_within_k == 0 and after.otherwise == "stop":
         yield Finding(
             ("programs", "on_fault"),
-            "what a fault interrupts goes on as after a loss of power, and that is never",
+            "a program interrupted by a fault resumes as after_power_loss says, and that is never",
             "Write after_power_loss: {resume_within: 30 K, otherwise: stop}, or on_fault: stop",
             (("programs", "after_power_loss"),),
         )
@@ -133,7 +134,7 @@ def targets_can_be_chosen(controller: Controller) -> Findings:
 
 
 def slopes_have_a_program(controller: Controller) -> Findings:
-    """Find a feed-forward of slopes where no setpoint ever slopes."""
+    """Find a feed-forward in loops without programs: only a program's setpoint has a slope."""
     if any(True for _ in programs_have_a_loop(controller)):
         return
     for name, loop in controller.loops.items():

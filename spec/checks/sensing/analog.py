@@ -16,7 +16,7 @@ from heatwright.spec.sensing.conversion import CODES, LEAST_MARGIN_STEPS, Limits
 from heatwright.spec.sensors import AdcThermometer
 
 PLATINUM_C = (-200.0, 850.0)
-"""IEC 60751 gives the curve so far."""
+"""Range in which IEC 60751 gives the curve of platinum."""
 
 
 def analog_sensors(controller: Controller) -> Iterator[tuple[str, AdcThermometer]]:
@@ -32,7 +32,7 @@ def scales_are_not_zero(controller: Controller) -> Findings:
         if sensor.gives_voltage and sensor.scale_v_per_k == 0:
             yield Finding(
                 ("sensors", name, "scale"),
-                "a voltage that does not change shows no temperature",
+                "at this scale the voltage does not change with the temperature",
                 "Use the scale of the sensor, such as 10 mV/K",
             )
 
@@ -51,16 +51,16 @@ def ranges_have_curves(controller: Controller) -> Findings:
 
 
 def codes_are_of_the_circuit(controller: Controller) -> Findings:
-    """Find tables of codes that their divider cannot show, or that say no voltage."""
+    """Find tables of codes that the divider cannot give, or whose reference is not known."""
     for name, sensor in analog_sensors(controller):
         if not isinstance(sensor.curve, CodesCurve):
             continue
         if sensor.reference == "internal":
             yield Finding(
                 ("sensors", name, "reference"),
-                "a table of codes holds for one voltage, and the internal one differs from chip to "
-                "chip",
-                "Use the reference that the table was made with: supply, or the volts at AREF",
+                "a table of codes is valid for one reference voltage, and the internal one differs "
+                "from chip to chip",
+                "Use the reference that the table was made with: supply, or the voltage at AREF",
                 (("sensors", name),),
             )
             continue
@@ -68,8 +68,8 @@ def codes_are_of_the_circuit(controller: Controller) -> Findings:
             share = divider_v(sensor.divider) / reference_v(sensor, controller.board.mcu)
             yield Finding(
                 ("sensors", name, "curve", "codes"),
-                f"{_summed(sensor.curve.readings)} the divider's supply is at code "
-                f"{sensor.curve.readings * (1024 * share - 0.5):.1f}, and nothing is above it",
+                f"{_summed(sensor.curve.readings)} the divider's supply gives code "
+                f"{sensor.curve.readings * (1024 * share - 0.5):.1f}, and no code can be higher",
                 "Correct the codes, the readings, or the divider's supply",
                 (("sensors", name),),
             )
@@ -85,7 +85,7 @@ def _above_supply(sensor: AdcThermometer, mcu: str) -> bool:
 
 
 def _summed(readings: int) -> str:
-    return f"summed {readings} times," if readings > 1 else "on this scale"
+    return f"in a sum of {readings} readings" if readings > 1 else "in one reading"
 
 
 def _beyond(sensor: AdcThermometer) -> bool:
@@ -94,7 +94,7 @@ def _beyond(sensor: AdcThermometer) -> bool:
 
 
 def _known(sensor: AdcThermometer) -> tuple[tuple[float, float], str]:
-    """Return the ends of an element's curve, and whose they are."""
+    """Return the ends of an element's curve, and words for a message about them."""
     if sensor.gives_voltage:
         return (ABSOLUTE_ZERO_C, math.inf), ""
     if sensor.curve is None:
@@ -131,10 +131,10 @@ def _already_wrong(sensor: AdcThermometer, mcu: str) -> bool:
 
 def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str, str]:
     if found is None:
-        return "no such sensor works at an end of this range", "Use the range that is needed"
+        return "the sensor has no reading at an end of this range", "Use the range that is needed"
     shown_c = _widest_c(sensor, mcu, found)
     if shown_c is None or shown_c[0] >= shown_c[1]:
-        return "the circuit shows no temperature that could be told", "Check the circuit's values"
+        return "with these values the circuit shows no temperature", "Check the circuit's values"
     low_c, high_c = (celsius(end_c) for end_c in shown_c)
     if found.high - found.low < LEAST_MARGIN_STEPS <= _margin(found):
         return (
@@ -143,7 +143,7 @@ def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str
         )
     return (
         f"the circuit shows {low_c} to {high_c}, with {LEAST_MARGIN_STEPS} steps of the ADC left "
-        "at each end to tell an open or a shorted sensor",
+        "at each end to detect an open or a shorted sensor",
         f"Use a range within {low_c} .. {high_c}, or a circuit that shows more",
     )
 
@@ -164,7 +164,7 @@ def _widest_c(sensor: AdcThermometer, mcu: str, found: Limits) -> tuple[float, f
 
 
 def one_reference(controller: Controller) -> Findings:
-    """Find sensors that want another reference of the ADC than those before them, or the keys."""
+    """Find sensors that need another reference of the ADC than earlier sensors, or the keys."""
     first: tuple[Path, str, str] | None = None
     for index, interface in enumerate(controller.interfaces):
         if interface.shield is not None:
@@ -177,7 +177,7 @@ def one_reference(controller: Controller) -> Findings:
         elif first[2] != wanted:
             yield Finding(
                 path,
-                f"the ADC has one reference for all, and {first[1]} "
+                f"the ADC has one reference for all inputs, and {first[1]} "
                 f"{'need' if first[0][0] == 'interfaces' else 'needs'} {first[2]}",
                 f"Use {first[2]} here too",
                 (first[0], ("interfaces",)),

@@ -1,4 +1,4 @@
-"""Measured currents in time: how often they are looked at, and how their mean is made."""
+"""Timing of measured currents: how often they are read, and how their mean is formed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from heatwright.spec.sensing.conversion import TICK_S
 from heatwright.spec.sensing.currents import FILTER_PULSES
 
 LONGEST_PERIOD_S = 1.0
-"""The current is looked at once a period, and so long a short circuit may burn."""
+"""Longest period: the current is checked once in it, so a short circuit may last this long."""
 
 
 def currents_in_time(controller: Controller) -> Findings:
@@ -30,8 +30,8 @@ def currents_in_time(controller: Controller) -> Findings:
             if loop.period_s > LONGEST_PERIOD_S:
                 yield Finding(
                     path,
-                    f"the current of {each.name} is looked at once a period, and "
-                    f"{loop.told_period} is too long for a short circuit",
+                    f"the current of {each.name} is checked once a period, and a short circuit "
+                    f"must not last {loop.told_period}",
                     f"Use at most {duration(LONGEST_PERIOD_S)}",
                     because_of,
                 )
@@ -39,7 +39,7 @@ def currents_in_time(controller: Controller) -> Findings:
                 yield Finding(
                     path,
                     f"{loop.told_period} is shorter than the {readings} "
-                    f"readings of {each.current.sensor}, one each 10 ms, which take "
+                    f"readings of {each.current.sensor}, one every 10 ms, which take "
                     f"{duration(needed_s)}",
                     f"Use at least {duration(settled_s)}, or a smaller oversample there",
                     because_of,
@@ -47,9 +47,9 @@ def currents_in_time(controller: Controller) -> Findings:
             elif round(loop.period_s, 6) < settled_s:
                 yield Finding(
                     ("sensors", each.current.sensor, "oversample"),
-                    f"the limit goes by the current of the present duty, and of {readings} "
-                    f"readings in {duration(needed_s)} some come before it has settled, in the "
-                    f"first half of a period of {loop.told_period}",
+                    f"after a change of duty the current settles in the first half of the period "
+                    f"of {loop.told_period}: some of the {readings} readings, which take "
+                    f"{duration(needed_s)}, would come before",
                     f"Use at most {max(1, math.floor(round(loop.period_s / TICK_S / 2, 6)))}, or a "
                     f"period of at least {duration(settled_s)}",
                     ((*each.path, "limit"), path),

@@ -1,4 +1,4 @@
-"""Measured currents: whose they are, and what their sensors can tell apart."""
+"""Measured currents: their outputs, limits and trips, and what their sensors resolve."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from heatwright.spec.quantity import about, number, rounded_down, rounded_up
 from heatwright.spec.sensing.conversion import LEAST_MARGIN_STEPS
 
 FIRST_SHARE = 0.25
-"""Duty, as a share, with which a heater with a limit begins (docs/control.md, Current)."""
+"""Duty, as a share, at which a heater with a current limit starts (docs/control.md, Current)."""
 
 
 def current_sensors_measure_currents(controller: Controller) -> Findings:
-    """Find outputs whose current a thermometer would measure, and sensors of two outputs."""
+    """Find outputs whose current sensor is a thermometer, and sensors that two outputs name."""
     first: dict[str, str] = {}
     for name, sensor_name in current_sensors(controller).items():
         path: Path = ("outputs", name, "current", "sensor")
@@ -36,20 +36,20 @@ def current_sensors_measure_currents(controller: Controller) -> Findings:
 
 
 def currents_are_watched(controller: Controller) -> Findings:
-    """Find currents of what heats nothing: the loop of a heater watches them."""
+    """Find measured currents of outputs that are no heater: only a heater's loop watches it."""
     heaters = {loop.heater for loop in controller.loops.values()}
     for name in current_sensors(controller):
         if name not in heaters:
             yield Finding(
                 ("outputs", name, "current"),
-                "nothing would watch this current: the output is the heater of no loop",
+                "nothing would watch this current: no loop has this output as its heater",
                 "Delete it",
                 (("loops",),),
             )
 
 
 def currents_are_known(controller: Controller) -> Findings:
-    """Find outputs that do not say what their current is on a healthy machine."""
+    """Find outputs without the values from which their healthy current follows."""
     for each in measured(controller):
         lacking = [
             key
@@ -59,21 +59,21 @@ def currents_are_known(controller: Controller) -> Findings:
         if lacking:
             yield Finding(
                 each.path,
-                f"without {' and '.join(lacking)} nobody knows what current is right",
+                f"without {' and '.join(lacking)} the healthy current is not known",
                 f"Add {' and '.join(f'{key}:' for key in lacking)} to the output",
                 (("outputs", each.name),),
             )
 
 
 def currents_are_held(controller: Controller) -> Findings:
-    """Find limits that a switch cannot keep, and trips that a healthy heater reaches."""
+    """Find limits that an on-off output cannot keep, and trips that a healthy heater reaches."""
     for each in measured(controller):
         limit_a, over_a = each.current.limit_a, each.current.over_a
         if limit_a is not None and each.output.is_on_off:
             yield Finding(
                 (*each.path, "limit"),
-                "a switch that is on or off cannot reduce its current",
-                "Write trip in its place, or make the output pwm",
+                "an output that is only on or off cannot reduce its current",
+                "Write trip instead, or make the output pwm",
                 (("outputs", each.name),),
             )
             continue
@@ -98,7 +98,7 @@ def currents_are_held(controller: Controller) -> Findings:
 
 
 def limits_can_begin(controller: Controller) -> Findings:
-    """Find heaters so strong that the first duty under a limit already is a fault."""
+    """Find heaters so strong that the first duty under a current limit trips `over_current`."""
     for each in measured(controller):
         if each.current.limit_a is None or each.full_a is None:
             continue
@@ -106,7 +106,7 @@ def limits_can_begin(controller: Controller) -> Findings:
         if first_a + each.step_a >= each.current.over_a > each.current.limit_a:
             yield Finding(
                 (*each.path, "limit"),
-                f"a heater with a limit begins with {FIRST_SHARE * 100:.0f} % of the duty, at "
+                f"a heater with a current limit starts at {FIRST_SHARE * 100:.0f} % duty, at "
                 f"which this one takes {about(first_a)} A, and rule over_current trips at "
                 f"{number(each.current.over_a)} A",
                 "Use a larger limit or trip, or a weaker heater",
@@ -115,11 +115,11 @@ def limits_can_begin(controller: Controller) -> Findings:
 
 
 def limits_can_be_told(controller: Controller) -> Findings:
-    """Find limits that hold a wire of too little resistance to what may not count as a current.
+    """Find limits that hold a damaged wire at a current which the sensor may take for none.
 
-    At the first duty such a wire may take all but what trips; the limit then goes by the square. A
-    reading is off by half a step, and what is held by twice that share: where the next reading may
-    be none, the wire would have its first duty again and again.
+    A wire of too little resistance may take almost the trip current at the first duty; the limit
+    then reduces the duty by the square of the current. A reading is off by half a step, the held
+    current by twice that share. If it reads as none, the wire gets its first duty again and again.
     """
     for each in measured(controller):
         limit_a, over_a = each.current.limit_a, each.current.over_a
@@ -132,9 +132,9 @@ def limits_can_be_told(controller: Controller) -> Findings:
             coarse = IDLE_STEPS * each.step_a >= IDLE_SHARE * each.current.nominal_a
             yield Finding(
                 ("sensors", each.current.sensor, "scale") if coarse else (*each.path, "trip"),
-                f"a wire of {each.name} that takes almost the {number(over_a)} A of rule "
-                f"over_current as soon as it is on is held to a mean of {about(held_a)} A, too "
-                f"near the {about(each.idle_a)} A that are taken for none",
+                f"if a damaged wire of {each.name} takes almost the {number(over_a)} A of rule "
+                f"over_current when it starts, the limit holds it at a mean of {about(held_a)} A, "
+                f"too near the {about(each.idle_a)} A that count as no current",
                 "Use a larger scale, or a larger limit"
                 if coarse
                 else f"Use at most {rounded_down(FIRST_SHARE * limit_a**2 / least_a - half_a)} A",
@@ -151,14 +151,14 @@ def currents_can_be_read(controller: Controller) -> Findings:
         if each.sensor.offset_v < 0:
             yield Finding(
                 (*sensor, "offset"),
-                "no pin reads less than 0 V, so without current there would still seem to be some",
+                "a pin cannot read less than 0 V, so zero current would look like a current",
                 "Use an offset of 0 V or more",
             )
         elif readable_a < each.current.over_a:
             yield Finding(
                 (*sensor, "scale"),
-                f"it reads up to {about(max(readable_a, 0.0))} A, and rule over_current of "
-                f"{each.name} waits for {number(each.current.over_a)} A",
+                f"the sensor reads up to {about(max(readable_a, 0.0))} A, and rule over_current of "
+                f"{each.name} trips at {number(each.current.over_a)} A",
                 "Use a smaller scale, or a reference of more volts",
                 because_of,
             )
@@ -167,7 +167,7 @@ def currents_can_be_read(controller: Controller) -> Findings:
             yield Finding(
                 (*sensor, "scale") if coarse else each.path,
                 f"at full duty {each.name} takes {about(each.full_a)} A, less than twice the "
-                f"{about(each.idle_a)} A that are taken for none, so rule no_current would never "
+                f"{about(each.idle_a)} A that count as no current, so rule no_current would never "
                 "trip",
                 "Use a larger scale, or a reference of fewer volts"
                 if coarse

@@ -1,4 +1,4 @@
-"""Thermocouples behind a MAX31856: types that somebody can choose, and setpoints that all bear."""
+"""Thermocouples at a MAX31856: types that an operator can choose, setpoints within their range."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ from heatwright.spec.sensing.max31856 import Max31856, lowered
 
 
 def types_have_an_operator(controller: Controller) -> Findings:
-    """Find types of thermocouples that nobody could choose, or that leave no choice."""
+    """Find lists of selectable types that no operator can use, or that leave no choice."""
     for name, sensor in controller.sensors.items():
         if not isinstance(sensor, Max31856) or not sensor.selectable:
             continue
         path: Path = ("sensors", name, "selectable")
         used_by = [loop for loop, each in controller.loops.items() if each.sensor == name]
         if len(set(sensor.selectable)) < len(sensor.selectable):
-            yield Finding(path, "a type stands here twice", "Delete one of them")
+            yield Finding(path, "a type is listed twice", "Delete one of them")
         elif sensor.thermocouple not in sensor.selectable:
             yield Finding(
                 path,
-                f"{sensor.thermocouple}, the type it starts with, could not be chosen again",
+                f"{sensor.thermocouple}, the type at the start, could not be chosen again",
                 f"Add {sensor.thermocouple}",
                 (("sensors", name, "thermocouple"),),
             )
         elif len(sensor.selectable) == 1:
-            yield Finding(path, "one type is no choice", "Add another, or delete it")
+            yield Finding(path, "a single type leaves no choice", "Add another, or delete it")
         elif not any(has_an_operator(controller, loop) for loop in used_by):
             yield Finding(
                 path,
-                f"nobody could choose: {NO_MENU}",
+                f"nobody could choose a type: {NO_MENU}",
                 "Delete it",
                 (("interfaces",), ("programs",), ("loops",)),
             )
 
 
 def setpoints_are_borne(controller: Controller) -> Findings:
-    """Find setpoints that a thermocouple of the loop, chosen or to be chosen, does not bear."""
+    """Find setpoints too hot for the loop's thermocouple, or for another selectable type."""
     for name, loop, sensor, kind in loop_types(controller):
         if not isinstance(sensor, Max31856) or is_lowered(controller, loop, kind):
             continue
@@ -65,12 +65,12 @@ def is_lowered(controller: Controller, loop: Loop, kind: str) -> bool:
 
 
 def _least_c(loop: Loop) -> float:
-    """Return what the limits cannot be lowered below."""
+    """Return the temperature below which the limits cannot be lowered."""
     return max(loop.setpoint.minimum_c, loop.setpoint.initial_c)
 
 
 def or_lower(loop: Loop, kind: str) -> str:
-    """Name the way by the firmware, where nothing else is in it."""
+    """Offer `maximum_adjustable`, with which the firmware lowers the limit; "" if it is set."""
     if not kind or loop.protection.maximum_adjustable:
         return ""
-    return ", or write maximum_adjustable: true, and it is lowered while that type is chosen"
+    return ", or write maximum_adjustable: true, which lowers it while that type is chosen"

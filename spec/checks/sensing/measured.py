@@ -26,28 +26,28 @@ class Measured(NamedTuple):
     current: Current
     sensor: CurrentSensor
     step_a: float
-    """Step of the ADC; this and the next as root mean squares at full duty, as limit and trip."""
+    """One step of the ADC, A: as limit and trip are, a root mean square at full duty."""
     highest_a: float
-    """The most it reads."""
+    """Highest current that can be read, A: also a root mean square at full duty."""
 
     @property
     def path(self) -> Path:
-        """Where the file says so."""
+        """Path of the key `current` in the file."""
         return ("outputs", self.name, "current")
 
     @property
     def full_a(self) -> float | None:
-        """Root mean square of the current at full duty, A; None if nobody knows."""
+        """Root mean square of the current at full duty, A; None if it is not known."""
         return full_rms_a(self.output)
 
     @property
     def idle_a(self) -> float:
-        """What is taken for no current, A."""
+        """Current below which a reading counts as no current, A."""
         return max(IDLE_SHARE * self.current.nominal_a, IDLE_STEPS * self.step_a)
 
 
 def measured(controller: Controller) -> Iterator[Measured]:
-    """List the outputs whose current is measured by a sensor that is there."""
+    """List the outputs whose current is measured by a sensor that is defined."""
     for name, output in controller.switches.items():
         if output.current is None:
             continue

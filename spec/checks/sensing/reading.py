@@ -1,4 +1,4 @@
-"""Sensors in time: a period holds a conversion and its reading, a time-out a sensor's start."""
+"""Timing of sensors: a conversion and its reading fit into a period, a start into `stale_after`."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ def conversion_fits(controller: Controller) -> Findings:
 def _what_takes_so_long(sensor: Thermometer) -> str:
     took = duration(sensor.conversion_s)
     if sensor.on_adc:
-        return f"its {sensor.oversample} readings, one each 10 ms, which take {took}"
+        return f"the sensor's {sensor.oversample} readings, one every 10 ms, which take {took}"
     if not sensor.free_running_s:
-        return f"a conversion of {took} and its reading of {duration(sensor.read_s)}"
+        return f"a conversion ({took}) and the transfer of its result ({duration(sensor.read_s)})"
     more_s = sensor.read_s - sensor.conversion_s
-    more = f", and {duration(more_s)} for its own test and its answer" if more_s else ""
+    more = f", and {duration(more_s)} for the chip's self-test and answer" if more_s else ""
     return f"two conversions of {took}, of which the first may have begun before the step{more}"
 
 
 def _or_less(sensor: Thermometer, period_s: float) -> str:
-    """Return the remedy: what else would fit into a period."""
+    """Return the remedy's alternative: settings of the sensor that fit into the period."""
     fitting = sensor.fitting(period_s)
     return f", or {fitting}" if fitting else ""
 
@@ -47,8 +47,8 @@ def first_reading_in_time(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),
                 f"{duration(loop.protection.stale_after_s)} is over before {loop.sensor} reads "
-                f"again when its supply failed once: a step finds it, and from there it needs "
-                f"{duration(sensor.first_s)}",
+                f"again after a brief loss of its supply: from the step that finds the loss it "
+                f"needs {duration(sensor.first_s)}",
                 f"Use at least {duration(needed_s)}",
                 (("sensors", loop.sensor), ("loops", name, "period")),
             )

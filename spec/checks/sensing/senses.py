@@ -11,7 +11,7 @@ _SENSE: Path = ("simulation", "plant", "sense")
 
 
 def senses_fit(controller: Controller) -> Findings:
-    """Find temperatures that are to be measured in an output, and currents in a node."""
+    """Find temperature sensors placed at an output, and current sensors placed at a node."""
     if controller.simulation is None:
         return
     used = {sensor: output for output, sensor in current_sensors(controller).items()}
@@ -22,14 +22,14 @@ def senses_fit(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "node"),
                 f"{name} measures a current, and a node has none",
-                f"Write of: {used.get(name, '…')}",
+                f"Replace node with of: {used.get(name, '…')}",
                 because_of,
             )
         elif sense.of is not None and name not in controller.ammeters:
             yield Finding(
                 (*path, "of"),
                 f"{name} measures a temperature, and an output has none",
-                "Write node: with the place where it measures",
+                "Replace of with node: and the node that it measures",
                 because_of,
             )
         elif sense.of is not None and used.get(name, sense.of) != sense.of:
@@ -42,14 +42,14 @@ def senses_fit(controller: Controller) -> Findings:
 
 
 def currents_are_sensed(controller: Controller) -> Findings:
-    """Find measured currents that the plant does not have."""
+    """Find current sensors that the plant's `sense` does not list."""
     if controller.simulation is None:
         return
     for output, sensor in current_sensors(controller).items():
         if sensor in controller.sensors and sensor not in controller.simulation.plant.sense:
             yield Finding(
                 _SENSE,
-                f"it does not say what {sensor}, the sensor of the current of {output}, measures",
+                f"there is no entry for {sensor}, the sensor of the current of {output}",
                 f"Add {sensor}: {{of: {output}}}",
                 (("sensors", sensor), ("outputs", output)),
             )

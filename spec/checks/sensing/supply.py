@@ -14,14 +14,12 @@ def supply_suffices(controller: Controller) -> Findings:
             continue
         path = ("outputs", name, "rated")
         if output.supply_v is None:
-            yield Finding(
-                path, "it takes a supply to make something of it", "Add supply: with its voltage"
-            )
+            yield Finding(path, "without a supply it has no effect", "Add supply: with its voltage")
         elif output.rated_v > output.supply_v:
             yield Finding(
                 path,
                 f"{number(output.rated_v)} V is more than the supply of "
-                f"{number(output.supply_v)} V, so the load never has its power",
-                "Write the power that it has at the supply, and leave rated out",
+                f"{number(output.supply_v)} V, so the load never has its rated power",
+                "Write the power at the supply's voltage, and delete rated",
                 (("outputs", name, "supply"),),
             )

@@ -1,4 +1,4 @@
-"""Tolerances of analog chains: each of a part that is there, and smaller than the part."""
+"""Tolerances of analog chains: each belongs to an existing part, and is less than its value."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _chains(controller: Controller) -> Iterator[tuple[str, Any]]:
 
 
 def tolerances_have_a_part(controller: Controller) -> Findings:
-    """Find tolerances of what a chain does not have, or what cancels."""
+    """Find tolerances of parts that a chain does not have, or whose error cancels."""
     for name, sensor in _chains(controller):
         told, path = sensor.tolerances, ("sensors", name, "tolerances")
         if getattr(told, "beta_percent", None) is not None and not isinstance(
@@ -31,13 +31,13 @@ def tolerances_have_a_part(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "beta"),
                 "this curve has no beta",
-                "Delete it, or write the curve by its beta",
+                "Delete it, or write a curve with beta",
                 (("sensors", name, "curve"),),
             )
         if getattr(told, "supply_v", None) is not None and hangs_on_supply(sensor):
             yield Finding(
                 (*path, "supply"),
-                "the divider hangs on the ADC's own supply, so what feeds it cancels",
+                "the divider and the ADC's reference are one supply, so its error cancels",
                 "Delete it",
                 (("sensors", name),),
             )
@@ -55,13 +55,13 @@ def tolerances_leave_a_voltage(controller: Controller) -> Findings:
                 yield Finding(
                     ("sensors", name, "tolerances", key),
                     f"{number(tolerance_v)} V is more than half of the {number(whole_v)} V",
-                    "Write by how much it may be off",
+                    "Write the tolerance (how far it may deviate), not the voltage",
                     (("sensors", name), ("controller", "board")),
                 )
 
 
 def accuracy_within_range(controller: Controller) -> Findings:
-    """Find an accuracy that is asked for where nothing is measured."""
+    """Find an accuracy that is demanded outside the sensor's range."""
     for name, sensor in controller.thermometers.items():
         if not sensor.on_adc or sensor.accuracy is None:
             continue
