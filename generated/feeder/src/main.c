@@ -34,7 +34,7 @@ static void start(void)
     clock_start();
 }
 
-/* Runs once every 10 ms; nothing in it waits. */
+/* Runs every 10 ms; nothing in it waits. */
 static void run_tick(void)
 {
     checks_tick();

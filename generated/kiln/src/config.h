@@ -13,7 +13,7 @@
 #error "This firmware was generated for the atmega2560: choose that board."
 #endif
 
-/* Compiled into the image, so that simulator and operator can tell which spec it serves. */
+/* Compiled into the image: it tells simulator and operator from which spec the firmware comes. */
 #define SPEC_DIGEST 0xf0b9b341UL
 
 /* ---- Clock of 10 ms ---- */
@@ -251,13 +251,13 @@
 
 /* bytes 1024 to 1551 of the EEPROM */
 #define PROGRAMS_EEPROM 1024u
-/* kiln.yaml:52 programs.points: 10 segments; two slots to a program */
+/* kiln.yaml:52 programs.points: 10 segments; two slots per program */
 #define PROGRAMS_SLOT_BYTES 88u
 /* bytes 1552 to 4071 of the EEPROM */
 #define PROGRESS_EEPROM 1552u
-/* a record, and its frame */
+/* a record with its frame */
 #define PROGRESS_SLOT_BYTES 45u
-/* kiln.yaml:50 programs.save_every (default): 1 min; 5.6 million saves, 10 years day and night */
+/* kiln.yaml:50 programs.save_every (default): 1 min; 5.6 million saves, 10 years of running */
 #define PROGRESS_SLOTS 56u
 /* kiln.yaml:31 loops.chamber.setpoint.minimum: 0 degC in tenths */
 #define PROGRAM_LOWEST_DC 0

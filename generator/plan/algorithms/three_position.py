@@ -43,7 +43,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
 
 
 def _inwards(algorithm: ThreePosition, keyed: Collection[str]) -> str:
-    """How far what is on goes on into the band, for a comment; empty if it does not."""
+    """How far an output that is on stays on inside the band, for a comment; empty if 0."""
     if "hysteresis_k" in keyed:
         return "a hysteresis"
     return quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k else ""

@@ -1,4 +1,4 @@
-"""The LCD keypad shield: display, keys, and what they show and do."""
+"""The LCD keypad shield: its display, its keys, and their functions."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
-"""The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
+"""The shield's wiring. D10 is not used: a resistor keeps the backlight on."""
 
 POWER_UP_S = 0.05
-"""HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
+"""Wait before the first instruction: 40 ms after 2.7 V (HD44780U data sheet, figure 24)."""
 RESYNC_S = 30.0
 
 MINUTE_S = 60.0
 COARSE = 10
-"""Steps at a time of a key that is held for long."""
+"""Steps per repeat of a key that is held for long."""
 
 
 def plan(source: Source, interface: LcdKeypad) -> Part:
@@ -58,7 +58,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     }
     constants = (
         Constant(
-            "LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet asks for 40 ms"
+            "LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet requires 40 ms"
         ),
         Constant(
             "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
@@ -111,7 +111,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
 
 
 def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
-    """Plan what is shown of a loop without programs: temperature and setpoint."""
+    """Plan the display of a loop without programs: temperature and setpoint."""
     controller = source.controller
     loop = controller.loops[interface.loop]
     panel = {
@@ -171,15 +171,15 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
 
 
 def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, ...]:
-    """Return times in minutes, as the display does."""
+    """Return the countdown's constants, in minutes."""
     longest, step = (
         round(seconds / MINUTE_S) for seconds in (countdown.longest_s, countdown.step_s)
     )
     coarse = min(COARSE * step, longest)
     return (
         at.at("longest").count("COUNTDOWN_LONGEST_MIN", longest, "the longest time"),
-        at.at("step").count("COUNTDOWN_STEP_MIN", step, "for each press"),
-        Constant("COUNTDOWN_COARSE_MIN", f"{coarse}u", "for each repeat of a key held for long"),
+        at.at("step").count("COUNTDOWN_STEP_MIN", step, "per press"),
+        Constant("COUNTDOWN_COARSE_MIN", f"{coarse}u", "per repeat of a key held for long"),
         Constant(
             "COUNTDOWN_PERIOD_MS",
             f"{milliseconds(loop.period_s)}UL",
