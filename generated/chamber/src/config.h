@@ -25,48 +25,48 @@
 
 /* ---- Heater gate ---- */
 
-/* 100 ms without the main loop and the heaters are off */
+/* after 100 ms without the main loop the heaters are off */
 #define GATE_MAIN_PERMIT_TICKS 10u
 
 /* ---- Faults ---- */
 
 /* chamber.yaml:33 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* chamber.yaml:33 safety.lockout.within (default): a trip so long past counts no more */
+/* chamber.yaml:33 safety.lockout.within (default): an older trip no longer counts */
 #define LOCKOUT_WITHIN_S 1800u
 /* chamber.yaml:33 safety.lockout.hold (default): 5 s, at most twice that */
 #define LOCKOUT_HOLD_TICKS 500u
 
 /* ---- Self-checks ---- */
 
-/* chamber.yaml:33 safety.self_checks (default): 200 bytes in a second */
+/* chamber.yaml:33 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* chamber.yaml:33 safety.self_checks (default): a step's second mark, which its guard returns */
+/* chamber.yaml:33 safety.self_checks (default): second mark of a step, returned by its guard */
 #define GUARD_JUDGED 2u
-/* chamber.yaml:33 safety.self_checks (default): 12 ms; set to 16 it is hardly a quarter off */
+/* chamber.yaml:33 safety.self_checks (default): 12 ms; of 16 ms: wrong by less than a quarter */
 #define WATCHDOG_LEAST 120u
 /* chamber.yaml:33 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u
-/* chamber.yaml:33 safety.self_checks (default): one look may fall into the moment in which the tick switches it */
+/* chamber.yaml:33 safety.self_checks (default): one test may come just while the tick switches the pin */
 #define PIN_HELD_TICKS 3u
-/* chamber.yaml:33 safety.self_checks (default): as many ticks wait at most (clock.c) */
+/* chamber.yaml:33 safety.self_checks (default): most ticks that can wait (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 
 /* ---- Sensor air ---- */
 
 /* one step of the reading, at any resolution */
 #define SENSOR_AIR_STEP_C 0.0625f
-/* chamber.yaml:10 sensors.air.resolution: 12 bit, lower ones are undefined */
+/* chamber.yaml:10 sensors.air.resolution: 12 bit, lower bits are undefined */
 #define SENSOR_AIR_RAW_MASK 0xFFFFu
 /* chamber.yaml:10 sensors.air.resolution: configuration register for 12 bit */
 #define SENSOR_AIR_SETTINGS 0x7Fu
-/* chamber.yaml:10 sensors.air.resolution: 750 ms at most at 12 bit */
+/* chamber.yaml:10 sensors.air.resolution: at most 750 ms at 12 bit */
 #define SENSOR_AIR_CONVERSION_TICKS 75u
-/* wait, so that the reading is fresh when the step comes */
+/* wait, so that the reading is new at the step */
 #define SENSOR_AIR_START_TICKS 20u
-/* timer 2: 128 x 0.5 us, 64 us a slot */
+/* timer 2: 128 x 0.5 us, 64 us per slot */
 #define ONE_WIRE_AIR_COMPARE 127u
-/* the answer is looked for 61 us after the reset pulse */
+/* the answer is read 61 us after the reset pulse */
 #define ONE_WIRE_AIR_PRESENCE_COUNT 6u
 
 /* ---- Loop air ---- */
@@ -81,7 +81,7 @@
 #define LOOP_AIR_SETPOINT_MAXIMUM_C 70.0f
 /* chamber.yaml:17 loops.air.ready_within (default): 1 K */
 #define LOOP_AIR_WARM_WITHIN_K 1.0f
-/* chamber.yaml:21 loops.air.period: two periods without a decision and the heater is off */
+/* chamber.yaml:21 loops.air.period: after two periods without a step the heater is off */
 #define LOOP_AIR_PERMIT_TICKS 200u
 /* chamber.yaml:31 loops.air.protection.stale_after: 5 s without a reading: heater off */
 #define LOOP_AIR_SENSOR_PERMIT_TICKS 501u
@@ -89,7 +89,7 @@
 #define LOOP_AIR_LEAD_S 12.0f
 /* chamber.yaml:24 loops.air.algorithm.lead_filter: 1 s / (4 s + 1 s) */
 #define LOOP_AIR_RATE_WEIGHT 0.2f
-/* chamber.yaml:24 loops.air.algorithm.lead_filter: K/s; less is none */
+/* chamber.yaml:24 loops.air.algorithm.lead_filter: K/s; less counts as 0 */
 #define LOOP_AIR_LEAST_SLOPE 1e-09f
 /* chamber.yaml:21 loops.air.period: 1 / 1 s */
 #define LOOP_AIR_PER_PERIOD 1.0f
@@ -119,20 +119,20 @@
 #define LOOP_AIR_OFF_RISE_K 10.0f
 /* chamber.yaml:25 loops.air.protection.rising_while_off.settle (default): 120 s in periods of 1 s, derived from the plant: as usual */
 #define LOOP_AIR_OFF_SETTLE_STEPS 120u
-/* chamber.yaml:25 loops.air.protection.effort.low (default): 60 % of what the plant takes in summer, % of power for a kelvin, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
+/* chamber.yaml:25 loops.air.protection.effort.low (default): 60 % of the plant's power in summer, % of full power per K, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
 #define LOOP_AIR_EFFORT_LOW_PER_K 0.8250825f
-/* chamber.yaml:25 loops.air.protection.effort.low (default): the same, at 0 degC */
+/* chamber.yaml:25 loops.air.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_AIR_EFFORT_LOW_PERCENT -33.0033f
-/* chamber.yaml:25 loops.air.protection.effort (default): of a step; the plant feels a power for 571 s */
+/* chamber.yaml:25 loops.air.protection.effort (default): of a step in the mean of the power, over 571 s */
 #define LOOP_AIR_EFFORT_SHARE 0.0017486488f
-/* chamber.yaml:25 loops.air.protection.effort (default): a reading that moves by less stands */
+/* chamber.yaml:25 loops.air.protection.effort (default): a smaller move counts as constant */
 #define LOOP_AIR_EFFORT_MOVE_K 2.0f
 /* chamber.yaml:25 loops.air.protection.effort.for (default): 290 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 168 s; 1.5 times that, or half of the 571 s for which the plant feels a power, and delays */
 #define LOOP_AIR_EFFORT_STEPS 290u
 
 /* ---- LCD keypad shield ---- */
 
-/* 50 ms; the data sheet asks for 40 ms */
+/* 50 ms; the data sheet requires 40 ms */
 #define LCD_POWER_UP_TICKS 5u
 /* 30 s between start-up sequences */
 #define LCD_RESYNC_TICKS 3000u
@@ -150,7 +150,7 @@
 
 /* ---- Settings in EEPROM ---- */
 
-/* the record takes 20; slots are alike in every firmware */
+/* the record takes 20; slots are the same in every firmware */
 #define SETTINGS_SLOT_BYTES 64u
 /* 1024 of the 1024 bytes of EEPROM: 1.6 million saves */
 #define SETTINGS_SLOTS 16u

@@ -31,7 +31,7 @@ void one_wire_air_go_on(uint8_t size)
     TCCR2A = (1u << WGM21);
     OCR2A = ONE_WIRE_AIR_COMPARE;
     TCNT2 = 0;
-    TIFR2 = (1u << OCF2A); /* a match from before does not count */
+    TIFR2 = (1u << OCF2A); /* drop an earlier match */
     TIMSK2 = (1u << OCIE2A);
     TCCR2B = (1u << CS21);
 }

@@ -25,25 +25,25 @@
 
 /* ---- Heater gate ---- */
 
-/* 100 ms without the main loop and the heaters are off */
+/* after 100 ms without the main loop the heaters are off */
 #define GATE_MAIN_PERMIT_TICKS 10u
 
 /* ---- Faults ---- */
 
 /* extruder.yaml:49 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* extruder.yaml:49 safety.lockout.within (default): a trip so long past counts no more */
+/* extruder.yaml:49 safety.lockout.within (default): an older trip no longer counts */
 #define LOCKOUT_WITHIN_S 1800u
 /* extruder.yaml:49 safety.lockout.wait (default): after a loss of power */
 #define LOCKOUT_WAIT_S 600u
 
 /* ---- Self-checks ---- */
 
-/* extruder.yaml:49 safety.self_checks (default): 200 bytes in a second */
+/* extruder.yaml:49 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* extruder.yaml:49 safety.self_checks (default): a step's second mark, which its guard returns */
+/* extruder.yaml:49 safety.self_checks (default): second mark of a step, returned by its guard */
 #define GUARD_JUDGED 2u
-/* extruder.yaml:49 safety.self_checks (default): 12 ms; set to 16 it is hardly a quarter off */
+/* extruder.yaml:49 safety.self_checks (default): 12 ms; of 16 ms: wrong by less than a quarter */
 #define WATCHDOG_LEAST 120u
 /* extruder.yaml:49 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u
@@ -53,7 +53,7 @@
 #define ADC_KNOWN_HIGH 282u
 /* extruder.yaml:49 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
-/* extruder.yaml:49 safety.self_checks (default): as many ticks wait at most (clock.c) */
+/* extruder.yaml:49 safety.self_checks (default): most ticks that can wait (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 
 /* ---- Output heater ---- */
@@ -62,7 +62,7 @@
 #define OUTPUT_HEATER_PERIOD_COUNTS 8333u
 /* extruder.yaml:20 outputs.heater.frequency: 8333 / 100 % */
 #define OUTPUT_HEATER_COUNTS_PER_PERCENT 83.33f
-/* 50 us: an interrupt may come so late */
+/* 50 us: the latest interrupt */
 #define OUTPUT_HEATER_MINIMUM_COUNTS 13u
 
 /* ---- Output part_fan ---- */
@@ -71,14 +71,14 @@
 #define OUTPUT_PART_FAN_PERIOD_COUNTS 2049u
 /* extruder.yaml:21 outputs.part_fan.frequency: 2049 / 100 % */
 #define OUTPUT_PART_FAN_COUNTS_PER_PERCENT 20.49f
-/* 50 us: an interrupt may come so late */
+/* 50 us: the latest interrupt */
 #define OUTPUT_PART_FAN_MINIMUM_COUNTS 13u
 
 /* ---- Sensor nozzle ---- */
 
 /* extruder.yaml:16 sensors.nozzle.oversample: codes in a reading */
 #define SENSOR_NOZZLE_OVERSAMPLE 4u
-/* wait, so that the reading is of the last 40 ms when the step comes */
+/* wait, so that the reading covers the last 40 ms before the step */
 #define SENSOR_NOZZLE_START_TICKS 5u
 /* extruder.yaml:15 sensors.nozzle.range: 300 degC */
 #define SENSOR_NOZZLE_CODE_LOW 22u
@@ -101,7 +101,7 @@
 #define LOOP_NOZZLE_SETPOINT_MAXIMUM_C 260.0f
 /* extruder.yaml:24 loops.nozzle.ready_within (default): 1 K */
 #define LOOP_NOZZLE_READY_WITHIN_K 1.0f
-/* extruder.yaml:27 loops.nozzle.period: two periods without a decision and the heater is off */
+/* extruder.yaml:27 loops.nozzle.period: after two periods without a step the heater is off */
 #define LOOP_NOZZLE_PERMIT_TICKS 20u
 /* extruder.yaml:47 loops.nozzle.protection.stale_after: 1 s without a reading: heater off */
 #define LOOP_NOZZLE_SENSOR_PERMIT_TICKS 101u
@@ -119,7 +119,7 @@
 #define LOOP_NOZZLE_KD 31.4f
 /* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: 0.1 s / (1 s + 0.1 s) */
 #define LOOP_NOZZLE_SLOPE_WEIGHT 0.09090909f
-/* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: K/s; less is none */
+/* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: K/s; less counts as 0 */
 #define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* extruder.yaml:27 loops.nozzle.period: 1 / 0.1 s */
 #define LOOP_NOZZLE_PER_PERIOD 10.0f
@@ -127,7 +127,7 @@
 #define LOOP_NOZZLE_OUTPUT_MINIMUM 0.0f
 /* extruder.yaml:37 loops.nozzle.algorithm.output.maximum: 100 % */
 #define LOOP_NOZZLE_OUTPUT_MAXIMUM 100.0f
-/* extruder.yaml:38 loops.nozzle.algorithm.limits_adjustable: a host may choose no less */
+/* extruder.yaml:38 loops.nozzle.algorithm.limits_adjustable: the least that a host may set */
 #define LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM 1.0f
 /* extruder.yaml:39 loops.nozzle.algorithm.band: 10 K */
 #define LOOP_NOZZLE_BAND_K 10.0f
@@ -167,17 +167,17 @@
 #define LOOP_NOZZLE_OFF_RISE_K 10.0f
 /* extruder.yaml:41 loops.nozzle.protection.rising_while_off.settle (default): 120 s in periods of 0.1 s, derived from the plant: as usual */
 #define LOOP_NOZZLE_OFF_SETTLE_STEPS 1200u
-/* extruder.yaml:41 loops.nozzle.protection.effort.high (default): 210 % of what the plant takes in winter, % of power for a kelvin, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
+/* extruder.yaml:41 loops.nozzle.protection.effort.high (default): 210 % of the plant's power in winter, % of full power per K, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
 #define LOOP_NOZZLE_EFFORT_HIGH_PER_K 0.7058f
-/* extruder.yaml:41 loops.nozzle.protection.effort.high (default): the same, at 0 degC */
+/* extruder.yaml:41 loops.nozzle.protection.effort.high (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_HIGH_PERCENT -3.529f
-/* extruder.yaml:41 loops.nozzle.protection.effort.low (default): 60 % of what the plant takes in summer, % of power for a kelvin, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
+/* extruder.yaml:41 loops.nozzle.protection.effort.low (default): 60 % of the plant's power in summer, % of full power per K, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
 #define LOOP_NOZZLE_EFFORT_LOW_PER_K 0.10204082f
-/* extruder.yaml:41 loops.nozzle.protection.effort.low (default): the same, at 0 degC */
+/* extruder.yaml:41 loops.nozzle.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -4.0816326f
-/* extruder.yaml:41 loops.nozzle.protection.effort (default): of a step; the plant feels a power for 250 s */
+/* extruder.yaml:41 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 250 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00039985604f
-/* extruder.yaml:41 loops.nozzle.protection.effort (default): a reading that moves by less stands */
+/* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 5.4342513f
 /* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond it for up to 166 s; 1.5 times that, or half of the 250 s for which the plant feels a power, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 2500u
@@ -186,22 +186,22 @@
 
 /* extruder.yaml:53 interfaces[0].baud: 115200 baud, really 117647 */
 #define HOST_DIVISOR 16u
-/* 3 s of silence, and the host may have missed an ok */
+/* after 3 s of silence the host may have missed an ok */
 #define HOST_SILENT_TICKS 300u
-/* then it has nothing more to send */
+/* then the host has no more lines */
 #define HOST_MOST_REMINDERS 5u
-/* 10 s near its setpoint a tool has settled */
+/* settled: 10 s near the setpoint */
 #define WAIT_SETTLED_TICKS 1000u
 /* 2 s */
 #define WAIT_BUSY_TICKS 200u
 
 /* ---- Settings in EEPROM ---- */
 
-/* the record takes 44; slots are alike in every firmware */
+/* the record takes 44; slots are the same in every firmware */
 #define SETTINGS_SLOT_BYTES 64u
 /* 1024 of the 4096 bytes of EEPROM: 1.6 million saves */
 #define SETTINGS_SLOTS 16u
-/* no gain is larger, whoever sets it */
+/* the largest gain that can be set */
 #define GAIN_MAXIMUM 1000000.0f
 
 #endif

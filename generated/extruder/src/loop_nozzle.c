@@ -150,7 +150,7 @@ static void decide(const struct reading now)
 /* One control step, in the order of docs/control.md. */
 static void step(void)
 {
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* if not, they are replaced, before one is used */
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
     take_mode();
@@ -164,7 +164,7 @@ static void step(void)
     guard_nozzle_master(!is_off());
     mark(guard_nozzle_step(now.change_k, now.gap));
 
-    take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
+    take_limits(); /* after the guard, which judges the last duty by the limits that it had */
     run_experiment(now.ok, last_c);
     decide(now);
 

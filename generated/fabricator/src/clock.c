@@ -49,7 +49,7 @@ static void set_registers(void)
 void clock_start(void)
 {
     TCNT2 = 0;
-    TIFR = (1u << OCF2); /* a match from before does not count */
+    TIFR = (1u << OCF2); /* drop an earlier match */
     set_registers();
 }
 

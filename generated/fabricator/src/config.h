@@ -22,32 +22,32 @@
 #define CLOCK_COMPARE 249u
 /* one tick is 10 ms */
 #define CLOCK_TICKS_PER_SECOND 100u
-/* timer periods to one tick */
+/* timer periods per tick */
 #define CLOCK_TIMER_PERIODS 5u
 
 /* ---- Heater gate ---- */
 
-/* 100 ms without the main loop and the heaters are off */
+/* after 100 ms without the main loop the heaters are off */
 #define GATE_MAIN_PERMIT_TICKS 10u
 
 /* ---- Faults ---- */
 
-/* with a fault latched the cooler runs: hot metal burns in a minute (ISO 13732-1) */
+/* with a fault the cooler runs above it: burns in a minute (ISO 13732-1) */
 #define FAULT_COOLING_ABOVE_C 50.0f
 /* fabricator.yaml:39 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* fabricator.yaml:39 safety.lockout.within (default): a trip so long past counts no more */
+/* fabricator.yaml:39 safety.lockout.within (default): an older trip no longer counts */
 #define LOCKOUT_WITHIN_S 1800u
 /* fabricator.yaml:39 safety.lockout.wait (default): after a loss of power */
 #define LOCKOUT_WAIT_S 600u
 
 /* ---- Self-checks ---- */
 
-/* fabricator.yaml:39 safety.self_checks (default): 200 bytes in a second */
+/* fabricator.yaml:39 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* fabricator.yaml:39 safety.self_checks (default): a step's second mark, which its guard returns */
+/* fabricator.yaml:39 safety.self_checks (default): second mark of a step, returned by its guard */
 #define GUARD_JUDGED 2u
-/* fabricator.yaml:39 safety.self_checks (default): 12 ms; set to 16 it is hardly a quarter off */
+/* fabricator.yaml:39 safety.self_checks (default): 12 ms; of 16 ms: wrong by less than a quarter */
 #define WATCHDOG_LEAST 120u
 /* fabricator.yaml:39 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u
@@ -57,9 +57,9 @@
 #define ADC_KNOWN_HIGH 313u
 /* fabricator.yaml:39 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
-/* fabricator.yaml:39 safety.self_checks (default): one look may fall into the moment in which the tick switches it */
+/* fabricator.yaml:39 safety.self_checks (default): one test may come just while the tick switches the pin */
 #define PIN_HELD_TICKS 3u
-/* fabricator.yaml:39 safety.self_checks (default): as many ticks wait at most (clock.c) */
+/* fabricator.yaml:39 safety.self_checks (default): most ticks that can wait (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 
 /* ---- Output heater ---- */
@@ -71,7 +71,7 @@
 
 /* ---- Safety relay ---- */
 
-/* fabricator.yaml:41 safety.relay: closed for 50 ms before a heater comes on */
+/* fabricator.yaml:41 safety.relay: closed for 50 ms before a heater goes on */
 #define RELAY_SETTLE_TICKS 5u
 /* fabricator.yaml:42 safety.relay_feedback: 100 ms for the contact to follow */
 #define RELAY_CONTACT_TICKS 10u
@@ -80,7 +80,7 @@
 
 /* fabricator.yaml:12 sensors.nozzle.oversample: codes in a reading */
 #define SENSOR_NOZZLE_OVERSAMPLE 16u
-/* wait, so that the reading is of the last 160 ms when the step comes */
+/* wait, so that the reading covers the last 160 ms before the step */
 #define SENSOR_NOZZLE_START_TICKS 3u
 /* fabricator.yaml:12 sensors.nozzle.range: -10 degC */
 #define SENSOR_NOZZLE_CODE_LOW 332u
@@ -95,7 +95,7 @@
 
 /* fabricator.yaml:13 sensors.current.oversample: codes in a reading */
 #define SENSOR_CURRENT_OVERSAMPLE 4u
-/* wait, so that the reading is of the last 40 ms when the step comes */
+/* wait, so that the reading covers the last 40 ms before the step */
 #define SENSOR_CURRENT_START_TICKS 15u
 /* fabricator.yaml:13 sensors.current.scale: 5 V / (1024 x 4 x 0.5 V/A) */
 #define SENSOR_CURRENT_AMPERES_PER_COUNT 0.0024414062f
@@ -114,7 +114,7 @@
 #define LOOP_NOZZLE_SETPOINT_MAXIMUM_C 320.0f
 /* fabricator.yaml:29 loops.nozzle.algorithm.dead_band: 2 K */
 #define LOOP_NOZZLE_WARM_WITHIN_K 2.0f
-/* fabricator.yaml:26 loops.nozzle.period: two periods without a decision and the heater is off */
+/* fabricator.yaml:26 loops.nozzle.period: after two periods without a step the heater is off */
 #define LOOP_NOZZLE_PERMIT_TICKS 40u
 /* fabricator.yaml:36 loops.nozzle.protection.stale_after: 1 s without a reading: heater off */
 #define LOOP_NOZZLE_SENSOR_PERMIT_TICKS 101u
@@ -126,7 +126,7 @@
 #define LOOP_NOZZLE_LEAD_S 2.2f
 /* fabricator.yaml:29 loops.nozzle.algorithm.lead_filter: 0.2 s / (0.8 s + 0.2 s) */
 #define LOOP_NOZZLE_RATE_WEIGHT 0.2f
-/* fabricator.yaml:29 loops.nozzle.algorithm.lead_filter: K/s; less is none */
+/* fabricator.yaml:29 loops.nozzle.algorithm.lead_filter: K/s; less counts as 0 */
 #define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* fabricator.yaml:26 loops.nozzle.period: 1 / 0.2 s */
 #define LOOP_NOZZLE_PER_PERIOD 5.0f
@@ -158,17 +158,17 @@
 #define LOOP_NOZZLE_OFF_RISE_K 10.0f
 /* fabricator.yaml:30 loops.nozzle.protection.rising_while_off.settle (default): 120 s in periods of 0.2 s, derived from the plant: as usual */
 #define LOOP_NOZZLE_OFF_SETTLE_STEPS 600u
-/* fabricator.yaml:30 loops.nozzle.protection.effort.high (default): 210 % of what the plant takes in winter, % of power for a kelvin, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
+/* fabricator.yaml:30 loops.nozzle.protection.effort.high (default): 210 % of the plant's power in winter, % of full power per K, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
 #define LOOP_NOZZLE_EFFORT_HIGH_PER_K 0.341997f
-/* fabricator.yaml:30 loops.nozzle.protection.effort.high (default): the same, at 0 degC */
+/* fabricator.yaml:30 loops.nozzle.protection.effort.high (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_HIGH_PERCENT 1.709985f
-/* fabricator.yaml:30 loops.nozzle.protection.effort.low (default): 60 % of what the plant takes in summer, % of power for a kelvin, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
+/* fabricator.yaml:30 loops.nozzle.protection.effort.low (default): 60 % of the plant's power in summer, % of full power per K, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
 #define LOOP_NOZZLE_EFFORT_LOW_PER_K 0.097713426f
-/* fabricator.yaml:30 loops.nozzle.protection.effort.low (default): the same, at 0 degC */
+/* fabricator.yaml:30 loops.nozzle.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -3.9085371f
-/* fabricator.yaml:30 loops.nozzle.protection.effort (default): of a step; the plant feels a power for 220 s */
+/* fabricator.yaml:30 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 220 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00090654846f
-/* fabricator.yaml:30 loops.nozzle.protection.effort (default): a reading that moves by less stands */
+/* fabricator.yaml:30 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 6.7601275f
 /* fabricator.yaml:30 loops.nozzle.protection.effort.for (default): 230 s in periods of 0.2 s, derived from the plant: a healthy machine is beyond it for up to 150 s; 1.5 times that, or half of the 220 s for which the plant feels a power, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 1150u
@@ -177,17 +177,17 @@
 
 /* fabricator.yaml:17 outputs.heater.current.limit: 3 A rms x 25.57 V / 43 V: its mean at full duty */
 #define CURRENT_HEATER_LIMIT_A 1.7839535f
-/* fabricator.yaml:17 outputs.heater.current.limit: begins with it, rises by it in a step */
+/* fabricator.yaml:17 outputs.heater.current.limit: initial limit, and its rise per step */
 #define CURRENT_HEATER_RAMP_PERCENT 25.0f
-/* fabricator.yaml:17 outputs.heater.current.limit: not less than this */
+/* fabricator.yaml:17 outputs.heater.current.limit: the least limit */
 #define CURRENT_HEATER_LEAST_PERCENT 0.1f
 /* fabricator.yaml:17 outputs.heater.current.trip (default): 3.75 A rms x 25.57 V / 43 V: its mean at full duty */
 #define CURRENT_HEATER_TRIP_A 2.2299418f
-/* fabricator.yaml:17 outputs.heater.current: 5% of 3 A rms x 25.57 V / 43 V: less is none */
+/* fabricator.yaml:17 outputs.heater.current: 5% of 3 A rms x 25.57 V / 43 V: less counts as no current */
 #define CURRENT_HEATER_IDLE_A 0.08919767f
 /* fabricator.yaml:17 outputs.heater.current: 76.6 W / 43 V / 100 % */
 #define CURRENT_HEATER_AMPERES_PER_PERCENT 0.017813953f
-/* fabricator.yaml:17 outputs.heater.current: the current may lag by one of 200 ms */
+/* fabricator.yaml:17 outputs.heater.current: its filter may lag by a step of 200 ms */
 #define CURRENT_HEATER_STEPS 5u
 
 /* ---- Modbus ---- */
@@ -203,7 +203,7 @@
 
 /* ---- Indicators ---- */
 
-/* 500 ms each way */
+/* 500 ms on or off */
 #define INDICATORS_BLINK_TICKS 50u
 
 /* ---- Indicators of nozzle ---- */
@@ -213,7 +213,7 @@
 
 /* ---- Settings in EEPROM ---- */
 
-/* the record takes 20; slots are alike in every firmware */
+/* the record takes 20; slots are the same in every firmware */
 #define SETTINGS_SLOT_BYTES 64u
 /* 1024 of the 1024 bytes of EEPROM: 1.6 million saves */
 #define SETTINGS_SLOTS 16u

@@ -48,7 +48,7 @@ static void set_registers(void)
 void clock_start(void)
 {
     TCNT2 = 0;
-    TIFR2 = (1u << OCF2A); /* a match from before does not count */
+    TIFR2 = (1u << OCF2A); /* drop an earlier match */
     set_registers();
 }
 

@@ -22,28 +22,28 @@
 #define CLOCK_COMPARE 249u
 /* one tick is 10 ms */
 #define CLOCK_TICKS_PER_SECOND 100u
-/* timer periods to one tick */
+/* timer periods per tick */
 #define CLOCK_TIMER_PERIODS 5u
 
 /* ---- Heater gate ---- */
 
-/* 100 ms without the main loop and the heaters are off */
+/* after 100 ms without the main loop the heaters are off */
 #define GATE_MAIN_PERMIT_TICKS 10u
 
 /* ---- Faults ---- */
 
 /* feeder.yaml:43 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* feeder.yaml:43 safety.lockout.within (default): a trip so long past counts no more */
+/* feeder.yaml:43 safety.lockout.within (default): an older trip no longer counts */
 #define LOCKOUT_WITHIN_S 1800u
 /* feeder.yaml:43 safety.lockout.wait (default): after a loss of power */
 #define LOCKOUT_WAIT_S 600u
 
 /* ---- Self-checks ---- */
 
-/* feeder.yaml:43 safety.self_checks (default): 200 bytes in a second */
+/* feeder.yaml:43 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* feeder.yaml:43 safety.self_checks (default): a step's second mark, which its guard returns */
+/* feeder.yaml:43 safety.self_checks (default): second mark of a step, returned by its guard */
 #define GUARD_JUDGED 2u
 /* feeder.yaml:43 safety.self_checks (default): 1.1 V of the chip's own, 25 % less */
 #define ADC_KNOWN_LOW 256u
@@ -51,7 +51,7 @@
 #define ADC_KNOWN_HIGH 427u
 /* feeder.yaml:43 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
-/* feeder.yaml:43 safety.self_checks (default): as many ticks wait at most (clock.c) */
+/* feeder.yaml:43 safety.self_checks (default): most ticks that can wait (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 
 /* ---- Output heater ---- */
@@ -69,7 +69,7 @@
 #define OUTPUT_FEED_MAXIMUM_MM_PER_S 20.0f
 /* feeder.yaml:24 outputs.feed.maximum: 20 mm/s x 128 steps/mm */
 #define OUTPUT_FEED_FASTEST_STEPS_PER_S 2560.0f
-/* slower is not worth a counter */
+/* the slowest speed */
 #define OUTPUT_FEED_SLOWEST_STEPS_PER_S 1.0f
 /* feeder.yaml:24 outputs.feed.acceleration: 6400 steps/s^2 x 10 ms */
 #define OUTPUT_FEED_STEPS_PER_S_PER_TICK 64.0f
@@ -81,14 +81,14 @@
 #define OUTPUT_FEED_HALF_TICK_S 0.005f
 /* timer 0: 256 x clock / 64 */
 #define OUTPUT_FEED_COUNTS_256_PER_S 64000000.0f
-/* 256 x 255: an interval longer than that is made of parts */
+/* 256 x 255: a longer interval is divided into parts */
 #define OUTPUT_FEED_MOST_COUNTS_256 65280UL
 
 /* ---- Sensor nozzle ---- */
 
 /* feeder.yaml:17 sensors.nozzle.oversample: codes in a reading */
 #define SENSOR_NOZZLE_OVERSAMPLE 16u
-/* wait, so that the reading is of the last 160 ms when the step comes */
+/* wait, so that the reading covers the last 160 ms before the step */
 #define SENSOR_NOZZLE_START_TICKS 8u
 /* feeder.yaml:16 sensors.nozzle.range: 2 degC */
 #define SENSOR_NOZZLE_CODE_LOW 8u
@@ -111,7 +111,7 @@
 #define LOOP_NOZZLE_SETPOINT_MAXIMUM_C 250.0f
 /* feeder.yaml:34 loops.nozzle.ready_within: 1 K */
 #define LOOP_NOZZLE_READY_WITHIN_K 1.0f
-/* feeder.yaml:30 loops.nozzle.period: two periods without a decision and the heater is off */
+/* feeder.yaml:30 loops.nozzle.period: after two periods without a step the heater is off */
 #define LOOP_NOZZLE_PERMIT_TICKS 50u
 /* feeder.yaml:41 loops.nozzle.protection.stale_after: 1 s without a reading: heater off */
 #define LOOP_NOZZLE_SENSOR_PERMIT_TICKS 101u
@@ -129,7 +129,7 @@
 #define LOOP_NOZZLE_KD 71.5f
 /* feeder.yaml:32 loops.nozzle.algorithm.derivative_filter: 0.25 s / (1 s + 0.25 s) */
 #define LOOP_NOZZLE_SLOPE_WEIGHT 0.2f
-/* feeder.yaml:32 loops.nozzle.algorithm.derivative_filter: K/s; less is none */
+/* feeder.yaml:32 loops.nozzle.algorithm.derivative_filter: K/s; less counts as 0 */
 #define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* feeder.yaml:30 loops.nozzle.period: 1 / 0.25 s */
 #define LOOP_NOZZLE_PER_PERIOD 4.0f
@@ -147,7 +147,7 @@
 #define LOOP_NOZZLE_TUNING_FILTER_S 1.0f
 /* feeder.yaml:32 loops.nozzle.algorithm.derivative_filter: 1.35 x (1 s + 0.25 s) */
 #define LOOP_NOZZLE_TUNING_LEAST_S 1.6875f
-/* feeder.yaml:32 loops.nozzle.algorithm.integral: what the integral begins with: 0 within its limits */
+/* feeder.yaml:32 loops.nozzle.algorithm.integral: initial integral: 0, within its limits */
 #define LOOP_NOZZLE_TUNING_START_PERCENT 0.0f
 /* feeder.yaml:36 loops.nozzle.protection.maximum: 260 degC */
 #define LOOP_NOZZLE_MAXIMUM_C 260.0f
@@ -179,13 +179,13 @@
 #define LOOP_NOZZLE_OFF_RISE_K 10.0f
 /* feeder.yaml:35 loops.nozzle.protection.rising_while_off.settle (default): 120 s in periods of 0.25 s, derived from the plant: as usual */
 #define LOOP_NOZZLE_OFF_SETTLE_STEPS 480u
-/* feeder.yaml:35 loops.nozzle.protection.effort.low (default): 60 % of what the plant takes in summer, % of power for a kelvin, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
+/* feeder.yaml:35 loops.nozzle.protection.effort.low (default): 60 % of the plant's power in summer, % of full power per K, derived from the plant: resistances that differ by 30 %, a supply that is 15 % low or 10 % high */
 #define LOOP_NOZZLE_EFFORT_LOW_PER_K 0.13636364f
-/* feeder.yaml:35 loops.nozzle.protection.effort.low (default): the same, at 0 degC */
+/* feeder.yaml:35 loops.nozzle.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -5.4545455f
-/* feeder.yaml:35 loops.nozzle.protection.effort (default): of a step; the plant feels a power for 223 s */
+/* feeder.yaml:35 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 223 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.0011198209f
-/* feeder.yaml:35 loops.nozzle.protection.effort (default): a reading that moves by less stands */
+/* feeder.yaml:35 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 2.0f
 /* feeder.yaml:35 loops.nozzle.protection.effort.for (default): 120 s in periods of 0.25 s, derived from the plant: a healthy machine is beyond it for up to 49.6 s; 1.5 times that, or half of the 223 s for which the plant feels a power, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 480u
@@ -194,24 +194,24 @@
 
 /* feeder.yaml:47 interfaces[0].baud: 115200 baud, really 117647 */
 #define HOST_DIVISOR 16u
-/* 3 s of silence, and the host may have missed an ok */
+/* after 3 s of silence the host may have missed an ok */
 #define HOST_SILENT_TICKS 300u
-/* then it has nothing more to send */
+/* then the host has no more lines */
 #define HOST_MOST_REMINDERS 5u
-/* 10 s near its setpoint a tool has settled */
+/* settled: 10 s near the setpoint */
 #define WAIT_SETTLED_TICKS 1000u
 /* 2 s */
 #define WAIT_BUSY_TICKS 200u
-/* feeder.yaml:47 interfaces[0].steppers: slower is a mistake */
+/* feeder.yaml:47 interfaces[0].steppers: a slower feed is a mistake */
 #define FEED_SLOWEST_MM_PER_MIN 1.0f
 
 /* ---- Settings in EEPROM ---- */
 
-/* the record takes 32; slots are alike in every firmware */
+/* the record takes 32; slots are the same in every firmware */
 #define SETTINGS_SLOT_BYTES 64u
 /* 1024 of the 1024 bytes of EEPROM: 1.6 million saves */
 #define SETTINGS_SLOTS 16u
-/* no gain is larger, whoever sets it */
+/* the largest gain that can be set */
 #define GAIN_MAXIMUM 1000000.0f
 
 #endif

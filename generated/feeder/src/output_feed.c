@@ -190,7 +190,7 @@ static void run(void)
             TCCR0A = (1u << WGM01);
             set_compare();
             TCNT0 = 0;
-            TIFR0 = (1u << OCF0A); /* a match from before does not count */
+            TIFR0 = (1u << OCF0A); /* drop an earlier match */
             TIMSK0 = (1u << OCIE0A);
             TCCR0B = (1u << CS01) | (1u << CS00);
         }

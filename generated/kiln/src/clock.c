@@ -41,7 +41,7 @@ static void set_registers(void)
 void clock_start(void)
 {
     TCNT1 = 0;
-    TIFR1 = (1u << OCF1A); /* a match from before does not count */
+    TIFR1 = (1u << OCF1A); /* drop an earlier match */
     set_registers();
 }
 

@@ -25,31 +25,31 @@
 
 /* ---- Heater gate ---- */
 
-/* 100 ms without the main loop and the heaters are off */
+/* after 100 ms without the main loop the heaters are off */
 #define GATE_MAIN_PERMIT_TICKS 10u
 
 /* ---- Faults ---- */
 
 /* kiln.yaml:67 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* kiln.yaml:67 safety.lockout.within (default): a trip so long past counts no more */
+/* kiln.yaml:67 safety.lockout.within (default): an older trip no longer counts */
 #define LOCKOUT_WITHIN_S 1800u
 /* kiln.yaml:67 safety.lockout.wait (default): after a loss of power */
 #define LOCKOUT_WAIT_S 600u
 
 /* ---- Self-checks ---- */
 
-/* kiln.yaml:67 safety.self_checks (default): 200 bytes in a second */
+/* kiln.yaml:67 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* kiln.yaml:67 safety.self_checks (default): a step's second mark, which its guard returns */
+/* kiln.yaml:67 safety.self_checks (default): second mark of a step, returned by its guard */
 #define GUARD_JUDGED 2u
-/* kiln.yaml:67 safety.self_checks (default): 12 ms; set to 16 it is hardly a quarter off */
+/* kiln.yaml:67 safety.self_checks (default): 12 ms; of 16 ms: wrong by less than a quarter */
 #define WATCHDOG_LEAST 120u
 /* kiln.yaml:67 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u
-/* kiln.yaml:67 safety.self_checks (default): one look may fall into the moment in which the tick switches it */
+/* kiln.yaml:67 safety.self_checks (default): one test may come just while the tick switches the pin */
 #define PIN_HELD_TICKS 3u
-/* kiln.yaml:67 safety.self_checks (default): as many ticks wait at most (clock.c) */
+/* kiln.yaml:67 safety.self_checks (default): most ticks that can wait (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 
 /* ---- Output element ---- */
@@ -63,7 +63,7 @@
 
 /* ---- Safety relay ---- */
 
-/* kiln.yaml:69 safety.relay: closed for 50 ms before a heater comes on */
+/* kiln.yaml:69 safety.relay: closed for 50 ms before a heater goes on */
 #define RELAY_SETTLE_TICKS 5u
 /* kiln.yaml:70 safety.relay_feedback: 100 ms for the contact to follow */
 #define RELAY_CONTACT_TICKS 10u
@@ -72,7 +72,7 @@
 
 /* kiln.yaml:10 sensors.chamber: one step of the reading */
 #define SENSOR_CHAMBER_STEP_C 0.0078125f
-/* it is read once every 1 s, in the ticks up to the step's */
+/* read every 1 s, in the ticks up to the step's */
 #define SENSOR_CHAMBER_PERIOD_TICKS 100u
 /* kiln.yaml:18 sensors.chamber.mains_filter: CR0 with a filter of 50 Hz, and the test for an open thermocouple in every 16th conversion */
 #define SENSOR_CHAMBER_SETTINGS 0x11u
@@ -80,9 +80,9 @@
 #define SENSOR_CHAMBER_AVERAGING 0x10u
 /* registers, in less than 100 us; those of the temperature in one tick */
 #define SENSOR_CHAMBER_READ_A_TICK 4u
-/* to read all 16 registers and judge, after the tick in which it is selected */
+/* to read and check all 16 registers, after the tick that selects it */
 #define SENSOR_CHAMBER_READ_TICKS 5u
-/* its first conversion takes 225 ms at most */
+/* its first conversion takes at most 225 ms */
 #define SENSOR_CHAMBER_FIRST_TICKS 23u
 
 /* ---- Loop chamber ---- */
@@ -95,13 +95,13 @@
 #define LOOP_CHAMBER_SETPOINT_MINIMUM_C 0.0f
 /* kiln.yaml:31 loops.chamber.setpoint.maximum: 1100 degC */
 #define LOOP_CHAMBER_SETPOINT_MAXIMUM_C 1100.0f
-/* kiln.yaml:20 sensors.chamber.moving_average: whose mean the control goes by */
+/* kiln.yaml:20 sensors.chamber.moving_average: in the mean that the control uses */
 #define LOOP_CHAMBER_READINGS 5u
 /* kiln.yaml:20 sensors.chamber.moving_average: 1 / 5 */
 #define LOOP_CHAMBER_SHARE 0.2f
 /* kiln.yaml:27 loops.chamber.ready_within (default): 1 K */
 #define LOOP_CHAMBER_WARM_WITHIN_K 1.0f
-/* kiln.yaml:30 loops.chamber.period: two periods without a decision and the heater is off */
+/* kiln.yaml:30 loops.chamber.period: after two periods without a step the heater is off */
 #define LOOP_CHAMBER_PERMIT_TICKS 200u
 /* kiln.yaml:48 loops.chamber.protection.stale_after: 5 s without a reading: heater off */
 #define LOOP_CHAMBER_SENSOR_PERMIT_TICKS 501u
@@ -119,7 +119,7 @@
 #define LOOP_CHAMBER_KD 52.0f
 /* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: 1 s / (0.6 s + 1 s) */
 #define LOOP_CHAMBER_SLOPE_WEIGHT 0.625f
-/* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: K/s; less is none */
+/* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: K/s; less counts as 0 */
 #define LOOP_CHAMBER_LEAST_SLOPE 1e-09f
 /* kiln.yaml:30 loops.chamber.period: 1 / 1 s */
 #define LOOP_CHAMBER_PER_PERIOD 1.0f
@@ -161,9 +161,9 @@
 #define LOOP_CHAMBER_OFF_RISE_K 10.0f
 /* kiln.yaml:41 loops.chamber.protection.rising_while_off.settle (default): 120 s in periods of 1 s, derived from the plant: as usual */
 #define LOOP_CHAMBER_OFF_SETTLE_STEPS 120u
-/* kiln.yaml:41 loops.chamber.protection.effort (default): of a step; the plant feels a power for 1320 s */
+/* kiln.yaml:41 loops.chamber.protection.effort (default): of a step in the mean of the power, over 1320 s */
 #define LOOP_CHAMBER_EFFORT_SHARE 0.00075474253f
-/* kiln.yaml:41 loops.chamber.protection.effort (default): a reading that moves by less stands */
+/* kiln.yaml:41 loops.chamber.protection.effort (default): a smaller move counts as constant */
 #define LOOP_CHAMBER_EFFORT_MOVE_K 2.0f
 /* kiln.yaml:41 loops.chamber.protection.effort.for (default): 1100 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 667 s; 1.5 times that, or half of the 1320 s for which the plant feels a power, and delays */
 #define LOOP_CHAMBER_EFFORT_STEPS 1100u
@@ -172,15 +172,15 @@
 
 /* kiln.yaml:73 interfaces[0].baud: 115200 baud, really 117647 */
 #define NEXTION_DIVISOR 16u
-/* to which the display is brought */
+/* the display is set to it */
 #define NEXTION_BAUD 115200ul
-/* 20 ms from one instruction to the next at least */
+/* 20 ms at least between two instructions */
 #define NEXTION_TURN_TICKS 2u
-/* 1 s: a pixel of the running chart */
+/* 1 s: a pixel of the chart of the last minutes */
 #define NEXTION_BEAT_TURNS 50u
-/* 30 s until everything is said again */
+/* 30 s until everything is sent again */
 #define NEXTION_REFRESH_BEATS 30u
-/* 3 s for an answer, until it is looked for at other speeds */
+/* 3 s without an answer, then other baud rates are tried */
 #define NEXTION_SEARCH_BEATS 3u
 /* the longest order: 10 segments of 23 characters */
 #define NEXTION_ORDER_SIZE 262u
@@ -192,9 +192,9 @@
 #define NEXTION_HUNDREDTHS_OF_KWH 0.000013444444f
 /* colour of any segment, 16 bits */
 #define NEXTION_PLAIN 8518
-/* colour of the one touched last, 16 bits */
+/* colour of the segment touched last, 16 bits */
 #define NEXTION_MARKED 64800
-/* colour of the one that runs, 16 bits */
+/* colour of the running segment, 16 bits */
 #define NEXTION_RUNNING 7177
 /* numbered from 0 as in the editor */
 #define NEXTION_PAGES 42u
@@ -216,7 +216,7 @@
 #define NEXTION_CHART_COLUMNS 600u
 /* pixels */
 #define NEXTION_CHART_HEIGHT 180u
-/* 60 s a pixel */
+/* 60 s per pixel */
 #define NEXTION_CHART_BEATS 60u
 /* 180 px for 1200 degC */
 #define NEXTION_PIXELS_PER_K 0.15f
@@ -234,13 +234,13 @@
 
 /* ---- Settings in EEPROM ---- */
 
-/* the record takes 37; slots are alike in every firmware */
+/* the record takes 37; slots are the same in every firmware */
 #define SETTINGS_SLOT_BYTES 64u
 /* 1024 of the 4096 bytes of EEPROM: 1.6 million saves */
 #define SETTINGS_SLOTS 16u
-/* a maximum or a type of thermocouple is saved when it has rested 10 s */
+/* a maximum or a type of thermocouple is saved 10 s after the last change */
 #define SETTINGS_DELAY_TICKS 1000u
-/* no gain is larger, whoever sets it */
+/* the largest gain that can be set */
 #define GAIN_MAXIMUM 1000000.0f
 /* kiln.yaml:16 sensors.chamber.thermocouple: K of BEJKNRST */
 #define SENSOR_CHAMBER_TYPE_GIVEN 3u

@@ -160,7 +160,7 @@ static void decide(const struct reading now)
 /* One control step, in the order of docs/control.md. */
 static void step(void)
 {
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* if not, they are replaced, before one is used */
     loop_chamber.steps++;
     loop_chamber.setpoint_c = settings.chamber_setpoint_c;
     guard_chamber.maximum_c = settings.chamber_maximum_c;
@@ -171,7 +171,7 @@ static void step(void)
 
     loop_chamber.reading_status = sensor_chamber_take(&loop_chamber.reading_raw);
     const struct reading now = convert_reading();
-    /* The protections go by every single reading. */
+    /* The protections use each single reading, not the mean. */
     const float reading_change_k = had_reading ? loop_chamber.reading_c - reading_last_c : 0.0f;
     mark(READ);
 
@@ -275,7 +275,7 @@ void loop_chamber_switch_off(void)
 
 void loop_chamber_disable(void)
 {
-    (void)program_stop(); /* or the start that waits for a reading */
+    (void)program_stop(); /* also a start that waits for a reading */
     loop_chamber_switch_off();
 }
 

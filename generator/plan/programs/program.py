@@ -1,4 +1,4 @@
-"""The program that moves a loop's setpoint: its numbers, its place in start and step."""
+"""The program that moves a loop's setpoint: its constants, and its calls in start and step."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec.programs import Programs
 
 MOST_STEPS = 65_535
-"""What the counter of the steps that a program waits can hold."""
+"""Largest count of the steps for which a program waits: the counter has 16 bits."""
 
 TENTHS_PER_HOUR = 36_000
 """Seconds in an hour, for rates in tenths of a kelvin per hour."""
 
 
 def plan(root: Source, loop: LoopSummary) -> Part:
-    """Plan program.c; `loop` is the summary of the loop that it moves."""
+    """Plan program.c; `loop` is the loop whose setpoint the program moves."""
     programs = root.controller.programs
     assert programs is not None  # noqa: S101 - the caller has looked
     source = root.at("programs")

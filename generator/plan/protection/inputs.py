@@ -1,4 +1,4 @@
-"""Inputs of the machine: contacts without which nothing heats."""
+"""Inputs of the machine: contacts that must be closed for heat."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def plan_inputs(root: Source) -> list[Part]:
     closed_s = inputs[slowest].for_s
     constants.append(
         section.at(slowest, "for").count(
-            "GATE_INPUT_TICKS", ticks(closed_s), f"{quantity(closed_s, 's')} closed before any heat"
+            "GATE_INPUT_TICKS", ticks(closed_s), f"{quantity(closed_s, 's')} closed before heat"
         )
     )
     return [

@@ -1,4 +1,4 @@
-"""What the plans of all sensors get."""
+"""Common parts of the plans of all sensors."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from heatwright.spec.sensors import Thermometer
 
 @dataclass(frozen=True, slots=True)
 class UseOfSensor:
-    """What the firmware does with a sensor."""
+    """How the firmware uses a sensor."""
 
     period_s: float
     """Shortest period of the loops that read it, s."""
     timer: int | None
-    """Number of the timer that is its own; None for a sensor that needs none."""
+    """Number of its own timer; None for a sensor that needs none."""
 
 
 def raw_type(sensor: Thermometer) -> str:
@@ -30,7 +30,7 @@ def current_sensor(controller: Controller, loop: Loop) -> str | None:
 
 
 def shortest_period_s(controller: Controller, name: str) -> float:
-    """Find the shortest period of the loops that read a sensor, be it their monitor's."""
+    """Find the shortest period of the loops that read a sensor, also as a monitor's."""
     return min(
         loop.period_s
         for loop_name, loop in controller.loops.items()
