@@ -77,7 +77,7 @@ def key_constants(source: Source, name: str) -> list[Constant]:
 
 def _at(source: Source, each: Number) -> Source:
     keypad = keypad_of(source.controller)
-    assert keypad is not None  # noqa: S101 - what else has numbers?
+    assert keypad is not None  # noqa: S101 - only keys set numbers
     index = source.controller.interfaces.index(keypad)
     return Source(source.spec, ("interfaces", index, "adjust", each.kind.key))
 

@@ -60,7 +60,7 @@ def names(told: object) -> dict[str, Any]:
         return dict(told)
     if isinstance(told, tuple):
         return {name: value for each in told for name, value in names(each).items()}
-    assert is_dataclass(told)  # noqa: S101 - what else has names?
+    assert is_dataclass(told)  # noqa: S101 - other values have no names
     return {each.name: getattr(told, each.name) for each in fields(told)}
 
 

@@ -96,7 +96,7 @@ def run(
     environment: str | None,
     progress: Progress | None,
 ) -> str:
-    """Run PlatformIO on the copy of the project; return what it printed."""
+    """Run PlatformIO on the copy of the project; return its output."""
     lines: list[str] = []
 
     def hear(text: str) -> None:

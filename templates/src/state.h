@@ -1,4 +1,4 @@
-/* What a loop is doing, one bit each. */
+/* Bits of a loop's state. */
 #ifndef STATE_H
 #define STATE_H
 

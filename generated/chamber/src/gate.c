@@ -16,7 +16,7 @@
 #include "pins.h" /* pin_output_*_drive, pin_output_fan_is_on */
 #include "reset.h" /* reset_hang_mark */
 
-static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
+static volatile uint8_t main_ticks; /* of the main loop's permit; one byte needs no lock */
 static uint16_t air_ticks;
 static uint16_t air_sensor_ticks;
 

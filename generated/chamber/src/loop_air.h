@@ -34,7 +34,7 @@ bool loop_air_is_in_order(void);
 /* True while the loop is on and no fault is latched. */
 bool loop_air_works(void);
 
-/* STATE_*, as the last step left it. */
+/* STATE_*, after the last step. */
 uint8_t loop_air_state(void);
 
 /* The commands: each takes effect in the next step. One that returns false was refused and has

@@ -10,7 +10,7 @@
 /* Start a measurement that is ready just before the loop's next step. */
 void sensor_air_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_air_tick(void);
 
 /* Return READING_OK with the reading in `raw`, in steps of 0.0625 K; or the rule that is broken, with

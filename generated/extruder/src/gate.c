@@ -16,7 +16,7 @@
 #include "pins.h" /* pin_output_*_drive */
 #include "reset.h" /* reset_hang_mark */
 
-static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
+static volatile uint8_t main_ticks; /* of the main loop's permit; one byte needs no lock */
 static uint16_t nozzle_ticks;
 static uint16_t nozzle_sensor_ticks;
 

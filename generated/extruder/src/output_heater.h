@@ -17,7 +17,7 @@ void output_heater_start(void);
 /* Set the duty: takes effect in the next tick, if the gate permits. */
 void output_heater_set(float duty_percent);
 
-/* Once a tick, from the gate. */
+/* Once per tick, from the gate: apply the duty, or off without a permit. */
 void output_heater_tick(bool permitted);
 
 #endif

@@ -30,7 +30,7 @@ static enum light enabled(void)
     return loop_nozzle_works() ? LIT : DARK;
 }
 
-/* Lit while the heater is on; blinking while its current holds it back. */
+/* Lit while the heater is on; blinking while its current limits the duty. */
 static enum light heating(void)
 {
     if (output_heater_is_on() && current_heater.limit_percent < loop_nozzle.asked_percent) {

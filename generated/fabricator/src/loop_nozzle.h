@@ -35,7 +35,7 @@ bool loop_nozzle_is_in_order(void);
 /* True while the loop is on and no fault is latched. */
 bool loop_nozzle_works(void);
 
-/* STATE_*, as the last step left it. */
+/* STATE_*, after the last step. */
 uint8_t loop_nozzle_state(void);
 
 /* The commands: each takes effect in the next step. One that returns false was refused and has

@@ -8,7 +8,7 @@
 /* A duty above 0 switches on in the next tick, if the gate permits. */
 void output_cooler_set(float duty_percent);
 
-/* Once a tick, from the gate. */
+/* Once per tick, from the gate: switch the pin. */
 void output_cooler_tick(bool permitted);
 
 /* State set by the last tick; reading the pin would be late. */

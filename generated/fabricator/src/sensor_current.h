@@ -8,7 +8,7 @@
 /* Start a measurement that is ready just before the loop's next step. */
 void sensor_current_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_current_tick(void);
 
 /* Return READING_OK with the last reading in `raw`, a sum of 4 codes; or FAULT_SENSOR_STALE,

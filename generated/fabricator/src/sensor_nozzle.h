@@ -8,7 +8,7 @@
 /* Start a measurement that is ready just before the loop's next step. */
 void sensor_nozzle_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_nozzle_tick(void);
 
 /* Return READING_OK with the last reading in `raw`, a sum of 16 codes; or the rule that is

@@ -91,7 +91,7 @@ static bool is_taken_now(int32_t steps)
         return true;
     }
     const int32_t left = difference(target_steps, output_feed_position());
-    const float ahead = OUTPUT_FEED_STEPS_PER_MM * mm_per_s; /* one second */
+    const float ahead = OUTPUT_FEED_STEPS_PER_MM * mm_per_s; /* steps in one second */
     if (resting || (left < 0) != (steps < 0)) {
         return false;
     }

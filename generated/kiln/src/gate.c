@@ -17,7 +17,7 @@
 #include "relay.h" /* relay_look, relay_switch */
 #include "reset.h" /* reset_hang_mark */
 
-static volatile uint8_t main_ticks; /* one byte: written and counted down without a lock */
+static volatile uint8_t main_ticks; /* of the main loop's permit; one byte needs no lock */
 static uint16_t chamber_ticks;
 static uint16_t chamber_sensor_ticks;
 static volatile bool chamber_wanted;

@@ -39,7 +39,7 @@ bool loop_chamber_is_in_order(void);
 /* True while the loop is on and no fault is latched. */
 bool loop_chamber_works(void);
 
-/* STATE_*, as the last step left it. */
+/* STATE_*, after the last step. */
 uint8_t loop_chamber_state(void);
 
 /* The commands: each takes effect in the next step. One that returns false was refused and has

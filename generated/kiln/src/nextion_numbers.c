@@ -4,7 +4,7 @@
 
 #include <avr/pgmspace.h> /* PROGMEM */
 
-/* So that one more digit still fits 32 bits, with its sign. */
+/* Largest number to which one more digit can be appended within 32 bits, with its sign. */
 static const uint32_t MOST_BEFORE_DIGIT = 99999999UL;
 
 static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };

@@ -15,7 +15,7 @@ extern struct output_element_state output_element;
 /* Set the duty: takes effect in the next window; 0 takes effect at once. */
 void output_element_set(float duty_percent);
 
-/* Once a tick, from the gate. */
+/* Once per tick, from the gate: switch the pin. */
 void output_element_tick(bool permitted);
 
 #endif

@@ -91,7 +91,7 @@ bool program_stop(void);
 /* True if an order waits for the next step. */
 bool program_is_ordered(void);
 
-/* The program as it was when it was started: editing does not change the one that runs. */
+/* The program as it was at its start: editing does not change the running program. */
 const struct stored_program *program_loaded(void);
 
 /* After a reset: continue where the power was cut, if the first reading allows it. */

@@ -16,7 +16,7 @@ bool sensor_chamber_choose(uint8_t type);
 /* Read the converter in the ticks before the loop's next step. */
 void sensor_chamber_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_chamber_tick(void);
 
 /* Return READING_OK with the reading in `raw`, in steps of 0.0078125 K; or the rule that is broken, with

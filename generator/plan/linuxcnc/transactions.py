@@ -1,4 +1,4 @@
-"""What mb2hal reads and writes in one round."""
+"""The reads and writes of mb2hal in one round."""
 
 from __future__ import annotations
 

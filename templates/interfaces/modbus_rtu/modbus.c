@@ -1,4 +1,4 @@
-/* The Modbus slave: what each function does (Modbus Application Protocol 1.1b3, section 6).
+/* The Modbus slave: executes the functions (Modbus Application Protocol 1.1b3, section 6).
  *
  * A request is checked completely before any part of it is executed; the answer overwrites it.
  */

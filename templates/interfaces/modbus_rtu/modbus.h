@@ -1,4 +1,4 @@
-/* The Modbus slave: what each function does. */
+/* The Modbus slave: executes the functions. */
 #ifndef MODBUS_H
 #define MODBUS_H
 
