@@ -45,7 +45,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         Constant(
             "WATCHDOG_LEAST",
             f"{10 * WATCHDOG_MS[0]}u",
-            f"{where}: {WATCHDOG_MS[0]} ms; of 16 ms: wrong by less than a quarter",
+            f"{where}: {WATCHDOG_MS[0]} ms, for a watchdog set to 16 ms",
         ),
         Constant("WATCHDOG_MOST", f"{10 * WATCHDOG_MS[1]}u", f"{where}: {WATCHDOG_MS[1]} ms"),
     )

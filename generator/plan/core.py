@@ -238,7 +238,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
         )
     else:
         constants.append(
-            at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "after a loss of power")
+            at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "wait after a loss of power")
         )
     apart = [rule_macro(rule) for rule in rules_of(root.controller) if rule.id in NO_LOCKOUT]
     return LockoutNames(at.where, keys, apart), tuple(constants)

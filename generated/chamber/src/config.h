@@ -43,7 +43,7 @@
 #define FLASH_BYTES_A_TICK 2u
 /* chamber.yaml:33 safety.self_checks (default): second mark of a step, returned by its guard */
 #define GUARD_JUDGED 2u
-/* chamber.yaml:33 safety.self_checks (default): 12 ms; of 16 ms: wrong by less than a quarter */
+/* chamber.yaml:33 safety.self_checks (default): 12 ms, for a watchdog set to 16 ms */
 #define WATCHDOG_LEAST 120u
 /* chamber.yaml:33 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u

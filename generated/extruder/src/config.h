@@ -34,7 +34,7 @@
 #define LOCKOUT_TRIPS 3u
 /* extruder.yaml:49 safety.lockout.within (default): an older trip no longer counts */
 #define LOCKOUT_WITHIN_S 1800u
-/* extruder.yaml:49 safety.lockout.wait (default): after a loss of power */
+/* extruder.yaml:49 safety.lockout.wait (default): wait after a loss of power */
 #define LOCKOUT_WAIT_S 600u
 
 /* ---- Self-checks ---- */
@@ -43,7 +43,7 @@
 #define FLASH_BYTES_A_TICK 2u
 /* extruder.yaml:49 safety.self_checks (default): second mark of a step, returned by its guard */
 #define GUARD_JUDGED 2u
-/* extruder.yaml:49 safety.self_checks (default): 12 ms; of 16 ms: wrong by less than a quarter */
+/* extruder.yaml:49 safety.self_checks (default): 12 ms, for a watchdog set to 16 ms */
 #define WATCHDOG_LEAST 120u
 /* extruder.yaml:49 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u

@@ -36,7 +36,7 @@
 #define LOCKOUT_TRIPS 3u
 /* feeder.yaml:43 safety.lockout.within (default): an older trip no longer counts */
 #define LOCKOUT_WITHIN_S 1800u
-/* feeder.yaml:43 safety.lockout.wait (default): after a loss of power */
+/* feeder.yaml:43 safety.lockout.wait (default): wait after a loss of power */
 #define LOCKOUT_WAIT_S 600u
 
 /* ---- Self-checks ---- */
