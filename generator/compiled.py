@@ -1,4 +1,4 @@
-"""Templates compiled once: kept beside them, as Python keeps its own modules.
+"""Compiled templates, stored beside their sources as Python stores its compiled modules.
 
 Compiling all templates of a firmware takes a third of the time of `heatwright generate`.
 """
@@ -19,25 +19,25 @@ from jinja2.bccache import Bucket
 
 
 class CompiledTemplates(BytecodeCache):
-    """All compiled templates in one file below `__pycache__`.
+    """All compiled templates, in one file below `__pycache__`.
 
-    What is damaged, stale, or of another Python or jinja is compiled anew. Where nothing can be
-    written, nothing is kept.
+    A template is compiled again if its stored form is damaged, stale, or from another Python or
+    jinja. If the file cannot be written, nothing is stored.
     """
 
     def __init__(self, folder: Path, options: str) -> None:
-        """Keep those of a folder, compiled with these options."""
+        """Store the templates of a folder, compiled with these options."""
         self._options = options
         self._file = Path(cache_from_source(str(folder / "templates.py"))).with_suffix(".jinja")
         self._kept = self._read()
         self._changed = False
 
     def get_source_checksum(self, source: str) -> str:
-        """Return what a compiled template was made from: its text, and its syntax options."""
+        """Return the digest of a template's text and the syntax options."""
         return hashlib.sha256(f"{self._options}\n{source}".encode()).hexdigest()
 
     def load_bytecode(self, bucket: Bucket) -> None:
-        """Fill a bucket with what is kept of its template."""
+        """Fill a bucket with the stored form of its template."""
         data = self._kept.get(bucket.key)
         if data is not None:
             try:
@@ -46,12 +46,12 @@ class CompiledTemplates(BytecodeCache):
                 bucket.reset()
 
     def dump_bytecode(self, bucket: Bucket) -> None:
-        """Keep a template that had to be compiled."""
+        """Store a template that had to be compiled."""
         self._kept[bucket.key] = bucket.bytecode_to_string()
         self._changed = True
 
     def save(self) -> None:
-        """Write what has changed, whole or not at all."""
+        """Write changed templates to the file, completely or not at all."""
         if not self._changed or sys.dont_write_bytecode:
             return
         with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""Write a project to a folder, or compare a folder with it. Nothing of the user's is touched."""
+"""Write a project to a folder, or compare it with one. The user's own files are never changed."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from pathlib import Path, PurePosixPath
 from heatwright.generator.plan.parts import MARK
 
 _BANNER = re.compile(rb"((//|;|#|<!--) |{\"_\": \")" + MARK.encode() + b" from ")
-"""How each of our files begins; one that has these words further down may be the user's."""
+"""First line of each generated file; a file with these words further down may be the user's."""
 
 
 class OutputRefused(Exception):
-    """The folder holds something that is not ours to replace; says what and what to do."""
+    """The folder has something that must not be replaced; the text says what, and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One file that is not as it should be: `missing`, `changed` or `extra`."""
+    """One file that differs from the project: `missing`, `changed` or `extra`."""
 
     path: str
     state: str
@@ -48,7 +48,7 @@ def write(files: Mapping[str, str], folder: Path) -> tuple[Path, ...]:
 
 
 def compare(files: Mapping[str, str], folder: Path) -> tuple[Difference, ...]:
-    """Compare both ways: missing, changed, and generated files that should no longer be there."""
+    """Return missing and changed files, and generated files that the project no longer has."""
     differences = []
     for path, text in files.items():
         target = folder / _inside(path)
@@ -61,7 +61,7 @@ def compare(files: Mapping[str, str], folder: Path) -> tuple[Difference, ...]:
 
 
 def left_over(files: Mapping[str, str], folder: Path) -> tuple[str, ...]:
-    """Generated files that this spec no longer generates, in the folders it generates to."""
+    """Find generated files that this spec no longer generates, in the project's folders."""
     found = (
         path
         for place in sorted({(folder / _inside(path)).parent for path in files})
@@ -107,7 +107,7 @@ def _refuse_foreign(folder: Path, target: Path) -> None:
 
 
 def _replace(target: Path, data: bytes) -> None:
-    """All or nothing: a reader never finds half a file, Ctrl-C leaves the old one."""
+    """Write a file completely or not at all: no reader finds half, Ctrl-C leaves the old one."""
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     temporary = Path(name)
     try:

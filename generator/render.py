@@ -1,4 +1,4 @@
-"""Print a plan: templates in, text out. Nothing is decided or computed here."""
+"""Render the templates with the values of a plan. Nothing is decided or computed here."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _COMMENTS = {
     **dict.fromkeys((".csv", ".hal", ".py"), "# {}\n"),
     ".json": '{{"_": "{}",\n',
 }
-"""How a file begins with the banner, by its suffix; JSON, which has no comments, with a member."""
+"""Form of the banner by a file's suffix: a comment; in JSON, which has none, a member."""
 
 
 def _load(template: str) -> str:
-    """Read a template, its `//%` lines made into statements.
+    """Read a template, with its `//%` lines converted to statements.
 
-    Jinja's own line statements would swallow the empty lines behind them.
+    Jinja's own line statements would remove the empty lines after them.
 
     Raises:
         KindIncomplete: a package from outside lacks a template of its own, `package:name`.
@@ -68,7 +68,7 @@ def _begun(suffix: str, banner: str) -> str:
 
 
 def render(plan: Plan) -> Mapping[str, str]:
-    """Text of every file by its path in the project, in the order of the paths."""
+    """Return the text of every file by its path in the project, in the order of the paths."""
     environment = _environment()
     texts = {
         file.path: _begun(PurePosixPath(file.path).suffix, plan.banner)

@@ -1,4 +1,4 @@
-"""Draws how a board is wired: its pins on the left, what is at each of them to the right."""
+"""Draws the wiring of a board: its pins on the left, the devices connected to them on the right."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from heatwright.generator.plan.parts import Symbol, Wiring
 sys.modules.setdefault("schemdraw.backends.mpl", None)  # type: ignore[arg-type]
 
 _CHARACTER = 0.17
-"""Width of one, in units of the drawing: half an inch each."""
+"""Width of a character, in units of the drawing (half an inch)."""
 _SMALL, _NORMAL = 9, 10
 _ROW, _SHUNT, _TO_SHUNT = 0.9, 1.5, 0.6
 _NOTE_CHARACTERS = 40
@@ -28,7 +28,7 @@ _DECIMALS = re.compile(r"\d+\.\d{3,}")
 
 
 class Wires:
-    """A drawing that is made when it is printed; planning a firmware does not wait for it."""
+    """A drawing that is made only when it is rendered: planning a firmware does not wait for it."""
 
     def __init__(self, name: str, board: str, rows: Iterable[Wiring]) -> None:
         """Draw the controller `name` on its board."""
@@ -40,18 +40,18 @@ class Wires:
 
 
 class _Placed(NamedTuple):
-    """A row and its height on the drawing."""
+    """A row and its vertical position on the drawing."""
 
     row: Wiring
     y: float
     device: str
     notes: tuple[str, ...] = ()
-    """Below the last row of a device."""
+    """Lines of text below the last row of a device."""
 
 
 def drawn(name: str, board: str, rows: Sequence[Wiring], notes: Sequence[str] = NOTES) -> str:
     """Draw the rows from the top down, and notes below them."""
-    import schemdraw  # noqa: PLC0415 - not everybody who plans a firmware draws it
+    import schemdraw  # noqa: PLC0415 - not every planned firmware is drawn
     from schemdraw import elements  # noqa: PLC0415
 
     schemdraw.use("svg")
@@ -76,11 +76,11 @@ def drawn(name: str, board: str, rows: Sequence[Wiring], notes: Sequence[str] = 
     pen.widen(bottom)
     text = drawing.get_imagedata("svg").decode("utf-8")
     text = _DECIMALS.sub(lambda found: f"{float(found[0]):.2f}", text)
-    return text.replace("><", ">\n<") + "\n"  # a change is seen line by line
+    return text.replace("><", ">\n<") + "\n"  # one element per line, for readable diffs
 
 
 def _placed(rows: Sequence[Wiring]) -> tuple[list[_Placed], float]:
-    """Give each row its height; return the lowest, too."""
+    """Give each row its position; also return the lowest one."""
     y, found = 0.0, []
     for device, group in groupby(rows, key=lambda row: row.what.partition(", ")[0]):
         wires = list(group)
@@ -99,7 +99,7 @@ def _placed(rows: Sequence[Wiring]) -> tuple[list[_Placed], float]:
 
 
 def _notes(rows: Sequence[Wiring]) -> tuple[str, ...]:
-    """Return what else a device needs, in lines: of what has no pin, or else of its pins."""
+    """Return further needs of a device, in lines: of its row without a pin, else of its pins."""
     hows = [row.how for row in rows if row.pin == "–"]
     hows = hows or [row.how for row in rows if row.ends and row.how != "the same"]
     return tuple(line for how in dict.fromkeys(hows) for line in wrap(how, _NOTE_CHARACTERS))
@@ -110,7 +110,7 @@ def _terminal(row: Wiring) -> str:
 
 
 class _Pen:
-    """Draws with a library's symbols."""
+    """Draws rows with the library's symbols."""
 
     def __init__(self, drawing: Any, elements: Any) -> None:
         self._drawing, self._of = drawing, elements
@@ -125,7 +125,7 @@ class _Pen:
         }
 
     def wire(self, placed: _Placed) -> float:
-        """Draw what is in a row; return where its wire has come to."""
+        """Draw the symbols of a row; return the position of the wire's end."""
         x, y = 0.0, placed.y
         for number, symbol in enumerate(placed.row.symbols, 1):
             if symbol.way == "along":
@@ -146,8 +146,8 @@ class _Pen:
             self._drawing += self._of.Line().at((start, y)).to((end, y))
 
     def text(self, text: str, x: float, y: float, size: int = _NORMAL, align: str = "left") -> None:
-        """Write a line, its middle at y."""
-        at = (x - 0.1 * (align == "center"), y - 0.1)  # where the library's labels begin
+        """Write a line of text, centred vertically at y."""
+        at = (x - 0.1 * (align == "center"), y - 0.1)  # offset of the library's labels
         if align == "left":
             self._right = max(self._right, x + len(text) * _CHARACTER * size / _NORMAL)
         self._drawing += (
@@ -155,7 +155,7 @@ class _Pen:
         )
 
     def widen(self, y: float) -> None:
-        """Let the drawing reach to the end of each text, whose width the library does not count."""
+        """Extend the drawing to the end of each text: the library ignores the width of texts."""
         self._drawing += self._of.Gap().at((self._right, y)).to((self._right + 0.1, y))
 
     def _along(self, symbol: Symbol, x: float, y: float) -> float:
@@ -174,7 +174,7 @@ class _Pen:
         return x + width
 
     def _shunt(self, symbol: Symbol, x: float, y: float) -> float:
-        """Draw what leads to a rail."""
+        """Draw a symbol that leads to a rail."""
         x += _TO_SHUNT
         up = symbol.way == "up"
         end = y + 1.1 if up else y - 1.1
@@ -190,7 +190,7 @@ class _Pen:
         self._drawing += self._of.Rect(corner1=(left, bottom), corner2=(right, top)).at((0, 0))
 
     def device(self, name: str, rows: Sequence[_Placed], left: float) -> None:
-        """Draw what several wires lead to: its terminals, its name, what else it needs."""
+        """Draw a device: its terminals, its name, its further needs."""
         ends = [_terminal(each.row) for each in rows]
         notes = rows[-1].notes
         column = max(map(len, ends)) * _CHARACTER + 0.5

@@ -1,4 +1,4 @@
-"""The ADC: one scan a tick, shared by the analog sensors and the keys."""
+"""The ADC: one scan per tick, shared by the analog sensors and the keys."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from heatwright.spec.self_checks import measures_known_voltage
 from heatwright.spec.sensing.circuits import reference_v
 
 FASTEST_HZ = 200_000
-"""ADC clock for the full ten bits (data sheets, ADC, "Prescaling and conversion timing")."""
+"""Fastest ADC clock for the full ten bits (data sheets, "Prescaling and conversion timing")."""
 
 FAR = 8
-"""Channels from this one up have MUX5 set, which is in ADCSRB (ATmega2560, 32U4)."""
+"""First channel that needs the bit MUX5, which is in ADCSRB (ATmega2560, 32U4)."""
 
 
 CODES = 1024
 WRONG_TICKS = 100
 KNOWN_TOLERANCE = 0.25
-"""± of the expected code, as a share: the band gap's tolerance and that of a 4.5 to 5.5 V supply as
-the reference."""
+"""Tolerance of the expected code, as a share: that of the band gap plus that of the reference, a
+supply of 4.5 to 5.5 V."""
 
 REFERENCES = {
     "supply": ("(1u << REFS0)", "The supply, AVCC."),
@@ -38,7 +38,7 @@ def channel_macro(sensor: str) -> str:
 
 
 def scan(root: Source) -> Part:
-    """Plan the scan: the same part for each that asks, and so printed once."""
+    """Plan the scan: the same part for each component that uses it, so it is printed once."""
     controller = root.controller
     board = controller.board
     channels = _channels(root)
@@ -70,7 +70,7 @@ def scan(root: Source) -> Part:
 
 
 def known_limits(root: Source) -> tuple[Constant, ...]:
-    """Within which codes the chip's own voltage is measured; nothing where it is not."""
+    """The limits for the code of the chip's own voltage; none if it is not measured."""
     known = _known(root)
     if known is None:
         return ()
@@ -111,11 +111,11 @@ def _channels(root: Source) -> list[dict[str, str]]:
     if known is None:
         return channels
     first, last = (known | {"macro": macro} for macro in ("ADC_KNOWN", "ADC_KNOWN_IS_NEXT"))
-    return [first, *channels, last]  # a tick to settle: its source is weak
+    return [first, *channels, last]  # a whole tick to settle: its source is weak
 
 
 def _known(root: Source) -> dict[str, str] | None:
-    """A voltage of the chip's own, which the self-checks measure beside the sensors."""
+    """The chip's own voltage, which the self-checks measure in addition to the sensors."""
     board = root.controller.board
     if not measures_known_voltage(root.controller):
         return None
@@ -144,19 +144,19 @@ def _channel(controller: Controller, macro: str, pin: str, source: Source) -> di
 
 
 def _bits(name: str, code: int) -> str:
-    """The bits of a register by name, to be put behind others."""
+    """The bits of a register by name, to be appended to others."""
     return "".join(f" | (1u << {name}{bit})" for bit in (4, 3, 2, 1, 0) if code & (1 << bit))
 
 
 def _reference(controller: Controller) -> str:
-    """All channels have the same (the spec sees to it); keys divide the supply."""
+    """The reference of all channels: the spec ensures that it is the same; keys need the supply."""
     for sensor in controller.adc_sensors.values():
         return sensor.reference if isinstance(sensor.reference, str) else "external"
     return "supply"
 
 
 def _digital_inputs_off(controller: Controller) -> list[str]:
-    """Lines that switch off the digital inputs of sensors' pins: half a supply makes them draw."""
+    """C that switches off the digital inputs at sensors: at half the supply they draw current."""
     board = controller.board
     if board.is_old:
         return []

@@ -1,4 +1,4 @@
-"""What thermistor, rtd and analog sensors have in common: a channel, limits, and a table."""
+"""Common parts of thermistor, rtd and analog sensors: a channel, limits and a table."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def plan_analog(
     use: UseOfSensor,
     circuit: str,
 ) -> Part:
-    """Plan an analog sensor; `circuit` says in a few words of ASCII what is at the pin."""
+    """Plan an analog sensor; `circuit` describes the circuit at the pin in a few ASCII words."""
     controller = source.controller
     board = controller.board
     pin = board.pins[sensor.pin]
@@ -75,7 +75,7 @@ def plan_analog(
 
 
 def _wiring(pin: str, what: str, sensor: Thermistor | Rtd | Analog, circuit: str) -> Wiring:
-    """Draw the element and its resistor; what gives a voltage is a box with a terminal."""
+    """Draw the element and its resistor; a sensor that gives a voltage is a box with a terminal."""
     divider = sensor.divider
     if divider is None:
         return Wiring(pin, what, circuit, end="out" if sensor.amplifier is None else "amplifier")
@@ -95,7 +95,7 @@ def _wiring(pin: str, what: str, sensor: Thermistor | Rtd | Analog, circuit: str
 
 
 def divider_words(element: str, divider: Divider | None) -> str:
-    """Say how an element is wired to its resistor."""
+    """Describe how an element is wired to its resistor."""
     assert divider is not None  # noqa: S101 - the spec asks for one
     supply = "the supply" if divider.supply_v is None else f"{divider.supply_v:g} V"
     if divider.pull_up_ohm is not None:
@@ -104,7 +104,7 @@ def divider_words(element: str, divider: Divider | None) -> str:
 
 
 def _points(table: Conversion) -> list[dict[str, str]]:
-    """The points as the table's lines; the last has no slope."""
+    """The points as lines of the table; the last has no slope."""
     slopes = [c_float(slope) for slope in table.slopes]
     return [
         {"raw": str(point.raw), "celsius": c_float(point.celsius), "slope": slope}

@@ -1,4 +1,4 @@
-"""Put the parts together: files, numbers, pins, and the order of start and tick."""
+"""Combine the parts: files, constants, pins, and the order of start and tick."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def plan_firmware(spec: Spec) -> Plan:
 
 
 def _owners(owned: list[tuple[Path, Part]]) -> dict[str, tuple[Path, ...]]:
-    """Find the keys that want each file; none where one is wanted in any case."""
+    """Find the keys of the spec that need each file; none for a file of every firmware."""
     found: dict[str, tuple[Path, ...]] = {}
     for path, part in owned:
         for file in part.files:
@@ -95,7 +95,7 @@ def _owners(owned: list[tuple[Path, Part]]) -> dict[str, tuple[Path, ...]]:
 
 
 def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
-    """The files to which every part adds: config.h, pins.h, main.c."""
+    """The files to which several parts add: config.h, pins.h, main.c."""
     board = spec.controller.board
     config = {
         "spec_file": c_comment(spec.file_name),
@@ -132,12 +132,12 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
 
 
 def _each(attribute: str, parts: list[Part]) -> list[Any]:
-    """What the parts add, each once: several may need the same helper."""
+    """Return this attribute's entries of all parts, each once: several parts may share a helper."""
     return list(dict.fromkeys(each for part in parts for each in getattr(part, attribute)))
 
 
 def _includes(calls: list[Call]) -> list[Header]:
-    """Each header once, with the functions main.c needs it for."""
+    """Return each header once, with the functions for which main.c includes it."""
     functions: dict[str, list[str]] = {"clock.h": ["clock_wait"]}
     for call in calls:
         if call.header:
@@ -148,7 +148,7 @@ def _includes(calls: list[Call]) -> list[Header]:
 
 
 def _unique(files: Iterable[File]) -> tuple[File, ...]:
-    """Each path once: several parts may need the same helper."""
+    """Return each file once: several parts may share a helper."""
     by_path: dict[str, File] = {}
     for file in files:
         by_path.setdefault(file.path, file)

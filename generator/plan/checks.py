@@ -1,4 +1,4 @@
-"""What the controller checks of itself: it gives the main loop's permit only while all is sound."""
+"""The self-checks of the controller: the main loop's permit is renewed only while all pass."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from heatwright.spec.self_checks import (
 
 MOST_TICKS_WAITING = 10
 WATCHDOG_MS = (12, 24)
-"""Within which a watchdog set to 16 ms resets: its oscillator is slower when hot, up to a fifth."""
+"""Limits for the time of a watchdog set to 16 ms: hot, its oscillator is up to a fifth slower."""
 PIN_HELD_TICKS = 3
 NEAR_BYTES = 0x10000
 """Bytes of flash that a 16-bit address can reach."""
 
 
 def plan_checks(root: Source) -> tuple[Part, ...]:
-    """Plan the self-checks, where the controller has them."""
+    """Plan the self-checks, if the controller has them."""
     if not self_checked(root.controller):
         return ()
     where = root.at("safety", "self_checks").where
@@ -45,7 +45,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         Constant(
             "WATCHDOG_LEAST",
             f"{10 * WATCHDOG_MS[0]}u",
-            f"{where}: {WATCHDOG_MS[0]} ms; set to 16 it is hardly a quarter off",
+            f"{where}: {WATCHDOG_MS[0]} ms, for a watchdog set to 16 ms",
         ),
         Constant("WATCHDOG_MOST", f"{10 * WATCHDOG_MS[1]}u", f"{where}: {WATCHDOG_MS[1]} ms"),
     )
@@ -53,7 +53,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         Constant(
             "PIN_HELD_TICKS",
             f"{PIN_HELD_TICKS}u",
-            f"{where}: one look may fall into the moment in which the tick switches it",
+            f"{where}: one test may come just while the tick switches the pin",
         ),
     )
     names = ("checks.h", "checks.c", "cpu.c", "flash.h", "flash.c", "ram.h", "ram.c")
@@ -70,12 +70,12 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                         Constant(
                             "FLASH_BYTES_A_TICK",
                             f"{FLASH_BYTES_A_TICK}u",
-                            f"{where}: {FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes in a second",
+                            f"{where}: {FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes per second",
                         ),
                         Constant(
                             "GUARD_JUDGED",
                             "2u",
-                            f"{where}: a step's second mark, which its guard returns",
+                            f"{where}: second mark of a step, returned by its guard",
                         ),
                         *(watchdog if proves_watchdog(controller) else ()),
                         *known_limits(root),
@@ -83,7 +83,7 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                         Constant(
                             "CHECKS_MOST_TICKS",
                             f"{MOST_TICKS_WAITING}u",
-                            f"{where}: as many ticks wait at most (clock.c)",
+                            f"{where}: most ticks that can wait (clock.c)",
                         ),
                     ),
                 ),

@@ -1,4 +1,4 @@
-"""What thermocouple converters on three wires have in common: pins, a reader, when it reads."""
+"""Common parts of thermocouple converters on three wires: pins, a reader, and its times."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from heatwright.spec.boards import Pin
 
 @dataclass(frozen=True, slots=True)
 class Chip:
-    """What the data sheet says of a converter."""
+    """Data of a converter, from its data sheet."""
 
     name: str
     power_up_s: float
     """From its supply to its first conversion, s."""
     supply: str
-    """What else to connect."""
+    """Its supply, and what else must be connected."""
     shift: str = ""
-    """Where its levels are not the board's."""
+    """The level shifter, if its levels differ from the board's."""
 
 
 def plan_converter(
@@ -92,7 +92,7 @@ def _wiring(what: str, chip: Chip, select: Pin, clock: Pin, data: Pin) -> tuple[
 
 
 def shifted(shift: str) -> tuple[Symbol, ...]:
-    """Draw a level shifter where there is one."""
+    """Draw a level shifter if there is one."""
     return (along("level shifter"),) if shift else ()
 
 
@@ -112,12 +112,12 @@ def _constants(
         Constant(
             f"{prefix}_PERIOD_TICKS",
             f"{use.loop.period_ticks}u",
-            f"it is read once every {told_period(use.loop)}, in the tick of the step",
+            f"read every {told_period(use.loop)}, in the tick of the step",
         ),
         Constant(
             f"{prefix}_POWER_UP_TICKS",
             f"{math.ceil(round(first_s * 1000) / TICK_MS)}u",
-            f"its first conversion has ended {quantity(first_s * 1000, 'ms')} after power-up "
-            "at the latest",
+            f"its first conversion ends at most {quantity(first_s * 1000, 'ms')} after power-up "
+            "(data sheet)",
         ),
     )

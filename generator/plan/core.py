@@ -1,4 +1,4 @@
-"""The parts every firmware has: clock, reset, fault, gate, settings, serial line."""
+"""The parts of every firmware: start, clock, gate, latched fault."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from heatwright.spec.self_checks import proves_watchdog, self_checked
 
 GATE_MAIN_PERMIT_TICKS = 10
 MOST_PERMIT_TICKS = 65_535
-"""What the gate's counters of 16 bits hold, more than the longest period; where more is asked for,
-the heater is off earlier."""
+"""Largest count of the gate's 16-bit counters, more than the longest period; a longer time is cut
+to it, so the heater goes off earlier."""
 
 FAULT_COOLING_ABOVE_C = 50.0
-"""Burn threshold of hot metal for a contact of one minute, 51 degC (ISO 13732-1), rounded down."""
+"""Burn threshold of hot metal, 51 degC for a contact of one minute (ISO 13732-1), rounded down."""
 
 
 def rule_macro(rule: Rule) -> str:
@@ -38,7 +38,7 @@ WATCHDOG_NAMES = {
 
 
 def start(root: Source, reset_lines: list[str]) -> Part:
-    """Plan what main does first and last, and the first instructions after a reset."""
+    """Plan the first and last calls of main, and the first instructions after a reset."""
     controller = root.controller
     period = WATCHDOG_NAMES[controller.safety.watchdog_s]
     watchdog = root.at("safety", "watchdog").where
@@ -66,7 +66,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
 
 
 def clock(root: Source, timer: int) -> Part:
-    """The tick on `timer`."""
+    """Plan the tick on timer `timer`."""
     board = root.controller.board
     interval = tick_interval(board.clock_hz, board.timers[timer], looks(root.controller))
     assert interval is not None  # noqa: S101 - the spec gave the tick a timer that can
@@ -77,7 +77,7 @@ def clock(root: Source, timer: int) -> Part:
     ]
     if interval.divider > 1:
         constants.append(
-            Constant("CLOCK_TIMER_PERIODS", f"{interval.divider}u", "timer periods to one tick")
+            Constant("CLOCK_TIMER_PERIODS", f"{interval.divider}u", "timer periods per tick")
         )
     names = registers(board, timer)
     setup, once = compare_match(names, interval, "CLOCK_COMPARE"), (names.counter, "TIFR")
@@ -106,7 +106,7 @@ def clock(root: Source, timer: int) -> Part:
 
 
 def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
-    """The gate to the heaters, and its permits; it stops the steppers and opens the relay too."""
+    """Plan the heater gate and its permits; it also stops steppers and switches the relay."""
     proven = proofs(root.controller)
     fans = [loop.fan for loop in root.controller.loops.values()]
     driven = {root.controller.safety.relay}
@@ -146,26 +146,26 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
                     Constant(
                         "GATE_MAIN_PERMIT_TICKS",
                         f"{GATE_MAIN_PERMIT_TICKS}u",
-                        f"{GATE_MAIN_PERMIT_TICKS * TICK_MS} ms without the main loop "
-                        "and the heaters are off",
+                        f"after {GATE_MAIN_PERMIT_TICKS * TICK_MS} ms without the main "
+                        "loop the heaters are off",
                     ),
                 ),
             ),
         ),
         tick_calls=()
-        if self_checked(root.controller)  # which give the permit, or do not
+        if self_checked(root.controller)  # which alone renew the permit
         else (Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
     )
 
 
 def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """How long one decision of the loop, and one good reading, may hold the heater on."""
+    """How long the heater may be on after a control step, and after a good reading."""
     stale = steps(loop.protection.stale_after_s, loop)
     return [
         source.at("period").count(
             f"{prefix}_PERMIT_TICKS",
             min(2 * loop.period_ticks, MOST_PERMIT_TICKS),
-            "two periods without a decision and the heater is off",
+            "after two periods without a step the heater is off",
         ),
         source.at("protection", "stale_after").count(
             f"{prefix}_SENSOR_PERMIT_TICKS",
@@ -176,13 +176,13 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 
 def fault(root: Source, loops: list[LoopSummary]) -> Part:
-    """The latched fault and its codes."""
+    """Plan the latched fault and its codes."""
     lockout, constants = _lockout(root)
     context = {"loops": loops, "rules": rules_of(root.controller), "lockout": lockout}
     cooling = Constant(
         "FAULT_COOLING_ABOVE_C",
         c_float(FAULT_COOLING_ABOVE_C),
-        "with a fault latched the cooler runs: hot metal burns in a minute (ISO 13732-1)",
+        "with a fault the cooler runs above it: burns in a minute (ISO 13732-1)",
     )
     cooled = any(loop.cooler for loop in loops)
     if cooled:
@@ -198,7 +198,7 @@ def fault(root: Source, loops: list[LoopSummary]) -> Part:
 
 
 def lockout_ends(controller: Controller) -> str:
-    """Say what a person at the machine does about a lock-out; "" if there is none."""
+    """Say how a person at the machine ends a lock-out; "" if the controller has none."""
     spec = lockout_of(controller)
     if spec is None:
         return ""
@@ -210,16 +210,16 @@ def lockout_ends(controller: Controller) -> str:
 
 @dataclass(frozen=True, slots=True)
 class LockoutNames:
-    """The values on repeated trips, for the templates of the fault."""
+    """The values of the lock-out, for the templates of the fault."""
 
     where: str
     by_keys: bool
     apart: list[str]
-    """Codes of the rules that do not count."""
+    """Codes of the rules that do not count for the lock-out."""
 
 
 def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
-    """What repeated trips lead to, and its numbers."""
+    """Return the lock-out's values and constants."""
     spec, at = lockout_of(root.controller), root.at("safety", "lockout")
     if spec is None:
         return None, ()
@@ -227,7 +227,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     constants = [
         at.at("trips").count("LOCKOUT_TRIPS", spec.trips, "then only a person acknowledges"),
         at.at("within").count(
-            "LOCKOUT_WITHIN_S", int(spec.within_s), "a trip so long past counts no more"
+            "LOCKOUT_WITHIN_S", int(spec.within_s), "an older trip no longer counts"
         ),
     ]
     if keys:
@@ -236,7 +236,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
         )
     else:
         constants.append(
-            at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "after a loss of power")
+            at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "wait after a loss of power")
         )
     apart = [rule_macro(rule) for rule in rules_of(root.controller) if rule.id in NO_LOCKOUT]
     return LockoutNames(at.where, keys, apart), tuple(constants)

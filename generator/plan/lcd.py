@@ -1,4 +1,4 @@
-"""The screen of the LCD keypad shield: it takes text (lcd.h), and knows of no keys."""
+"""The screen of the LCD keypad shield: it shows text (lcd.h), without its keys."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from heatwright.generator.plan.pins import driven
 from heatwright.generator.plan.source import Source
 
 LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
-"""The shield's wiring. Its backlight on D10 is left alone: it is lit by a resistor."""
+"""The shield's wiring. D10 is not used: a resistor keeps the backlight on."""
 
 POWER_UP_S = 0.05
-"""HD44780U data sheet, figure 24: 40 ms after the supply has reached 2.7 V."""
+"""Wait before the first instruction: 40 ms after 2.7 V (HD44780U data sheet, figure 24)."""
 RESYNC_S = 30.0
 
 CONSTANTS = (
-    Constant("LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet asks for 40 ms"),
+    Constant("LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet requires 40 ms"),
     Constant(
         "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
     ),
 )
-"""Of config.h."""
+"""Constants of config.h."""
 
 
 def plan(source: Source) -> Part:

@@ -1,4 +1,4 @@
-"""Numbers on their way into C: literals that keep every bit, counts, quantities for comments."""
+"""Numbers for C: literals that keep every bit, counts, and quantities for comments."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def float32(value: float) -> float:
 
 
 def c_float(value: float) -> str:
-    """The shortest C literal of type float that names exactly float32(value)."""
+    """Return the shortest C literal of type float that is exactly float32(value)."""
     rounded = float32(value)
     for digits in range(1, 10):
         text = f"{rounded:.{digits}g}"
@@ -41,7 +41,7 @@ def c_count(value: int) -> str:
 
 
 def milliseconds(duration_s: float) -> int:
-    """Whole milliseconds; the spec refuses what would be lost here."""
+    """Return whole milliseconds; the spec refuses durations with fractions of them."""
     return round(duration_s * 1000)
 
 
@@ -51,7 +51,7 @@ def ticks(duration_s: float) -> int:
 
 
 def steps(duration_s: float, loop: Loop) -> int:
-    """Whole control periods in `duration_s`, rounded down, one at least."""
+    """Whole control periods in `duration_s`, rounded down, at least one."""
     return max(1, milliseconds(duration_s) // milliseconds(loop.period_s))
 
 

@@ -1,4 +1,4 @@
-"""Pins: names of the board to registers, and the inline functions that pins.h gives each."""
+"""Pins: their registers, and the inline functions that pins.h has for each."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec.boards import Pin
 
 FAR_PORTS = "HJKL"
-"""Ports beyond the reach of `sbi` and `cbi`: their changes take several instructions."""
+"""Ports that `sbi` and `cbi` cannot reach: a change takes several instructions."""
 
 
 def _mask(pin: Pin) -> str:
@@ -39,7 +39,7 @@ def _obeys(pin: Pin) -> PinFunction:
 
 
 def label(pin: Pin) -> str:
-    """Such as `D3 = PD3`, or `PD3` on a bare chip."""
+    """Name a pin for people: `D3 = PD3`, or `PD3` on a bare chip."""
     return pin.name if pin.name == pin.port_name else f"{pin.name} = {pin.port_name}"
 
 
@@ -47,7 +47,7 @@ def _pin(source: Source, name: str, pin: Pin, purpose: str, *functions: PinFunct
     return PinPlan(name, label(pin), purpose, source.where, functions)
 
 
-def switched(  # noqa: PLR0913 - one pin, said once
+def switched(  # noqa: PLR0913 - all values of one pin
     source: Source,
     name: str,
     pin: Pin,
@@ -57,9 +57,9 @@ def switched(  # noqa: PLR0913 - one pin, said once
     released: bool = False,
     read_back: bool = False,
 ) -> PinPlan:
-    """An output that is on or off, whatever level that is.
+    """Plan an output that is on or off, with either active level.
 
-    released -- it is also let go; read_back -- it is asked whether it obeys.
+    released -- it can be turned into an input; read_back -- its level is compared with its pin.
     """
     on, off = (_set, _clear) if active == "high" else (_clear, _set)
     release = (_change(pin, "release", _clear("DDR", pin)),) if released else ()
@@ -78,7 +78,7 @@ def switched(  # noqa: PLR0913 - one pin, said once
 
 
 def driven(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
-    """An output that is high or low."""
+    """Plan an output that is high or low."""
     return _pin(
         source,
         name,
@@ -91,12 +91,12 @@ def driven(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
 
 
 def pulled_up(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
-    """An input that must not float when nothing is plugged in."""
+    """Plan an input with a pull-up, so that it does not float when nothing is plugged in."""
     return _pin(source, name, pin, purpose, _change(pin, "pull_up", _set("PORT", pin)))
 
 
 def lifted(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
-    """An input that others drive, and our pull-up lifts while nobody does."""
+    """Plan an input that a chip drives; the pull-up makes it high while nothing drives it."""
     return _pin(
         source,
         name,
@@ -108,7 +108,7 @@ def lifted(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
 
 
 def contact(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
-    """A contact to ground, and our pull-up; direction and pull-up are written together."""
+    """Plan an input for a contact to ground; direction and pull-up are written together."""
     return _pin(
         source,
         name,
@@ -120,7 +120,7 @@ def contact(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
 
 
 def open_drain(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
-    """A line with a pull-up resistor that is pulled low or let go; its PORT bit stays 0."""
+    """Plan a line with a pull-up resistor, pulled low or released; its PORT bit stays 0."""
     return _pin(
         source,
         name,

@@ -1,8 +1,8 @@
-"""The register map of a Modbus slave: one value, of which C, Markdown, CSV and client are prints.
+"""The register map of a Modbus slave, from which C, Markdown, CSV and client are generated.
 
-Addresses count from 0, as the frames have them. The controller has the block at 0, the loops have
-those at 100, 200 and so on, in the order of the file. Inside a block there are no holes: what a
-loop has not, and what stands before something that it has, reads 0.
+Addresses count from 0, as in the frames. The controller's block begins at 0, the loops' blocks at
+100, 200 and so on, in the order of the file. A block has no gaps: a register for a feature that a
+loop lacks reads 0 if registers follow behind it.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ VERSION = 1
 """Version of the register map: it changes when the meaning of an address changes."""
 BLOCK = 100
 NO_TEMPERATURE = -32768
-"""What a temperature reads as long as there was none."""
+"""Value of a temperature register before the first good reading."""
 STATE_FAULT, STATE_VALID = 16, 32
-"""Bits of a loop's state besides those of state.h."""
+"""Bits of a loop's state in addition to those of state.h."""
 
 Table = Literal["coils", "discretes", "holdings", "inputs"]
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]
@@ -35,17 +35,17 @@ class Stored:
 
     how: str
     place: str
-    """A C expression; of MAP_NUMBER the number itself."""
+    """A C expression; for MAP_NUMBER the number itself."""
 
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """One value of the map, of one bit, one word or two."""
+    """One value of the map: a bit, one word or two words."""
 
     table: Table
     address: int
     name: str
-    """Such as `nozzle.temperature`; the controller's own have no dot."""
+    """Such as `nozzle.temperature`; names of the controller's registers have no dot."""
     kind: Kind
     meaning: str
     stored: Stored
@@ -58,7 +58,7 @@ class Register:
 
     @property
     def words(self) -> int:
-        """Addresses that it takes; of two words the first one is the high one."""
+        """Number of addresses that it takes; of two words, the first is the high one."""
         return 2 if self.kind in {"u32", "f32"} else 1
 
 
@@ -70,7 +70,7 @@ class RegisterMap:
     registers: tuple[Register, ...]
 
     def table(self, name: Table) -> tuple[Register, ...]:
-        """Those of one table."""
+        """Return the registers of one table."""
         return tuple(each for each in self.registers if each.table == name)
 
 
@@ -123,7 +123,7 @@ def _controller(spec: Spec) -> Iterable[Register]:
         4, "fault_temperature", "Temperature of the loop that tripped.",
         Stored("MAP_TENTHS", "&fault.temperature_c"),
     )  # fmt: skip
-    yield _seconds(5, "fault_time", "When it tripped, counted from its reset.", "fault.time_s")
+    yield _seconds(5, "fault_time", "When it tripped, in time since the reset.", "fault.time_s")
     yield _seconds(7, "uptime", "Time since the reset.", "seen.uptime_s")
     yield _byte(
         9, "acknowledgements", "Faults that were acknowledged since the reset; wraps at 256.",
@@ -134,7 +134,7 @@ def _controller(spec: Spec) -> Iterable[Register]:
 
 
 def _warnings(controller: Controller) -> Iterable[Register]:
-    """What monitors say; their places come behind all that every controller has."""
+    """Registers of the monitors; their addresses come after those that every controller has."""
     if controller.monitors:
         yield _byte(
             FIRST_MONITOR, "warnings", "Bits of the monitors that warn: 1 the first, 2 the second.",
@@ -153,14 +153,14 @@ def _warnings(controller: Controller) -> Iterable[Register]:
 
 
 FIRST_MONITOR = 16
-"""Address of what they say together; their readings follow."""
+"""Address of the monitors' common word; their readings follow."""
 _COUNTERS = {
     "messages": "Frames on the line with a good CRC, to any slave",
-    "errors": "Frames that were damaged: CRC, parity, framing, overrun, length",
-    "exceptions": "Requests that were answered with an exception",
+    "errors": "Damaged frames: CRC, parity, framing, overrun, length",
+    "exceptions": "Requests answered with an exception",
     "requests": "Requests to this slave, or to all",
-    "unanswered": "Of these those to all, which nobody answers",
-    "overruns": "Frames of which a character was lost",
+    "unanswered": "Requests to all, which get no answer",
+    "overruns": "Frames with a lost character",
 }
 
 
@@ -168,8 +168,8 @@ def _coils_of_controller(controller: Controller) -> Iterable[Register]:
     coils = {"acknowledge": "A change from 0 to 1 acknowledges the latched fault."}
     if any(facts_of(controller, name).tunable for name in controller.loops):
         coils |= {
-            "store": "A change from 0 to 1 stores all gains, for after a loss of power.",
-            "restore": "A change from 0 to 1 takes the gains of the specification.",
+            "store": "A change from 0 to 1 stores all gains, so that they outlive a loss of power.",
+            "restore": "A change from 0 to 1 restores the gains of the specification.",
         }
     for address, (name, meaning) in enumerate(coils.items()):
         stored = Stored(f"0x{1 << address:02x}", "&coils")
@@ -192,13 +192,13 @@ def _coils(controller: Controller, name: str, block: int) -> Iterable[Register]:
         places.append(
             (
                 "manual",
-                "1 heats with `manual_duty`, 0 goes back to automatic.",
+                "1 heats with `manual_duty`, 0 returns to automatic mode.",
                 Stored("0x02", mode),
             )
         )
         if controller.loops[name].autotune is not None:
             places.append(
-                ("tune", "1 finds gains at the setpoint, 0 ends that.", Stored("0x04", mode))
+                ("tune", "1 starts a tuning at the setpoint, 0 ends it.", Stored("0x04", mode))
             )
     for offset, (what, meaning, stored) in enumerate(places):
         yield Register(
@@ -208,10 +208,10 @@ def _coils(controller: Controller, name: str, block: int) -> Iterable[Register]:
 
 
 _BITS = {
-    "work": ("0x01", "The loop is switched on, and no fault is latched."),
-    "heat": ("0x02", "Its heater is asked for heat."),
-    "cool": ("0x04", "Its cooler is asked for."),
-    "warm": ("0x08", "It works, and is near its setpoint."),
+    "work": ("0x01", "The loop is on, and no fault is latched."),
+    "heat": ("0x02", "The duty of its heater is above 0."),
+    "cool": ("0x04", "Its cooler is commanded on."),
+    "warm": ("0x08", "The loop works, and is near its setpoint."),
     "valid": ("0x20", "The last reading of its temperature was good."),
 }
 
@@ -227,7 +227,7 @@ def _discretes(name: str, block: int) -> Iterable[Register]:
 def _holdings(controller: Controller, name: str, block: int) -> Iterable[Register]:
     setpoint = controller.loops[name].setpoint
     yield Register(
-        "holdings", block, f"{name}.setpoint", "i16", "Setpoint; it switches nothing on.",
+        "holdings", block, f"{name}.setpoint", "i16", "Setpoint; does not switch the loop on.",
         Stored("MAP_TENTHS", f"&settings.{name}_setpoint_c"), "read, write", 0.1, "°C",
         setpoint.minimum_c, setpoint.maximum_c,
     )  # fmt: skip
@@ -254,7 +254,7 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
         Stored("MAP_WORD", f"&seen.{name}_temperature"),
     )  # fmt: skip
     yield Register(
-        "inputs", block + 1, f"{name}.duty", "u16", "Duty asked of the heater.",
+        "inputs", block + 1, f"{name}.duty", "u16", "Duty of the heater, from the algorithm.",
         Stored("MAP_TENTHS", f"&{state}.duty_percent"), scale=0.1, unit="%",
     )  # fmt: skip
     yield _celsius(
@@ -267,7 +267,7 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
         f"seen.{name}_state",
     )  # fmt: skip
     yield _byte(
-        block + 4, f"{name}.reading", "0, or the code of the rule that the last reading breaks.",
+        block + 4, f"{name}.reading", "Code of the rule that the last reading breaks, or 0.",
         f"{state}.reading_status",
     )  # fmt: skip
     tuning = facts_of(controller, name).tunable and loop.autotune is not None
@@ -279,19 +279,19 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
         )  # fmt: skip
     elif tuning or measured:
         yield Register(
-            "inputs", block + 5, f"{name}.current", "u16", "No current is measured: 0.",
+            "inputs", block + 5, f"{name}.current", "u16", "No current is measured: always 0.",
             Stored("MAP_NUMBER", "0"), scale=0.01, unit="A",
         )  # fmt: skip
     if tuning:
         yield _byte(
             block + 6, f"{name}.tuning",
-            "How the last tuning stands: 0 none, 1 runs, 2 done, 3 timed out, 4 stopped, "
-            "5 too hot, 6 no use.",
+            "State of the last tuning: 0 none, 1 runs, 2 done, 3 timed out, 4 stopped, "
+            "5 too hot, 6 no usable gains.",
             f"autotune_{name}.result",
         )  # fmt: skip
     elif measured:
         yield Register(
-            "inputs", block + 6, f"{name}.tuning", "u16", "No command tunes it: 0.",
+            "inputs", block + 6, f"{name}.tuning", "u16", "No tuning here: always 0.",
             Stored("MAP_NUMBER", "0"),
         )  # fmt: skip
     if measured:
@@ -305,10 +305,10 @@ def _response(name: str, first: int) -> Iterable[Register]:
     )  # fmt: skip
     yield Register(
         "inputs", first + 1, f"{name}.settling_time", "f32",
-        "Time until the last of them was near for good.",
+        "Time until the last setpoint had settled.",
         Stored("MAP_WORD", f"&response_{name}.settling_s"), unit="s",
     )  # fmt: skip
     yield Register(
-        "inputs", first + 3, f"{name}.overshoot", "i16", "How far beyond it the temperature was.",
+        "inputs", first + 3, f"{name}.overshoot", "i16", "Overshoot of the last settled setpoint.",
         Stored("MAP_TENTHS", f"&response_{name}.overshoot_k"), scale=0.1, unit="K",
     )  # fmt: skip

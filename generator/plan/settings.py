@@ -12,11 +12,11 @@ from heatwright.spec.board.eeprom import CELL_WRITES, layout, settings_bytes
 
 SETTINGS_DELAY_S = 10.0
 LATE = ("a setpoint", "a maximum", "a type of thermocouple", "a number")
-"""What is saved so long after it was changed."""
+"""Settings that are saved only some time after a change."""
 
 
 def settings(root: Source, loops: list[LoopSummary]) -> Part:
-    """Settings and the latched fault in EEPROM."""
+    """Plan the settings and the latched fault in EEPROM."""
     stored = any(loop.stored for loop in loops)
     tunable = any(loop.tunable for loop in loops)
     adjustable = [
@@ -34,13 +34,13 @@ def settings(root: Source, loops: list[LoopSummary]) -> Part:
             Constant(
                 "SETTINGS_DELAY_TICKS",
                 f"{ticks(SETTINGS_DELAY_S)}u",
-                f"{_rested(stored, bool(adjustable), bool(types), numbers)} saved when it has "
-                "rested 10 s",
+                f"{_rested(stored, bool(adjustable), bool(types), numbers)} saved 10 s after "
+                "the last change",
             )
         )
     if tunable:
         constants.append(
-            Constant("GAIN_MAXIMUM", c_float(LARGEST_GAIN), "no gain is larger, whoever sets it")
+            Constant("GAIN_MAXIMUM", c_float(LARGEST_GAIN), "the largest gain that can be set")
         )
     constants += [constant for each in types for constant in types_of(root, each["name"])]
     context = {
@@ -74,7 +74,7 @@ def _layout(root: Source) -> list[Constant]:
             "SETTINGS_SLOT_BYTES",
             f"{area.slot_bytes}u",
             f"the record takes {settings_bytes(root.controller)}; "
-            "slots are alike in every firmware",
+            "slots are the same in every firmware",
         ),
         Constant(
             "SETTINGS_SLOTS",
@@ -86,6 +86,6 @@ def _layout(root: Source) -> list[Constant]:
 
 
 def _rested(*there: bool) -> str:
-    """Say what is saved late."""
+    """Name the settings that are saved late."""
     what = [name for name, is_there in zip(LATE, there, strict=True) if is_there]
     return f"{' or '.join(what)} is"

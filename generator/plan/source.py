@@ -1,4 +1,4 @@
-"""Where in the spec a decision comes from, as the generated code says it."""
+"""Places in the spec from which decisions come, as the generated code names them."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from heatwright.spec.board.uart import baud_setting
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One place in the spec; every constant made from it says file, line and key."""
+    """One place in the spec; every constant made from it names file, line and key."""
 
     spec: Spec
     path: tuple[str | int, ...]
 
     @property
     def controller(self) -> Controller:
-        """The whole controller, for what a component needs of others."""
+        """The whole controller, for a component that needs others."""
         return self.spec.controller
 
     def at(self, *path: str | int) -> Source:
-        """The place below this one."""
+        """Return the place below this one."""
         return Source(self.spec, (*self.path, *path))
 
     @property
     def where(self) -> str:
-        """Such as `chamber.yaml:19 loops.air.period`; a key left out stands by its section."""
+        """Such as `chamber.yaml:19 loops.air.period`; a key left out has its section's line."""
         keys = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in self.path)
         left_out = "" if self.path in self.spec.tree.positions else " (default)"
         return c_comment(f"{self.spec.file_name}:{self.spec.line(self.path)} {keys[1:]}{left_out}")

@@ -1,4 +1,4 @@
-"""Timers: prescaler and compare value for a duty, and the register lines that set it up."""
+"""Timers: prescaler and compare value for an interval, and the C lines that set them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class TimerRegisters:
 
     @property
     def first(self) -> str:
-        """The first compare channel: its match ends a round in CTC mode."""
+        """The first compare channel: its match resets the counter in CTC mode."""
         return self.timer.channels[0]
 
     @property
     def alone(self) -> bool:
-        """Whether a single register, TCCR0, holds what others have in TCCR0A and TCCR0B."""
+        """True for a timer with one control register, TCCR0, instead of TCCR0A and TCCR0B."""
         return self.shared and self.timer.bits == 8
 
     @property
@@ -62,23 +62,23 @@ class TimerRegisters:
         return self.first if channel is None else channel
 
     def interrupt_on(self, channel: str | None = None) -> str:
-        """Ask for the interrupt of a channel's match, besides others of the timer."""
+        """Enable the interrupt of a channel's match; others of the timer are unchanged."""
         return f"{self._mask} |= {self._enable(channel)};"
 
     def interrupt_off(self, channel: str | None = None) -> str:
-        """Ask for it no longer."""
+        """Disable this interrupt."""
         return f"{self._mask} &= (uint8_t)~{self._enable(channel)};"
 
     def interrupt_is_on(self, channel: str | None = None) -> str:
-        """Whether it is asked for, as a condition."""
+        """C condition: this interrupt is enabled."""
         return f"({self._mask} & {self._enable(channel)})"
 
     def only_interrupt(self) -> str:
-        """Ask for the first channel's interrupt, and no other of the timer."""
+        """Enable the first channel's interrupt, and no other of the timer."""
         return self.interrupt_on() if self.shared else f"{self._mask} = {self._enable(None)};"
 
     def no_interrupt(self) -> str:
-        """Ask for none of the timer."""
+        """Disable all interrupts of the timer."""
         return self.interrupt_off() if self.shared else f"{self._mask} = 0;"
 
     def forget(self) -> str:
@@ -98,7 +98,7 @@ def registers(board: Board, number: int) -> TimerRegisters:
 
 
 def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:
-    """The shortest interval of at least `shortest_us`, in the finest counts that hold it."""
+    """Return the shortest interval of at least `shortest_us`, with the finest prescaler for it."""
     for prescaler in timer.prescalers:
         counts = -(-clock_hz * shortest_us // (prescaler * 1_000_000))
         if counts <= 1 << timer.bits:
@@ -108,9 +108,9 @@ def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:
 
 
 def round_interval(clock_hz: int, timer: Timer, shortest_s: float) -> Interval:
-    """The fewest matches of a free-running timer that hold `shortest_s`, in the finest counts.
+    """Return the fewest matches of a free-running timer for `shortest_s`, with the finest counts.
 
-    Rounded up, and never a whole round of the timer: its next match is that far away.
+    Rounded up, and never a whole turn of the timer: the counter could not tell it from 0.
     """
     for matches in range(1, MOST_DIVIDER + 1):
         for prescaler in timer.prescalers:
@@ -127,7 +127,7 @@ def compare_match(timer: TimerRegisters, interval: Interval, top: str) -> list[s
 
 
 def counting_to_compare(timer: TimerRegisters, prescaler: int, set_top: str) -> list[str]:
-    """Lines that start a timer in CTC mode; `set_top` is the one that sets its compare."""
+    """Lines that start a timer in CTC mode; `set_top` is the line that sets its compare value."""
     number, clock = timer.number, timer.clock(prescaler)
     modes, start = [], clock
     if timer.timer.bits == 16:
@@ -141,7 +141,7 @@ def counting_to_compare(timer: TimerRegisters, prescaler: int, set_top: str) -> 
         *modes,
         set_top,
         f"{timer.counter} = 0;",
-        f"{timer.forget()} /* a match from before does not count */",
+        f"{timer.forget()} /* drop an earlier match */",
         timer.only_interrupt(),
         f"{timer.control_b} = {start};",
     ]
@@ -153,15 +153,15 @@ def halted(timer: TimerRegisters) -> list[str]:
 
 
 def free_running(timer: TimerRegisters, prescaler: int) -> list[str]:
-    """Lines that let a timer count round and round."""
+    """Lines that let a timer run free."""
     start = f"{timer.control_b} = {timer.clock(prescaler)};"
     return [start] if timer.alone else [f"{timer.control_a} = 0;", start]
 
 
 def fast_pwm(timer: TimerRegisters, prescaler: int, top: str, connections: str) -> list[str]:
-    """Lines that put a timer into fast PWM, to 255 or with 16 bits to `top`, also while it runs.
+    """Lines that set a timer to fast PWM, up to 255 or (16 bits) up to `top`, also while it runs.
 
-    connections -- the bits that connect its outputs' pins: they stay as they are.
+    connections -- the bits that connect its outputs' pins: they are not changed.
     """
     number, clock = timer.number, timer.clock(prescaler)
     mode = f"(1u << WGM{number}1) | (1u << WGM{number}0)"

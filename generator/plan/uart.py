@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from heatwright.spec.boards import Board
 
 ONE_UART = {"atmega328p"}
-"""Chips whose only serial port has a number in its registers, but none in its vectors."""
+"""Chips whose only serial port has a number in the register names, but not in the vectors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,11 +15,11 @@ class UartRegisters:
     """Names of registers and vectors."""
 
     number: str
-    """What they carry: UDR0."""
+    """The number in register names, such as UDR0."""
     vectors: str
-    """What its vectors begin with: USART0, or USART alone."""
+    """First part of the vectors' names: USART0, or USART alone."""
     old: bool = False
-    """The divisor has no 16-bit name, and its high byte shares an address with the format."""
+    """True if the divisor has no 16-bit name, and its high byte shares an address with UCSRC."""
 
     @property
     def data(self) -> str:
@@ -28,26 +28,26 @@ class UartRegisters:
 
     @property
     def status(self) -> str:
-        """The register with the receiver's flags, to be read before the data."""
+        """The register with the receiver's flags, which must be read before the data."""
         return f"UCSR{self.number}A"
 
     @property
     def errors(self) -> str:
-        """Flags of a byte that was damaged (its stop bit) or follows one that was lost."""
+        """Error flags: a wrong stop bit, or an overrun."""
         return f"(1u << FE{self.number}) | (1u << DOR{self.number})"
 
     @property
     def overrun(self) -> str:
-        """Flag of a byte behind one that was lost."""
+        """Overrun flag: at least one byte before this one was lost."""
         return f"(1u << DOR{self.number})"
 
     @property
     def all_errors(self) -> str:
-        """The same flags, and that of a wrong parity."""
+        """The error flags with that of a wrong parity."""
         return f"{self.errors} | (1u << {'PE' if self.old else 'UPE'}{self.number})"
 
     def setup(self, divisor: str, *, receives: bool) -> list[str]:
-        """Set 8N1 at double speed; the transmitter, and perhaps the receiver's interrupt, on."""
+        """Set 8N1 at double speed; enable the transmitter and, if `receives`, the receiver."""
         enabled = ["TXEN", "RXEN", "RXCIE"] if receives else ["TXEN"]
         return [*self.formed(divisor, "none", 1), self.enabled(*enabled)]
 
@@ -66,7 +66,7 @@ class UartRegisters:
         ]
 
     def enabled(self, *names: str) -> str:
-        """Switch on what is named by its bit, such as TXEN, and everything else off."""
+        """Enable the named bits, such as TXEN, and disable all others."""
         bits = " | ".join(f"(1u << {name}{self.number})" for name in names)
         return f"UCSR{self.number}B = {bits};"
 
@@ -78,7 +78,7 @@ class UartRegisters:
 
     @property
     def _format(self) -> str:
-        """What tells the format from the divisor's high byte, to be put before other bits."""
+        """Bit that selects the format instead of the divisor's high byte; before other bits."""
         return "(1u << URSEL) | " if self.old else ""
 
     @property
@@ -98,12 +98,12 @@ class UartRegisters:
 
     @property
     def interrupt_on(self) -> str:
-        """Ask for the interrupt of an empty data register."""
+        """Enable the interrupt of an empty data register."""
         return f"UCSR{self.number}B |= (1u << UDRIE{self.number});"
 
     @property
     def interrupt_off(self) -> str:
-        """Ask for it no longer."""
+        """Disable this interrupt."""
         return f"UCSR{self.number}B &= (uint8_t)~(1u << UDRIE{self.number});"
 
 
@@ -115,5 +115,5 @@ def registers(board: Board, port: int = 0) -> UartRegisters:
 
 
 def form(parity: str, stop_bits: int) -> str:
-    """Write the format of a character as people do: 8E1."""
+    """Write the format of a character in the usual form: 8E1."""
     return f"8{parity[0].upper()}{stop_bits}"

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The most stack that a program can take, from its machine code alone.
+"""Computes the largest stack that a program can need, from its machine code alone.
 
-The worst case is the deepest chain of calls from reset, with the deepest interrupt on top of it.
-An interrupt that lets others in may be met by every other one: then the sum of all such, each at
-most once, and the deepest of the rest. It is an upper bound: no input takes more, and paths that
-no input takes are counted, too.
+The worst case is the deepest chain of calls from reset, with the deepest interrupt on top of it. A
+handler that enables interrupts can itself be interrupted: all such handlers are added, each once,
+plus the deepest of the others. The result is an upper bound: no input needs more, and paths that no
+input takes are included.
 """
 
 import re
@@ -25,9 +25,9 @@ _AVR6 = 6  # more than 128 KB of flash: addresses of code take three bytes
 
 @dataclass(frozen=True)
 class WorstStack:
-    """Bytes of stack, and the chains of calls that take them.
+    """Bytes of stack, and the chains of calls that need them.
 
-    `total` is `program` plus `interrupts`. `interrupt_chain` is that of the deepest interrupt.
+    `total` is `program` plus `interrupts`. `interrupt_chain` is the chain of the deepest interrupt.
     """
 
     program: int
@@ -44,8 +44,8 @@ class WorstStack:
 def worst_stack(elf: Path) -> WorstStack:
     """Return the worst stack of the AVR program in `elf`.
 
-    Raises StackUnknown for a recursion, for a call by pointer, and for code that moves the stack
-    in a way that cannot be followed.
+    Raises StackUnknown for a recursion, a call by pointer, and code that moves the stack pointer in
+    a way that cannot be followed.
     """
     program, handlers = _read(elf)
     analysis = Analysis(program)
@@ -58,7 +58,7 @@ def worst_stack(elf: Path) -> WorstStack:
 
 
 def _on_top(interrupts: list[Depth], call_bytes: int) -> int:
-    """Bytes that interrupts can take on top of the program, the address they return to included."""
+    """Bytes that interrupts can need on top of the program, with their return addresses."""
     yielding = sum(depth.bytes + call_bytes for depth in interrupts if depth.enables_interrupts)
     closed = [depth.bytes + call_bytes for depth in interrupts if not depth.enables_interrupts]
     return yielding + max(closed, default=0)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Follow a function along every path and find how deep it takes the stack.
+"""Follow every path of a function, and find its greatest stack depth.
 
-A path that reaches one instruction with two depths, a call to an address in a register, and a
-function that calls itself are refused: their depth is not in the code.
+Refused are an instruction that is reached with two depths, a call to an address in a register, and
+a function that calls itself: the code alone does not give their depth.
 """
 
 from bisect import bisect_right
@@ -18,16 +18,16 @@ from heatwright.generator.stack.state import (
     advance,
 )
 
-# libgcc's way through a `switch`: on to a place in the same function, from a table in flash.
+# libgcc's routine for a `switch`: a jump within the function, by a table in flash.
 TABLE_JUMPS = ("__tablejump2__", "__tablejump__")
 
 
 @dataclass(frozen=True)
 class Program:
-    """The code of a binary: its bytes from address 0, its functions, and what its chip does.
+    """The code of a binary: its bytes from address 0, its functions, and properties of its chip.
 
-    `functions` are (address, end, name), in order. `call_bytes` is what a call or an interrupt
-    puts on the stack. `stack_top` is the stack pointer at the start.
+    `functions` are (address, end, name), in order. `call_bytes` is the size of a return address on
+    the stack. `stack_top` is the stack pointer at the start.
     """
 
     code: bytes
@@ -36,7 +36,7 @@ class Program:
     stack_top: int
 
     def function_at(self, address: int) -> tuple[int, int, str]:
-        """Return start, end and name of the function that holds an address."""
+        """Return start, end and name of the function that contains an address."""
         index = bisect_right(self.functions, (address, 1 << 32, "")) - 1
         if index >= 0 and address < self.functions[index][1]:
             return self.functions[index]
@@ -45,7 +45,7 @@ class Program:
 
 @dataclass(frozen=True)
 class Depth:
-    """How deep a function takes the stack, in bytes, less its own return address.
+    """The greatest stack depth of a function in bytes, without its own return address.
 
     `chain` names the functions of the deepest chain of calls, from this one on.
     """
@@ -58,7 +58,7 @@ class Depth:
 
 @dataclass
 class Analysis:
-    """Depths of a program's functions, each found once."""
+    """The depths of a program's functions, each computed once."""
 
     program: Program
     known: dict[int, Depth] = field(default_factory=dict)
@@ -83,7 +83,7 @@ class Analysis:
 
 
 class _Walk:
-    """One function, walked along every path."""
+    """Follows every path of one function."""
 
     def __init__(self, analysis: Analysis, entry: int) -> None:
         self.analysis = analysis
@@ -106,7 +106,7 @@ class _Walk:
         return Depth(self.deepest, self.chain, self.returns, self.enables)
 
     def reach(self, address: int, state: State) -> None:
-        """Note that the flow comes to `address` in `state`."""
+        """Record that the flow reaches `address` in `state`."""
         before = self.states.get(address)
         if before is None:
             self.states[address] = state
@@ -125,9 +125,9 @@ class _Walk:
     def open_switch(self) -> bool:
         """Let a jump through a table reach the first instruction not reached in another way.
 
-        A table that lies elsewhere is not read: a case that nothing else leads to begins after a
-        jump or return, and the compiler keeps one depth at one place, so what the jump had there
-        holds.
+        A table elsewhere is not read. A case that is not reached otherwise begins after a jump or
+        return; the compiler keeps one depth for each place, so the state of the table jump holds
+        there.
         """
         for start, end, state in self.switches:
             address = start
@@ -142,10 +142,10 @@ class _Walk:
         return False
 
     def read_table(self, jump: Instruction, state: State) -> None:
-        """Follow the table of a switch that lies right behind its jump, as gcc 7 puts it there.
+        """Follow the table of a switch directly behind its jump, where gcc 7 puts it.
 
-        Its words are addresses within the function. It ends where the first of its cases behind
-        it begins: nothing but a case, or what is jumped to from elsewhere, can stand there.
+        Its words are addresses within the function. It ends where the first of its cases that lies
+        behind it begins: only a case or another jump's target can be there.
         """
         table = jump.next
         if self.table_address(jump) != table & 0x1FFFF:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""AVR machine code, as far as it moves the stack pointer or the flow.
+"""Decodes AVR machine code, as far as it changes the stack pointer or the program flow.
 
-Encodings from the AVR Instruction Set Manual (Microchip DS40002198). Everything that neither
-touches the stack nor decides what comes next is `other`, with the registers it changes.
+Encodings from the AVR Instruction Set Manual (Microchip DS40002198). An instruction
+that changes neither stack nor program flow is `other`, with the registers that it changes.
 """
 
 from collections.abc import Callable
@@ -15,8 +15,8 @@ X, Y, Z = 26, 28, 30
 class Instruction:
     """One instruction at a byte address.
 
-    `d` and `r` are registers, `k` is an immediate, an I/O address or, for a jump or call, the byte
-    address it goes to; `writes` are the registers it changes in a way that nobody follows.
+    `d` and `r` are registers, `k` is an immediate, an I/O address or, for a jump or call, the
+    target's byte address; `writes` are the registers whose new contents are not followed.
     """
 
     address: int

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is known of the registers and the stack pointer at one point of a function.
+"""The known contents of registers and stack pointer at one point of a function.
 
-A register holds a constant, a byte of an address on the stack, or something unknown. Addresses on
-the stack count downwards in bytes from the stack pointer at the function's entry: its depth.
+A register contains a constant, a byte of an address on the stack, or an unknown value. An address
+on the stack is given by its depth: bytes below the stack pointer at the function's entry.
 """
 
 from collections.abc import Callable
@@ -13,19 +13,19 @@ from heatwright.generator.stack.instructions import Instruction
 
 SPL, SPH = 0x3D, 0x3E
 
-# What a C function leaves as it was (avr-gcc's calling convention).
+# Registers that a C function preserves (avr-gcc's calling convention).
 KEPT_BY_CALLS = frozenset([*range(2, 18), 28, 29])
 
 
 class StackUnknown(ValueError):
-    """The stack that a program needs cannot be told from its code; the text says why."""
+    """The stack of a program cannot be computed from its code; the text says why."""
 
 
 class Byte(NamedTuple):
     """A register's content.
 
     `constant`: `number`. `low` and `high`: that byte of the stack's address at depth `number`.
-    `low_less`: the low byte at depth `number` after taking off `less`; the high byte is to follow.
+    `low_less`: the low byte at depth `number`, less `less`; the high byte will follow.
     """
 
     kind: Literal["constant", "low", "high", "low_less"]
@@ -36,15 +36,15 @@ class Byte(NamedTuple):
 Registers = tuple[Byte | None, ...]
 UNKNOWN: Registers = (None,) * 32
 
-# A C function may count on zero in r1, and leaves it so.
+# A C function may rely on 0 in r1, and keeps it.
 CALLED: Registers = (None, Byte("constant", 0), *UNKNOWN[2:])
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Depth of the stack, and what each register holds (None: unknown).
+    """Depth of the stack, and the content of each register (None: unknown).
 
-    `half` is what was written to one half of the stack pointer while the other is still to come.
+    `half` was written to one half of the stack pointer; the other half has not been written yet.
     """
 
     depth: int
@@ -58,11 +58,11 @@ class State:
         )
 
     def after_call(self) -> "State":
-        """Return the state once a called function is back."""
+        """Return the state after the return of a called function."""
         return self.holding({n: CALLED[n] for n in range(32) if n not in KEPT_BY_CALLS})
 
     def joined(self, other: "State") -> "State":
-        """Return what holds in both states, of the same depth."""
+        """Return the contents that two states of the same depth have in common."""
         both = tuple(
             a if a == b else None for a, b in zip(self.registers, other.registers, strict=True)
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A generated project becomes a binary: PlatformIO, found or prepared, run and read."""
+"""Builds a binary from a generated project with PlatformIO, and measures it."""
 
 from heatwright.generator.toolchain.build import build
 from heatwright.generator.toolchain.errors import (

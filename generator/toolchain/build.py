@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Build a project in the user's cache, and keep the binary for the next time."""
+"""Build a project in the user's cache, and keep the binary for later calls."""
 
 import re
 import shutil
@@ -23,7 +23,7 @@ from heatwright.generator.toolchain.store import forget_old, recall, remember
 from heatwright.generator.toolchain.taken import taken
 from heatwright.spec.loading.user_cache import cache_dir
 
-# Changed when this package comes to give other figures for the same binary.
+# Changed when this package begins to give other measures for the same binary.
 FORMAT = "1"
 
 IGNORED = {".pio", ".git", ".vscode", "__pycache__"}
@@ -36,8 +36,8 @@ TOO_LARGE = re.compile(
     r"region .* overflowed|will not fit in region|not within region|greater than maximum allowed"
 )
 ANY_SIZE = "-Wl,--defsym=__TEXT_REGION_LENGTH__=0x400000,--defsym=__DATA_REGION_LENGTH__=0xff00"
-"""The linker's memories as large as its addresses reach: no chip has them, but what is too large
-can be measured."""
+"""Linker options for memories as large as possible: so a program that is too large for its chip can
+be linked and measured."""
 UNREACHABLE = re.compile(r"InternetConnectionError|HTTPClientError|ConnectionError")
 
 BINARY = ".pio/build/*/firmware.elf"
@@ -57,9 +57,9 @@ def build(
     once by the same tools. `environment` picks one of several in `platformio.ini`. `progress` is
     called with a short line as each step begins.
 
-    Raises ToolMissing where PlatformIO or a compiler is not to be had, and BuildFailed with the
-    compiler's errors where the project is at fault; TooLarge, one of these, has the measures of a
-    program that does not fit.
+    Raises ToolMissing if PlatformIO or a compiler is missing, and BuildFailed with the compiler's
+    errors if the project cannot be built; TooLarge, a BuildFailed, has the measures of a program
+    that does not fit.
     """
     files = project_files(project_dir)
     tools = platformio.find()
@@ -79,7 +79,7 @@ def build(
 
 
 def project_files(project_dir: Path) -> dict[str, bytes]:
-    """Every file of the project, by path."""
+    """Return the content of every file of the project, by path."""
     if not (project_dir / "platformio.ini").is_file():
         raise BuildFailed(f"{project_dir}: no PlatformIO project here: platformio.ini is missing")
     return {
@@ -96,7 +96,7 @@ def run(
     environment: str | None,
     progress: Progress | None,
 ) -> str:
-    """Run PlatformIO on the copy of the project; return what it printed."""
+    """Run PlatformIO on the copy of the project; return its output."""
     lines: list[str] = []
 
     def hear(text: str) -> None:
@@ -130,7 +130,7 @@ def measured(copy: Path, project_dir: Path, log: str) -> BuildResult:
 
 
 def refuse_too_large(built: BuildResult, what: Path) -> None:
-    """Raise TooLarge where the binary does not fit its chip, its worst stack included."""
+    """Raise TooLarge if the binary with its worst stack does not fit its chip."""
     ways = []
     if built.flash_over > 0:
         ways.append(f"{built.flash_bytes} bytes of flash, of {built.flash_limit}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The user's cache: folders named by what they hold, so that nothing in them is ever stale."""
+"""The user's cache: folders named by a digest of their contents, so that they are never stale."""
 
 import hashlib
 import shutil
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def digest(files: Mapping[str, bytes], *words: str) -> str:
-    """24 hex digits that change with any path, byte or word."""
+    """Return 24 hex digits that change with any path, byte or word."""
     total = hashlib.sha256()
     for word in words:
         total.update(b"%d:%s" % (len(word.encode()), word.encode()))
@@ -30,9 +30,9 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
 def folder_of(files: Mapping[str, bytes], parent: Path, changing: Container[str] = ()) -> Path:
     """Return the folder below `parent` that holds `files`, written if it is not there yet.
 
-    It appears whole or not at all: of two processes that write it at once, one comes second and
-    uses the folder of the first. A file of it that has been damaged is written again; `changing`
-    are those that its user changes.
+    It is created completely or not at all: if two processes write it at once, the second one uses
+    the folder of the first. A damaged file in it is written again, except for those in `changing`,
+    which the folder's user may change.
     """
     folder = parent / digest(files)
     if folder.is_dir():

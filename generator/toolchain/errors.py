@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can go wrong on the way from a project to a binary."""
+"""The errors of building a binary from a project."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
 
 class ToolMissing(RuntimeError):
-    """A program that the build needs is missing; the text is one line with the remedy."""
+    """A program that the build needs is missing; the text is one line, with the remedy."""
 
 
 class BuildFailed(RuntimeError):
-    """The project does not build; the text holds the errors, `log` everything printed."""
+    """The project cannot be built; the text has the errors, `log` the whole output."""
 
     def __init__(self, message: str, log: str = "") -> None:
         super().__init__(message)
@@ -24,13 +24,13 @@ class BuildFailed(RuntimeError):
 
 
 class CompilerFailed(BuildFailed):
-    """PlatformIO, the compiler or the linker gave up; the text holds lines of theirs."""
+    """PlatformIO, the compiler or the linker failed; the text has lines of their output."""
 
 
 class TooLarge(BuildFailed):
-    """The program does not fit its chip; `built` is what was measured, for no chip can run it.
+    """The program does not fit its chip; `built` has its measures, though no chip can run it.
 
-    `taken` says what of it each source file takes.
+    `taken` is the memory that each source file takes.
     """
 
     def __init__(self, message: str, built: BuildResult, taken: Mapping[str, Bytes]) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A binary that was built elsewhere, measured as one of our own builds is."""
+"""Measures a binary that was built elsewhere, in the same way as our own builds."""
 
 import struct
 from pathlib import Path
@@ -14,15 +14,15 @@ from heatwright.generator.toolchain.result import BuildResult, sizes
 from heatwright.spec import Board
 
 DEVICE = ".note.gnu.avr.deviceinfo"
-"""What avr-libc's start-up code says of the chip it is for (binutils: the AVR ELF ABI)."""
+"""Section in which avr-libc's start-up code names its chip (binutils: the AVR ELF ABI)."""
 MEMORIES = struct.calcsize("<6I")
-"""It begins with start and size of flash, RAM and EEPROM; then come the offsets of the strings."""
+"""The section begins with start and size of flash, RAM and EEPROM; string offsets follow."""
 
 
 def given(elf: Path, board: Board) -> BuildResult:
-    """Measure the AVR program in `elf`, as what is to run on the board.
+    """Measure the AVR program in `elf` for the board.
 
-    Raises BuildFailed when its worst stack is unknown, TooLarge when it does not fit.
+    Raises BuildFailed if its worst stack is unknown, TooLarge if it does not fit.
     """
     flash, ram = sizes(elf)
     try:
@@ -36,14 +36,14 @@ def given(elf: Path, board: Board) -> BuildResult:
 
 
 def refuse_other_chip(elf: Path, board: Board) -> None:
-    """Raise BuildFailed when the AVR program in `elf` was linked for another chip."""
+    """Raise BuildFailed if the AVR program in `elf` was linked for another chip."""
     chip = chip_of(elf)
     if chip not in {"", board.mcu}:
         raise BuildFailed(f"{elf} was built for the {chip}; the spec's chip is the {board.mcu}.")
 
 
 def chip_of(elf: Path) -> str:
-    """Return the chip that a program was linked for, or nothing where it does not say."""
+    """Return the chip that a program was linked for, or nothing if it has no name of a chip."""
     with elf.open("rb") as file:
         section = ELFFile(file).get_section_by_name(DEVICE)
         notes = list(section.iter_notes()) if isinstance(section, NoteSection) else []

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""PlatformIO without its registry: a core directory made of what is on the machine already.
+"""PlatformIO without its registry: a core directory made from programs of this computer.
 
-PlatformIO looks for SCons, a compiler and a development platform in its core directory and
-downloads what is missing there. Ours holds all three: SCons as pip installed it beside PlatformIO,
-the compiler that is on the PATH, and the small platform in `generator/platform/`.
+PlatformIO looks for SCons, a compiler and a development platform in its core directory, and
+downloads missing ones. Our directory has all three: SCons as installed by pip with PlatformIO, the
+compiler on the PATH, and the small platform in `generator/platform/`.
 """
 
 import json
@@ -21,7 +21,7 @@ from heatwright.spec.loading.user_cache import cache_dir
 
 PLATFORM = Path(__file__).parents[1] / "platform"
 STATE = "appstate.json"
-"""What PlatformIO keeps for itself in its core directory, and mends if it is damaged."""
+"""Files that PlatformIO itself writes to its core directory, and repairs if damaged."""
 
 REMEDY = (
     "the AVR compiler is missing: sudo apt-get install gcc-avr avr-libc binutils-avr"
@@ -30,7 +30,7 @@ REMEDY = (
 
 
 def compiler() -> str | None:
-    """Version of the AVR compiler, C library and linker on the PATH; None where one is missing."""
+    """Version of the AVR compiler, C library and linker on the PATH; None if one is missing."""
     gcc, linker = which("avr-gcc"), which("avr-ld")
     if gcc is None or linker is None or which("avr-objcopy") is None:
         return None
@@ -60,7 +60,7 @@ def core_dir() -> Path:
 
 
 def core_files() -> dict[str, bytes]:
-    """Everything in the core directory, by path."""
+    """Return all files of the core directory, by path."""
     files = {
         path.relative_to(PLATFORM).as_posix(): path.read_bytes()
         for path in sorted(PLATFORM.rglob("*"))
@@ -72,15 +72,15 @@ def core_files() -> dict[str, bytes]:
     files |= package("packages", "tool", "tool-scons", scons)
     files |= package("packages", "tool", "toolchain-atmelavr", "1.0.0+system")
     files |= boards()
-    # PlatformIO greets whom it does not know, and upgrades the packages of whom it knows longer.
+    # PlatformIO greets a new user, and upgrades the packages of a user that it knows for longer.
     files[STATE] = json.dumps({"last_version": version("platformio")}).encode()
     return files
 
 
 def boards() -> dict[str, bytes]:
-    """What PlatformIO needs to know of each board, by the name that it has there."""
+    """Return PlatformIO's data of each board, by PlatformIO's name."""
     known = {board.platformio: board for board in BOARDS.values()}
-    # Nanos sold since 2018 differ in how they are uploaded to, and in nothing else.
+    # Nanos sold since 2018 differ only in the upload.
     known["nanoatmega328new"] = BOARDS["nano"]
     return {
         f"platforms/atmelavr/boards/{name}.json": json.dumps(manifest(board)).encode()
@@ -89,7 +89,7 @@ def boards() -> dict[str, bytes]:
 
 
 def manifest(board: Board) -> dict[str, object]:
-    """A board in PlatformIO's terms."""
+    """Return the data of a board in PlatformIO's form."""
     return {
         "name": board.name,
         "vendor": "heatwright",
@@ -103,14 +103,14 @@ def manifest(board: Board) -> dict[str, object]:
 
 
 def scons_version() -> str:
-    """Version that PlatformIO asks of its SCons package, such as 4.41101.0 for SCons 4.11.1."""
+    """Version of the SCons package that PlatformIO needs, such as 4.41101.0 for SCons 4.11.1."""
     from platformio.dependencies import get_core_dependencies  # noqa: PLC0415
 
     return str(get_core_dependencies()["tool-scons"]).lstrip("~^=")
 
 
 def package(folder: str, kind: str, name: str, number: str) -> dict[str, bytes]:
-    """Return the two files by which PlatformIO takes a folder for an installed package."""
+    """Return the two files by which PlatformIO recognises a folder as an installed package."""
     spec = {"owner": "platformio", "id": None, "name": name, "requirements": None, "uri": None}
     record = {"type": kind, "name": name, "version": number, "spec": spec}
     files = {f"{folder}/{name}/.piopm": json.dumps(record).encode()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run PlatformIO as a child process: quiet, without its telemetry, ended with us."""
+"""Run PlatformIO as a child process: quiet, without telemetry, ended together with this one."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ from pathlib import Path
 from heatwright.generator.toolchain import offline
 from heatwright.generator.toolchain.errors import ToolMissing
 
-# Set to `offline` or `online` to have that way and no other.
+# The environment variable: `offline` or `online` forces that way.
 CHOICE = "HEATWRIGHT_PLATFORMIO"
 
 QUIET = {
@@ -28,7 +28,7 @@ QUIET = {
 
 @dataclass(frozen=True)
 class PlatformIO:
-    """A PlatformIO to build with: its core directory, and what tells its tools from others."""
+    """A PlatformIO to build with: its core directory, and the versions of its tools."""
 
     core: Path
     tools: str
@@ -36,7 +36,7 @@ class PlatformIO:
 
 
 def find() -> PlatformIO:
-    """Choose the way to build: without the registry where the system has an AVR compiler."""
+    """Choose the way to build: without the registry if the system has an AVR compiler."""
     choice = os.environ.get(CHOICE, "auto")
     if choice not in ("auto", "offline", "online"):
         raise ToolMissing(f"{CHOICE}={choice}: unknown; set it to offline, online or auto")
@@ -53,7 +53,7 @@ def find() -> PlatformIO:
 
 
 def online() -> PlatformIO:
-    """Return the user's own PlatformIO, which downloads what it lacks."""
+    """Return the user's own PlatformIO, which downloads missing packages."""
     core = Path(os.environ.get("PLATFORMIO_CORE_DIR", Path.home() / ".platformio"))
     manifests = sorted(
         [
@@ -72,9 +72,9 @@ def run(
     line: Callable[[str], None],
     flags: str = "",
 ) -> int:
-    """Build `project`, hand over each line printed, and return the exit status.
+    """Build `project`, pass on each line of output, and return the exit status.
 
-    `flags` are for the compiler and the linker, besides those of the project.
+    `flags` are for the compiler and the linker, in addition to those of the project.
     """
     command = [sys.executable, "-m", "platformio", "run", "--project-dir", str(project)]
     if environment is not None:
@@ -100,13 +100,13 @@ def run(
 
 
 def surroundings(platformio: PlatformIO) -> dict[str, str]:
-    """Return the child's environment: the user's, less what would change the binary unseen."""
+    """Return the child's environment: the user's without variables that change the binary."""
     kept = {key: value for key, value in os.environ.items() if not key.startswith("PLATFORMIO_")}
     return kept | QUIET | {"PLATFORMIO_CORE_DIR": str(platformio.core)}
 
 
 def end(child: subprocess.Popen[str]) -> None:
-    """End the child and all that it started: it has a process group of its own."""
+    """End the child and all processes that it started: they are in one process group."""
     if sys.platform == "win32":
         child.kill()
         return

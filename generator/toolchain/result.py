@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a build has made, measured on the binary itself."""
+"""The result of a build, measured on the binary itself."""
 
 import re
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ RAM = (".data", ".bss", ".noinit")
 
 @dataclass(frozen=True)
 class BuildResult:
-    """A binary, and what of the chip it takes.
+    """A binary, and the memory that it takes.
 
-    Sizes are in bytes. `ram_bytes` is static: .data, .bss and .noinit. `stack_bytes` is the most
-    the stack can take on top of that, from the code alone: the deepest chain of calls from reset,
-    and the deepest interrupt on top of it.
+    Sizes are in bytes. `ram_bytes` is static: .data, .bss and .noinit. `stack_bytes` is the largest
+    stack in addition, computed from the code: the deepest chain of calls from reset, with the
+    deepest interrupt on top of it.
     """
 
     elf: Path
@@ -33,12 +33,12 @@ class BuildResult:
 
     @property
     def flash_over(self) -> int:
-        """Return the bytes of flash that are too many; negative: that are free."""
+        """Return the bytes of flash above the chip's; negative: free bytes."""
         return self.flash_bytes - self.flash_limit
 
     @property
     def ram_over(self) -> int:
-        """Return the bytes of variables and worst stack that are too many; negative: free."""
+        """Return the bytes of variables and worst stack above the chip's; negative: free bytes."""
         return self.ram_bytes + self.stack_bytes - self.ram_limit
 
 
@@ -50,7 +50,7 @@ def sizes(elf: Path) -> tuple[int, int]:
 
 
 def limits(log: str) -> tuple[int, int]:
-    """Bytes of flash and of RAM on the board, as PlatformIO printed them."""
+    """Read the board's bytes of flash and of RAM from PlatformIO's output."""
     found = dict(re.findall(r"^(RAM|Flash):.*from (\d+) bytes\)", log, re.MULTILINE))
     if found.keys() != {"Flash", "RAM"}:
         raise BuildFailed("PlatformIO does not know how much flash and RAM this board has", log)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What was built before: a folder for each project and set of tools, with its result."""
+"""Earlier builds: a folder for each project and set of tools, with its result."""
 
 import dataclasses
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 from heatwright.generator.toolchain.cache import digest
 from heatwright.generator.toolchain.result import BuildResult
 
-KEPT_S = 30 * 24 * 3600  # a build that nobody has asked for in this time is removed
+KEPT_S = 30 * 24 * 3600  # a build not used for this time is removed
 
 
 def remember(folder: Path, result: BuildResult) -> None:
@@ -25,7 +25,7 @@ def remember(folder: Path, result: BuildResult) -> None:
 
 
 def recall(folder: Path) -> BuildResult | None:
-    """Return what an earlier build left in `folder`; None if there is none, or it is damaged."""
+    """Return the result of an earlier build in `folder`; None if it is missing or damaged."""
     record_file = folder / "result.json"
     try:
         sealed = json.loads(record_file.read_text(encoding="utf-8"))
@@ -41,13 +41,13 @@ def recall(folder: Path) -> BuildResult | None:
 
 def _seal(elf: Path, record: Mapping[str, object]) -> str:
     """Return digits that change with any byte of the binary, its image and the record."""
-    made = (elf, elf.with_suffix(".hex"))  # the image of what does not fit need not be there
+    made = (elf, elf.with_suffix(".hex"))  # a program that does not fit may have no image
     files = {path.suffix: path.read_bytes() for path in made if path.is_file()}
     return digest(files, json.dumps(record, sort_keys=True))
 
 
 def forget_old(builds: Path, now_s: float | None = None) -> None:
-    """Remove the builds that nobody has asked for in a long time."""
+    """Remove the builds that have not been used for a long time."""
     oldest = (time.time() if now_s is None else now_s) - KEPT_S
     for lock in builds.glob("*.lock"):
         folder = lock.with_suffix("")

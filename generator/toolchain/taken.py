@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much of flash and RAM each source file of a program takes."""
+"""The flash and RAM that each source file of a program takes."""
 
 from collections import defaultdict
 from pathlib import Path, PurePosixPath
@@ -17,7 +17,7 @@ ADDRESS = 0x03
 
 
 class Bytes(NamedTuple):
-    """Bytes of flash and of static RAM; variables that begin with a value take both."""
+    """Bytes of flash and of static RAM; variables with an initial value take both."""
 
     flash: int
     ram: int
@@ -32,10 +32,10 @@ NONE = Bytes(0, 0)
 
 
 def taken(elf: Path) -> dict[str, Bytes]:
-    """Return what each source file takes, by its name without folders; together all of it.
+    """Return the bytes of each source file, by its name without folders; the sum is the program.
 
-    What no file of the project accounts for, the C library, the start-up and constants without a
-    name, stands under "".
+    Bytes of no source file (the C library, the start-up, constants without a name) have the name
+    "".
     """
     found: defaultdict[str, Bytes] = defaultdict(lambda: NONE)
     with elf.open("rb") as file:
@@ -49,7 +49,7 @@ def taken(elf: Path) -> dict[str, Bytes]:
 
 
 def _symbols(image: ELFFile) -> dict[int, tuple[str, int]]:
-    """Find the section and the size of what has a name, by address: each counts once."""
+    """Find the section and size of each symbol, by address: each address counts once."""
     table = image.get_section_by_name(".symtab")
     names = [section.name for section in image.iter_sections()]
     if not isinstance(table, SymbolTableSection):
@@ -76,14 +76,14 @@ def _sources(image: ELFFile) -> dict[int, str]:
 
 
 def _file(unit: CompileUnit) -> str:
-    """Name the file of a unit; some of the library's have none."""
+    """Return the file name of a compilation unit; some units of the library have none."""
     name = unit.get_top_DIE().attributes.get("DW_AT_name")
     text = "" if name is None else name.value.decode("utf-8", "replace")
     return PurePosixPath(text.replace("\\", "/")).name
 
 
 def _address(die: DIE) -> int | None:
-    """Find where a function or a variable is; None for what is nowhere."""
+    """Return the address of a function or variable; None if it has none."""
     if die.tag == "DW_TAG_subprogram" and "DW_AT_low_pc" in die.attributes:
         return int(die.attributes["DW_AT_low_pc"].value)
     if die.tag != "DW_TAG_variable" or "DW_AT_location" not in die.attributes:

@@ -4,7 +4,7 @@
 
 #include <stdbool.h> /* bool */
 
-/* Show it, by turns with what else is there; false where it is not its turn. */
+/* Show the warning, by turns with the line's other text; false if it is the other text's turn. */
 bool monitors_show(void);
 
 #endif

@@ -4,7 +4,7 @@
 #include <avr/pgmspace.h> /* PROGMEM */
 #include <stdbool.h>      /* bool */
 
-static const float LARGEST = 20.0e6f; /* with two decimals it still fits 32 bits */
+static const float LARGEST = 20.0e6f; /* with two decimals it still fits in 32 bits */
 
 enum { PLACES = 10 };
 static const uint32_t POWERS[PLACES] PROGMEM
@@ -25,13 +25,13 @@ uint8_t text_number(char text[TEXT_SIZE], float value, uint8_t decimals)
     for (uint8_t i = 0; i < decimals; i++) {
         value *= 10.0f;
     }
-    /* Rounded as twice the number, which is exact; the sum with 0.5 is not from 2^23 on. */
+    /* Rounds twice the number, which is exact; adding 0.5 is not exact from 2^23 on. */
     uint32_t rest = ((uint32_t)(value + value) + 1u) >> 1;
     if (negative && rest != 0) {
         text[length++] = '-';
     }
 
-    bool leading = true; /* zeros are left out, but for the one before the point */
+    bool leading = true; /* leading zeros are left out, except the one before the point */
     for (uint8_t place = PLACES; place-- != 0;) {
         const uint32_t power = pgm_read_dword(&POWERS[place]);
         char digit = '0';

@@ -1,12 +1,12 @@
-/* What a loop is doing, one bit each. */
+/* Bits of a loop's state. */
 #ifndef STATE_H
 #define STATE_H
 
 enum {
-    STATE_WORK = 1, /* it is switched on, and no fault is latched */
-    STATE_HEAT = 2, /* its heater is asked for heat */
-    STATE_COOL = 4, /* its cooler is asked for */
-    STATE_WARM = 8  /* it works, and the last reading was good and near its setpoint */
+    STATE_WORK = 1, /* the loop is on, and no fault is latched */
+    STATE_HEAT = 2, /* the duty of its heater is above 0 */
+    STATE_COOL = 4, /* its cooler is wanted on */
+    STATE_WARM = 8  /* it works, and its last reading is good and near the setpoint */
 };
 
 #endif

@@ -1,4 +1,4 @@
-/* Serial transmitter, emptied by interrupt. Nothing is received. */
+/* Serial transmitter, emptied by interrupt. It receives nothing. */
 #ifndef SERIAL_H
 #define SERIAL_H
 
@@ -9,7 +9,7 @@ enum { SERIAL_SIZE = 16 };
 
 void serial_start(void);
 
-/* True when all that was written has been handed to the transmitter. */
+/* True when all bytes have been handed to the transmitter. */
 bool serial_is_empty(void);
 
 /* Send `size` bytes, at most SERIAL_SIZE; only while the transmitter is empty. */

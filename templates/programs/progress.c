@@ -1,10 +1,10 @@
 /* Progress of the program in EEPROM: a ring of slots, so that every cell wears alike.
  *
- * Each save goes to the oldest slot; the newest valid one counts. A slot begins and ends with the
- * lowest byte of its sequence number, and is written from its first byte to its last: one that was
- * cut short has two different numbers, one whose first or last byte was cut has a wrong CRC or is
- * whole. So a loss of power at any byte leaves the record before, or this one. What another spec
- * has left has another CRC.
+ * Each save goes to the oldest slot; the newest valid slot counts. A slot begins and ends with the
+ * lowest byte of its sequence number, and is written from its first byte to its last: an interrupted
+ * write leaves two different numbers, or, if it ends in the first or last byte, a wrong CRC or a
+ * whole slot. So after a loss of power at any byte, the record before or the new one counts. A slot
+ * written for another spec has a wrong CRC.
  */
 #include "progress.h"
 
@@ -18,15 +18,15 @@
 struct slot {
     uint32_t sequence; /* saves so far, this one included; its lowest byte comes first */
     struct progress_record record;
-    uint16_t crc; /* of the spec's digest and all the above */
+    uint16_t crc; /* of the spec's digest and all members above */
     uint8_t last; /* lowest byte of the sequence */
 };
 
 _Static_assert(sizeof(struct slot) == PROGRESS_SLOT_BYTES, "the layout of the EEPROM says so");
 
-static struct slot newest; /* or the one being written; sequence 0: none */
+static struct slot newest; /* also while it is being written; sequence 0: none */
 static uint8_t place;                          /* of that slot */
-static uint8_t next_byte = sizeof(struct slot); /* to be written; sizeof: none */
+static uint8_t next_byte = sizeof(struct slot); /* to be written next; sizeof: none */
 static bool save_wanted;
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
@@ -97,7 +97,7 @@ static void begin(void)
 void progress_tick(void)
 {
     if (!eeprom_is_ready()) {
-        return; /* the settings come first; what is noted is noted late, so that it is new */
+        return; /* settings are written first; the record is filled only afterwards, to be up to date */
     }
     if (next_byte < sizeof newest) {
         eeprom_write_byte(address(place, next_byte), ((const uint8_t *)&newest)[next_byte]);

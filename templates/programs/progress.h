@@ -1,17 +1,17 @@
-/* How far the program is, kept in EEPROM: what is needed to go on after a loss of power. */
+/* The program's progress in EEPROM: all that is needed to continue after a loss of power. */
 #ifndef PROGRESS_H
 #define PROGRESS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, uint16_t, uint32_t */
 
-/* Of the program that runs (program.h); kind, target and length follow from the stored program. */
+/* Members of program.h's state; kind, target and length follow from the stored program. */
 struct progress_record {
     uint8_t state;
     uint8_t number;
     uint8_t segment;
     uint8_t ended;
-    uint16_t program_crc; /* programs_crc of what was started */
+    uint16_t program_crc; /* programs_crc of the program that was started */
     float first_c;
     float from_c;
     float setpoint_c;
@@ -25,18 +25,18 @@ struct progress_record {
 /* After a reset: find the newest record. */
 void progress_start(void);
 
-/* Copy what `progress_start` has found; false if there was none, and what was copied means nothing.
- * To be called before anything is saved. */
+/* Copy the record that `progress_start` found; false if there was none: the copy means nothing.
+ * Call it before anything is saved. */
 bool progress_found(struct progress_record *into);
 
-/* Write a record soon, in the background: as things are when it is begun (program_note). A wish while
- * one is written is fulfilled behind it. */
+/* Write a record soon, in the background, with the state at the time when writing begins
+ * (program_note). A call during a write causes one more write after it. */
 void progress_save(void);
 
-/* Saves since the EEPROM was erased, this firmware's alone. */
+/* Saves by this firmware since the EEPROM was erased. */
 uint32_t progress_saves(void);
 
-/* Once a tick, behind the control step: write one byte. */
+/* Once per tick, after the control step: write one byte. */
 void progress_tick(void);
 
 #endif

@@ -1,9 +1,9 @@
-"""Put the checksum of a firmware into its ELF file; PlatformIO does it behind the linker.
+"""Write the checksum of a firmware into its ELF file; PlatformIO runs this after the linker.
 
-The firmware computes the CRC of its flash from behind `flash_seal` to the end of the program, and
-on from 0 to the end of `flash_seal`: with the right two bytes there it is 0.
+The firmware computes the CRC of its flash from behind `flash_seal` to the end of the program, then
+from 0 to the end of `flash_seal`: with the right two bytes in `flash_seal` it is 0.
 
-By hand, for a program that was built otherwise:
+By hand, for a program that was built in another way:
 
     python seal.py firmware.elf
     avr-objcopy -O ihex -R .eeprom firmware.elf firmware.hex
@@ -20,7 +20,7 @@ from typing import Any
 NO_FLASH = 0x800000
 """The linker's addresses from here on are RAM, EEPROM and fuses."""
 LOADED, SYMBOLS = 1, 2
-"""Kinds of a segment, and of a section."""
+"""ELF types: of a segment that is loaded, and of a section with symbols."""
 
 
 def seal(path: Path) -> None:
@@ -40,7 +40,7 @@ def seal(path: Path) -> None:
 
 
 def flash(elf: bytes) -> Iterator[tuple[int, int, int]]:
-    """Find what is loaded into the flash: address there, offset in the file, size."""
+    """Find the parts that are loaded into flash: address in flash, offset in the file, size."""
     (table,), (each, count) = struct.unpack_from("<I", elf, 28), struct.unpack_from("<HH", elf, 42)
     for number in range(count):
         kind, offset, _, address, size = struct.unpack_from("<5I", elf, table + number * each)
@@ -49,7 +49,7 @@ def flash(elf: bytes) -> Iterator[tuple[int, int, int]]:
 
 
 def symbol(elf: bytes, name: bytes) -> int:
-    """Return the address of what the program calls so."""
+    """Return the address of the symbol with this name."""
     (table,), (each, count) = struct.unpack_from("<I", elf, 32), struct.unpack_from("<HH", elf, 46)
     sections = [struct.unpack_from("<7I", elf, table + number * each) for number in range(count)]
     for _, kind, _, _, offset, size, names in sections:
@@ -72,7 +72,7 @@ def crc16(data: bytearray) -> int:
 
 
 def seal_target(target: list[Any], **_: object) -> None:
-    """Seal what PlatformIO has linked."""
+    """Seal the program that PlatformIO has linked."""
     seal(Path(target[0].get_abspath()))
 
 

@@ -9,16 +9,16 @@ enum { FAULT_LOG_SIZE = 8 };
 struct fault_log_entry {
     uint8_t code;        /* the rule that tripped */
     float temperature_c; /* of the loop that tripped */
-    uint32_t time_s;     /* since reset; 0 for one that was latched then already */
+    uint32_t time_s;     /* since reset; 0 if it was latched before the reset */
 };
 
-/* The newest is at 0; null where there is none. */
+/* The entry at `index`, 0 for the newest; null if there is none. */
 const struct fault_log_entry *fault_log_at(uint8_t index);
 
-/* How many there were since the reset, wraps: it changes whenever the list does. */
+/* Number of faults since the reset, wraps: it changes whenever the list changes. */
 uint8_t fault_log_count(void);
 
-/* Once a tick: note a fault that is new. */
+/* Once per tick: add a new fault to the list. */
 void fault_log_tick(void);
 
 #endif

@@ -1,25 +1,25 @@
-/* The monitors for those who tell people of them, numbered from 1. */
+/* The monitors, for the interfaces that show them, numbered from 1. */
 #ifndef MONITORS_H
 #define MONITORS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
 
-/* The first one that warns; 0: none does. */
+/* Number of the first monitor that warns; 0: none warns. */
 uint8_t monitors_warning(void);
 
-/* How many there are. */
+/* Number of monitors. */
 uint8_t monitors_count(void);
 
-/* In flash. */
+/* The monitor's name, a string in flash. */
 const char *monitors_name(uint8_t number);
 
 bool monitors_warns(uint8_t number);
 
-/* False if its last reading was not good. */
+/* True if the monitor's last reading was good. */
 bool monitors_is_heard(uint8_t number);
 
-/* Its last good reading. */
+/* The monitor's last good reading, in degC. */
 float monitors_celsius(uint8_t number);
 
 #endif

@@ -11,7 +11,7 @@ SOCKET = "none: the board's USB socket is this line"
 MAX232 = "a converter for 5 V, such as a MAX232: R1OUT to {}, T1IN to {}"
 MAX485 = (
     "a transceiver for 5 V, such as a MAX485: RO to {}, DI to {}, DE and /RE to {}; "
-    "120 Ω between A and B at both ends of the bus, its bias at one"
+    "120 Ω between A and B at both ends of the bus, bias at one end"
 )
 BARE_PINS = "PD0", "PD1"
 NANO_PINS = "D0 = PD0", "D1 = PD1"
@@ -37,7 +37,7 @@ LEONARDO = changed("barrel", ("board: uno", "board: leonardo"), (", driver_enabl
         (FAST, {
             ("G-code, 250000 baud, 8N1", "USB"): SOCKET,
             ("G-code, 250000 baud, 8N1", "RS-232"): (
-                "too fast for one: a MAX232 follows 120000 baud"
+                "too fast for RS-232: a MAX232 reaches 120000 baud"
             ),
         }),
         ("oven", {

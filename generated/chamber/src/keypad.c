@@ -17,20 +17,20 @@ enum {
     SELECT_BELOW = 900 / 4
 };
 
-/* A key that is down at the start counts only after all keys have been seen up. */
+/* State after a reset: a key that is down then counts only after all keys were up. */
 enum { KEY_UNKNOWN = 0xFF };
 
-static uint8_t sampled; /* key of the last sample */
-static uint8_t held = KEY_UNKNOWN; /* key that has been reported */
+static uint8_t sampled; /* key in the last sample */
+static uint8_t held = KEY_UNKNOWN; /* key that was reported last */
 
-/* A press of SELECT that was meant: after a rest of all keys, and neither as short as a flicker nor
- * as long as of a key that hangs. */
+/* A press of SELECT acknowledges a fault only if no key was down before it for REST_TICKS, and if it
+ * is neither as short as a flicker nor as long as that of a stuck key. */
 enum { REST_TICKS = 100, PRESS_TICKS = 8, LONGEST_PRESS_TICKS = 200 };
-static uint16_t steady_ticks; /* the samples have been alike for so long; at UINT16_MAX no more */
+static uint16_t steady_ticks; /* number of equal samples; UINT16_MAX: this press does not count */
 
 void keypad_start(void)
 {
-    pin_keypad_pull_up(); /* without the shield no key is down */
+    pin_keypad_pull_up(); /* so that without the shield no key is down */
 }
 
 static uint8_t key_of(uint8_t level)
@@ -50,7 +50,7 @@ static uint8_t key_of(uint8_t level)
     return level >= RIGHT_BELOW ? KEY_UP : KEY_RIGHT;
 }
 
-/* What a press of SELECT meant, in the tick in which it is over. */
+/* In the tick in which a press of SELECT ends: KEY_LET_GO or KEY_HELD if it counts. */
 static uint8_t let_go(uint8_t key)
 {
     const uint16_t ticks = steady_ticks;
@@ -85,7 +85,7 @@ uint8_t keypad_tick(void)
 
     sampled = key;
     if (key != before || key == held || (held == KEY_UNKNOWN && key != KEY_NONE)) {
-        return over; /* bouncing, or nothing new */
+        return over; /* the key bounces, or is unchanged */
     }
     held = key;
     return key;

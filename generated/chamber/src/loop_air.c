@@ -16,9 +16,9 @@
 struct loop_air_state loop_air;
 static uint16_t ticks_left;
 
-enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
-static uint8_t next_enabled = ON; /* for the next step to take over: chamber.yaml:22 loops.air.starts */
-static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
+enum { OFF = 0, ON = 0x5A }; /* they differ in four bits: one flipped bit cannot switch on */
+static uint8_t next_enabled = ON; /* on or off from the next step on: chamber.yaml:22 loops.air.starts */
+static bool off_is_due; /* "off" came since the last step: the next step is off, even if "on" came later */
 
 static void take_switch(void)
 {
@@ -32,8 +32,8 @@ static bool is_off(void)
 }
 
 /* chamber.yaml:33 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
+ * The tasks of a step, each of which sets its mark after the mark of the one before: if the processor
+ * jumps over one, there is no permit, and the next tick finds it. */
 enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
@@ -59,7 +59,7 @@ bool loop_air_is_in_order(void)
     return in_order;
 }
 
-/* The duty for a valid reading while no fault is latched. */
+/* The duty, for a valid reading and while no fault is latched: 0 while the loop is idle. */
 static float heat_unless_idle(float change_k, uint16_t gap)
 {
     if (is_off()) {
@@ -69,14 +69,14 @@ static float heat_unless_idle(float change_k, uint16_t gap)
     return algorithm_air_step(change_k, gap);
 }
 
-/* What a step goes by. */
+/* The reading that a step uses. */
 struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
+    bool ok;        /* there is a reading, and it is valid */
+    uint16_t gap;   /* periods since the last good reading */
+    float change_k; /* change since the last good reading */
 };
 
-/* The temperature of a good reading; without one the last temperature stands. */
+/* Converts a good reading to a temperature; without one the last temperature stays. */
 static struct reading convert_reading(void)
 {
     const float last_c = loop_air.temperature_c;
@@ -97,7 +97,7 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* No heat with a fault, and none without a temperature. */
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
 static void decide(const struct reading now)
 {
     if (fault.code != FAULT_NONE) {
@@ -114,10 +114,10 @@ static void decide(const struct reading now)
     }
 }
 
-/* One control step: docs/control.md, section by section. */
+/* One control step, in the order of docs/control.md. */
 static void step(void)
 {
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* if not, they are replaced, before one is used */
     loop_air.steps++;
     loop_air.setpoint_c = settings.air_setpoint_c;
     take_switch();
@@ -211,7 +211,7 @@ void loop_air_switch_off(void)
 {
     next_enabled = OFF;
     off_is_due = loop_air.enabled;
-    gate_close_air(); /* not even until the next step, by what the last one decided */
+    gate_close_air(); /* off now: the last step's duty must not act until the next step */
 }
 
 void loop_air_disable(void)

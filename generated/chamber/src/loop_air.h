@@ -16,49 +16,49 @@ struct loop_air_state {
     uint8_t has_reading;    /* a good reading was taken since reset */
     float setpoint_c;
     float temperature_c;
-    float duty_percent;     /* asked of the heater; the gate has the last word */
-    float asked_percent;    /* the same at the last step that had a reading */
-    uint8_t enabled;        /* switched on, as this step took it over */
+    float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
+    float asked_percent;    /* duty_percent of the last step with a reading */
+    uint8_t enabled;        /* 1: switched on, in this step */
 };
 
 extern struct loop_air_state loop_air;
 
 void loop_air_start(void);
 
-/* Once a tick; runs the control step when its period is over. */
+/* Once per tick: run the control step when its period is over. */
 void loop_air_tick(void);
 
-/* False once after a step that has not done all its duties in their order (chamber.yaml:33 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in their order (chamber.yaml:33 safety.self_checks (default)). */
 bool loop_air_is_in_order(void);
 
-/* True while it is on, and no fault is latched. */
+/* True while the loop is on and no fault is latched. */
 bool loop_air_works(void);
 
-/* STATE_*, as the last step left it. */
+/* STATE_*, after the last step. */
 uint8_t loop_air_state(void);
 
-/* The commands: each counts from the next step on. Those that return false were refused and have
+/* The commands: each takes effect in the next step. One that returns false was refused and has
  * changed nothing. */
 
-/* Hold this setpoint. It switches nothing on: it is taken while the loop is off, and while a fault is
- * latched. Refused outside the setpoint's range; `may_set` only asks. */
+/* Set the setpoint. It does not switch the loop on, and is accepted while the loop is off or a fault
+ * latched. Refused outside the setpoint's range; `may_set` only tests. */
 bool loop_air_may_set(float setpoint_c);
 bool loop_air_set(float setpoint_c);
 
-/* Switch on. Refused while a fault is latched. `may_enable` only asks. */
+/* Switch on. Refused while a fault is latched. `may_enable` only tests. */
 bool loop_air_may_enable(void);
 bool loop_air_enable(void);
 
-/* Switch off: the heater is off with the next tick. */
+/* Switch off: the heater goes off in the next tick. */
 void loop_air_disable(void);
 
-/* What the next step will take over. */
+/* True if the loop is on from the next step on. */
 bool loop_air_is_enabled(void);
 
-/* Off, without having been told: after a fault. */
+/* Switch off without a command: after a fault. */
 void loop_air_switch_off(void);
 
-/* Off it does not: then the band about the setpoint means nothing. */
+/* False while the loop is off: then the band about the setpoint means nothing. */
 bool loop_air_regulates(void);
 
 #endif

@@ -7,22 +7,22 @@
 #include <stdint.h>  /* uint8_t */
 
 struct one_wire_air_state {
-    uint8_t data[11];      /* sent, and replaced by what was on the bus */
+    uint8_t data[11];      /* to be sent, then replaced by what was on the bus */
     uint8_t result;        /* READING_OK, FAULT_SENSOR_NO_ANSWER or FAULT_SENSOR_SHORT */
-    uint8_t size;          /* bytes of the present exchange */
-    uint8_t index;         /* byte in hand */
-    uint8_t bits_left;     /* of that byte */
-    uint8_t reset_slots;   /* left of the reset pulse and the presence answer */
+    uint8_t size;          /* of the present exchange, in bytes */
+    uint8_t index;         /* of the present byte */
+    uint8_t bits_left;     /* of the present byte */
+    uint8_t reset_slots;   /* slots left of the reset pulse and the presence answer */
     volatile bool busy;
 };
 
 extern struct one_wire_air_state one_wire_air;
 
-/* Reset the bus, then send and receive `size` bytes of `data`; `busy` until done. The first two are
- * put there: whom it is for, which is all chips, and the command. */
+/* Reset the bus, then send and receive `size` bytes of `data`; `busy` until done. The first two
+ * bytes are set by this function: SKIP_ROM, which addresses all chips, and `command`. */
 void one_wire_air_exchange(uint8_t command, uint8_t size);
 
-/* Go on with an exchange that went well, without a reset, up to `size` bytes of `data`. */
+/* Continue an exchange that succeeded, without a reset, up to `size` bytes of `data`. */
 void one_wire_air_go_on(uint8_t size);
 
 #endif

@@ -5,10 +5,10 @@
 
 #include <stdbool.h> /* bool */
 
-/* Any duty above zero switches on at the next tick, if the gate permits. */
+/* A duty above 0 switches on in the next tick, if the gate permits. */
 void output_heater_set(float duty_percent);
 
-/* Once a tick, from the gate. */
+/* Once per tick, from the gate: switch the pin. */
 void output_heater_tick(bool permitted);
 
 #endif

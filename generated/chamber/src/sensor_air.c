@@ -11,12 +11,12 @@
 /* DS18B20 data sheet, DS18B20 function commands. */
 enum { CONVERT = 0x44, WRITE_SCRATCHPAD = 0x4E, READ_SCRATCHPAD = 0xBE };
 
-/* After the command CONVERT the chip answers 0 while it converts and then 1, until the next reset:
- * one byte of that is read behind the command, and one when the conversion must be over. */
+/* After CONVERT the chip answers 0 while it converts and 1 afterwards, until the next reset: one
+ * byte of this is read after the command, and one when the conversion must have ended. */
 enum { AT_START = 2, AT_END = 3 };
 
-/* Scratchpad, byte by byte. The alarm registers serve as our mark: a chip that lost its supply
- * since it was set up has lost them too, and its 85 degC power-on value is not a temperature. */
+/* Bytes of the scratchpad. The alarm registers contain a mark: a chip that has lost its supply since
+ * it was set up has lost the mark too, and its power-on value of 85 degC is no temperature. */
 enum { RAW_LOW = 0, RAW_HIGH = 1, ALARM_HIGH = 2, ALARM_LOW = 3, SETTINGS = 4, SCRATCHPAD_SIZE = 9 };
 enum { MARK_HIGH = 0x55, MARK_LOW = 0xAA };
 enum { POWER_ON = 0x0550 }; /* 85 degC */
@@ -25,7 +25,7 @@ enum { FINISHED, WAITING, SETTING_UP, CONVERTING, ENDING, READING };
 
 static uint8_t phase = FINISHED;
 static uint16_t ticks_left;
-static bool has_converted; /* since it was set up: until then it may say its power-on value */
+static bool has_converted; /* since the set-up: before, it may return its power-on value */
 static uint8_t status = FAULT_SENSOR_STALE;
 static int16_t reading;
 
@@ -44,7 +44,7 @@ static void send_set_up(void)
     phase = SETTING_UP;
 }
 
-/* Slots that write ones are the slots in which the chip sends. */
+/* Writing ones gives the slots in which the chip sends: so the bytes to read are 0xFF. */
 static void send_convert(void)
 {
     one_wire_air.data[AT_START] = 0xFF;
@@ -65,7 +65,7 @@ static void send_read(void)
 
 static uint8_t judge(const uint8_t *scratchpad)
 {
-    uint8_t crc = 0; /* over data and their CRC it is 0 */
+    uint8_t crc = 0; /* 0 over the data and their CRC */
 
     for (uint8_t i = 0; i < SCRATCHPAD_SIZE; i++) {
         crc = _crc_ibutton_update(crc, scratchpad[i]);
@@ -88,7 +88,7 @@ static uint8_t judge(const uint8_t *scratchpad)
 static void finish(uint8_t result)
 {
     status = result;
-    has_converted = result == READING_OK; /* after any trouble the chip is set up anew */
+    has_converted = result == READING_OK; /* after any error the chip is set up again */
     phase = FINISHED;
 }
 
@@ -120,7 +120,7 @@ void sensor_air_tick(void)
         phase = ENDING;
         break;
     case ENDING:
-        /* A chip that browned out may still be busy with a longer conversion of its own. */
+        /* After a brown-out the chip may still make a longer conversion with its default settings. */
         if (one_wire_air.data[AT_START] == 0 && one_wire_air.data[AT_END] == 0xFF) {
             has_converted = true;
         }
@@ -141,6 +141,6 @@ uint8_t sensor_air_take(int16_t *raw)
     if (taken == READING_OK) {
         *raw = reading;
     }
-    status = FAULT_SENSOR_STALE; /* what a step finds when nothing came in time */
+    status = FAULT_SENSOR_STALE; /* for the next step, if no new reading comes in time */
     return taken;
 }

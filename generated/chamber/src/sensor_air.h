@@ -10,14 +10,14 @@
 /* Start a measurement that is ready just before the loop's next step. */
 void sensor_air_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_air_tick(void);
 
-/* READING_OK and the reading in steps of 0.0625 K, or the rule that is broken and `raw` as it was.
- * A reading is given once. */
+/* Return READING_OK with the reading in `raw`, in steps of 0.0625 K; or the rule that is broken, with
+ * `raw` unchanged. Each reading is returned once. */
 uint8_t sensor_air_take(int16_t *raw);
 
-/* What a reading means. */
+/* Convert a reading to degC. */
 static inline float sensor_air_celsius(int16_t raw)
 {
     return (float)raw * SENSOR_AIR_STEP_C;

@@ -33,7 +33,7 @@ static void differentiate(float error_k, uint16_t gap)
     const float now = loop_nozzle.temperature_c;
 
     (void)error_k;
-    if (gap == 1) { /* a change over several periods says little of the present slope */
+    if (gap == 1) { /* a change over several periods says little about the present slope */
         float slope = 0.0f;
         if (algorithm_nozzle.started) {
             slope = -(now - algorithm_nozzle.last) * LOOP_NOZZLE_PER_PERIOD;
@@ -60,7 +60,7 @@ static void set_integral(float value)
     algorithm_nozzle.integral = limit(value, loop_nozzle.integral_minimum_percent, loop_nozzle.integral_maximum_percent);
 }
 
-/* The sum of the terms with the integral gone on. extruder.yaml:36 loops.nozzle.algorithm.integral */
+/* Advances the integral by one step, and returns the sum of the terms. extruder.yaml:36 loops.nozzle.algorithm.integral */
 static float integrate(float error_k)
 {
     const float before = algorithm_nozzle.integral;
@@ -69,12 +69,12 @@ static float integrate(float error_k)
     const float sum = algorithm_nozzle_unlimited();
     if ((sum > loop_nozzle.output_maximum_percent && error_k > 0.0f)
         || (sum < LOOP_NOZZLE_OUTPUT_MINIMUM && error_k < 0.0f)) {
-        algorithm_nozzle.integral = before; /* a limited output must not wind it up */
+        algorithm_nozzle.integral = before; /* the integral must not wind up while the output is limited */
     }
     return sum;
 }
 
-/* Take the gains over. What the other terms lose by it the integral gets, so that the duty stays. */
+/* Uses new gains. The integral takes up the change of the other terms: the duty does not jump. */
 static void take_gains(float error_k)
 {
     const float kp_old = algorithm_nozzle.kp;
@@ -90,7 +90,7 @@ static void take_gains(float error_k)
     }
 }
 
-/* The operator's duty; the integral follows, so that the return to automatic does not jump. */
+/* Returns the operator's duty; sets the integral so that the return to automatic does not jump. */
 static float follow(void)
 {
     const float duty = limit(loop_nozzle.manual_percent, LOOP_NOZZLE_OUTPUT_MINIMUM, loop_nozzle.output_maximum_percent);
@@ -99,7 +99,7 @@ static float follow(void)
     return duty;
 }
 
-/* What follows from the error and the terms' past. */
+/* The duty, from the error and the terms. */
 static float decide(float error_k)
 {
     if (loop_nozzle.mode == MODE_MANUAL) {
@@ -123,7 +123,7 @@ float algorithm_nozzle_step(float change_k, uint16_t gap)
     }
     differentiate(error_k, gap);
     take_gains(error_k);
-    set_integral(algorithm_nozzle.integral); /* its limits may be others */
+    set_integral(algorithm_nozzle.integral); /* its limits may have changed */
     algorithm_nozzle.proportional = algorithm_nozzle.kp * error_k;
     const float duty = decide(error_k);
     algorithm_nozzle.started = 1;

@@ -23,31 +23,31 @@ bool tool_exists(uint8_t tool)
 
 float tool_temperature_c(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return loop_nozzle.temperature_c;
 }
 
 float tool_setpoint_c(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return settings.nozzle_setpoint_c;
 }
 
 float tool_duty_percent(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return loop_nozzle.duty_percent;
 }
 
 bool tool_is_ready(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return loop_nozzle_is_ready();
 }
 
 bool tool_set(uint8_t tool, float setpoint_c)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return loop_nozzle_set(setpoint_c);
 }
 
@@ -63,7 +63,7 @@ bool tool_is_tunable(uint8_t tool)
 
 bool tool_set_manual(uint8_t tool, float percent)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return loop_nozzle_set_manual(percent);
 }
 
@@ -87,7 +87,7 @@ static float *gain_of_nozzle(char gain)
 
 float *tool_gain(uint8_t tool, char gain)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return gain_of_nozzle(gain);
 }
 
@@ -103,7 +103,7 @@ bool tool_has_limits(uint8_t tool)
 
 bool tool_may_limit(uint8_t tool, float integral_minimum, float integral_maximum, float output_maximum)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return settings_may_limit_nozzle(integral_minimum, integral_maximum, output_maximum);
 }
 
@@ -119,31 +119,31 @@ uint8_t tool_cycles(uint8_t tool)
 
 uint8_t tool_tuning(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return autotune_nozzle.result;
 }
 
 float tool_integral_minimum(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return autotune_nozzle.integral_minimum;
 }
 
 float tool_integral_maximum(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return autotune_nozzle.integral_maximum;
 }
 
 uint8_t tool_switches(uint8_t tool)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return autotune_nozzle.switches;
 }
 
 bool tool_tune(uint8_t tool, float target_c, uint8_t cycles)
 {
-    (void)tool; /* there is one */
+    (void)tool; /* there is only one */
     return loop_nozzle_tune(target_c, cycles);
 }
 

@@ -9,10 +9,10 @@
 enum { TOOLS_FIRST = 0, TOOLS_LAST = 0 };
 enum { FANS_FIRST = 0 };
 
-/* The tool that commands mean which name none. */
+/* The tool of commands that name none. */
 extern uint8_t tool_active;
 
-/* Whether a host may name it by this number. */
+/* True if a host may use this tool number. */
 bool tool_exists(uint8_t tool);
 
 float tool_temperature_c(uint8_t tool);
@@ -20,38 +20,38 @@ float tool_setpoint_c(uint8_t tool);
 float tool_duty_percent(uint8_t tool);
 bool tool_is_ready(uint8_t tool);
 
-/* Set the temperature to hold, 0 for off; false when it is refused and nothing has changed. */
+/* Set the setpoint, 0 for off; false: refused, nothing has changed. */
 bool tool_set(uint8_t tool, float setpoint_c);
 
-/* Whether it has gains, and can be heated by hand. */
+/* True if the tool has gains and a manual mode. */
 bool tool_is_tunable(uint8_t tool);
 
-/* Heat with a duty that is given by hand; false when it is refused and nothing has changed. */
+/* Heat with this duty in manual mode; false: refused, nothing has changed. */
 bool tool_set_manual(uint8_t tool, float percent);
 
-/* Where gain 'P', 'I' or 'D' of a tunable tool is kept; of one with limits also 'J' and 'K', the integral's,
- * and 'Y', the output's maximum. */
+/* Address of gain 'P', 'I' or 'D' of a tunable tool; of one with limits also of 'J' and 'K', the
+ * integral's limits, and 'Y', the output's maximum. */
 float *tool_gain(uint8_t tool, char gain);
 
-/* Whether a host may narrow the limits of its integral and its output, and to these, %. */
+/* True if a host may change the tool's limits of integral and output; and if to these, %. */
 bool tool_has_limits(uint8_t tool);
 bool tool_may_limit(uint8_t tool, float integral_minimum, float integral_maximum, float output_maximum);
 
-/* How many cycles its tuning takes if nobody says it; 0: it has none. */
+/* Default number of cycles of the tool's tuning; 0: it has no tuning. */
 uint8_t tool_cycles(uint8_t tool);
 
-/* Find the gains at a temperature; false when it is refused and nothing has changed. */
+/* Start a tuning at this temperature; false: refused, nothing has changed. */
 bool tool_tune(uint8_t tool, float target_c, uint8_t cycles);
 void tool_stop_tuning(uint8_t tool);
 
-/* What has become of its tuning: AUTOTUNE_*. */
+/* State or result of the tool's tuning: AUTOTUNE_*. */
 uint8_t tool_tuning(uint8_t tool);
 
-/* The limits of its integral that the last one proposes, %. */
+/* The limits of the integral that the last tuning proposes, %. */
 float tool_integral_minimum(uint8_t tool);
 float tool_integral_maximum(uint8_t tool);
 
-/* How often its relay has switched on. */
+/* How often the tuning's relay has switched on. */
 uint8_t tool_switches(uint8_t tool);
 
 bool fan_set(uint8_t fan, float percent);

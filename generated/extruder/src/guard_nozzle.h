@@ -7,19 +7,19 @@
 #include <stdint.h> /* uint8_t, uint16_t, int16_t */
 
 struct guard_nozzle_state {
-    uint8_t fresh; /* start afresh at the next good reading */
+    uint8_t fresh; /* forget the past at the next good reading */
     float setpoint_last_c;
-    uint8_t in_band;        /* the temperature has met the band of this setpoint */
-    uint16_t runaway_steps; /* spent outside it since */
-    uint16_t heating_steps; /* of full heat without the expected rise */
+    uint8_t in_band;        /* the temperature has been in the band of this setpoint */
+    uint16_t runaway_steps; /* outside the band since then */
+    uint16_t heating_steps; /* with full heat, without the expected rise */
     float heating_from_c;
-    uint16_t frozen_steps; /* of heat beyond holding with exactly the same reading */
+    uint16_t frozen_steps; /* with heat beyond holding and exactly the same reading */
     int16_t frozen_raw;
-    uint16_t off_steps; /* of no heat, up to the settling time */
+    uint16_t off_steps; /* without heat, up to the settling time */
     float off_lowest_c;
-    float effort_percent; /* power that was given, as far as the plant still feels it */
-    float effort_from_c;  /* where the reading stands */
-    uint16_t effort_steps; /* of a power that does not fit it */
+    float effort_percent; /* mean of past duties, fading as fast as the plant cools */
+    float effort_from_c;  /* the reading from which a move is measured */
+    uint16_t effort_steps; /* in a row with a power that does not fit the reading */
 };
 
 extern struct guard_nozzle_state guard_nozzle;

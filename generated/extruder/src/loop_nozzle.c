@@ -15,7 +15,7 @@
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
 
-static uint8_t next_mode; /* for the next step to take over */
+static uint8_t next_mode; /* the mode from the next step on */
 static float next_percent;
 
 static void take_mode(void)
@@ -30,8 +30,8 @@ static bool is_off(void)
 }
 
 /* extruder.yaml:49 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
+ * The tasks of a step, each of which sets its mark after the mark of the one before: if the processor
+ * jumps over one, there is no permit, and the next tick finds it. */
 enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
@@ -58,8 +58,8 @@ bool loop_nozzle_is_in_order(void)
 }
 
 /* extruder.yaml:38 loops.nozzle.algorithm.limits_adjustable
- * What a host has set may be narrower than the spec's limits, and nothing else: what a flipped bit
- * makes of it is the spec's again. */
+ * A host may only narrow the spec's limits. If a flipped bit has made them wider or wrong, the spec's
+ * limits are used again. */
 static void take_limits(void)
 {
     if (!settings_may_limit_nozzle(settings.nozzle_integral_minimum_percent,
@@ -82,7 +82,7 @@ static void run_experiment(bool ok, float last_c)
     }
 }
 
-/* The duty while it is on: the experiment's, or the algorithm's. */
+/* The duty while the loop is on: from the relay experiment, or from the algorithm. */
 static float tune_or_control(float change_k, uint16_t gap)
 {
     if (loop_nozzle.mode == MODE_TUNING) {
@@ -92,7 +92,7 @@ static float tune_or_control(float change_k, uint16_t gap)
     return algorithm_nozzle_step(change_k, gap);
 }
 
-/* The duty for a valid reading while no fault is latched. */
+/* The duty, for a valid reading and while no fault is latched: 0 while the loop is idle. */
 static float heat_unless_idle(float change_k, uint16_t gap)
 {
     if (is_off()) {
@@ -102,14 +102,14 @@ static float heat_unless_idle(float change_k, uint16_t gap)
     return tune_or_control(change_k, gap);
 }
 
-/* What a step goes by. */
+/* The reading that a step uses. */
 struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
+    bool ok;        /* there is a reading, and it is valid */
+    uint16_t gap;   /* periods since the last good reading */
+    float change_k; /* change since the last good reading */
 };
 
-/* The temperature of a good reading; without one the last temperature stands. */
+/* Converts a good reading to a temperature; without one the last temperature stays. */
 static struct reading convert_reading(void)
 {
     const float last_c = loop_nozzle.temperature_c;
@@ -130,7 +130,7 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* No heat with a fault, and none without a temperature. */
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
 static void decide(const struct reading now)
 {
     if (fault.code != FAULT_NONE) {
@@ -147,10 +147,10 @@ static void decide(const struct reading now)
     }
 }
 
-/* One control step: docs/control.md, section by section. */
+/* One control step, in the order of docs/control.md. */
 static void step(void)
 {
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* if not, they are replaced, before one is used */
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
     take_mode();
@@ -164,7 +164,7 @@ static void step(void)
     guard_nozzle_master(!is_off());
     mark(guard_nozzle_step(now.change_k, now.gap));
 
-    take_limits(); /* behind the guard: full power is what was so when the last step asked for it */
+    take_limits(); /* after the guard, which judges the last duty by the limits that it had */
     run_experiment(now.ok, last_c);
     decide(now);
 

@@ -16,10 +16,10 @@ struct loop_nozzle_state {
     uint8_t has_reading;    /* a good reading was taken since reset */
     float setpoint_c;
     float temperature_c;
-    float duty_percent;     /* asked of the heater; the gate has the last word */
-    float asked_percent;    /* the same at the last step that had a reading */
-    uint8_t mode;           /* MODE_*, as this step took it over */
-    float manual_percent;   /* the duty that was asked for by hand */
+    float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
+    float asked_percent;    /* duty_percent of the last step with a reading */
+    uint8_t mode;           /* MODE_*, in this step */
+    float manual_percent;   /* the duty that was set by hand */
     /* Limits in force (extruder.yaml:38 loops.nozzle.algorithm.limits_adjustable): */
     float integral_minimum_percent;
     float integral_maximum_percent;
@@ -30,31 +30,31 @@ extern struct loop_nozzle_state loop_nozzle;
 
 void loop_nozzle_start(void);
 
-/* Once a tick; runs the control step when its period is over. */
+/* Once per tick: run the control step when its period is over. */
 void loop_nozzle_tick(void);
 
-/* False once after a step that has not done all its duties in their order (extruder.yaml:49 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in their order (extruder.yaml:49 safety.self_checks (default)). */
 bool loop_nozzle_is_in_order(void);
 
-/* The commands: each counts from the next step on. Those that return false were refused and have
- * changed nothing; while a fault is latched only switching off is not. */
+/* The commands: each takes effect in the next step. One that returns false was refused and has
+ * changed nothing; while a fault is latched, all but "off" are refused. */
 
-/* Hold a setpoint; 0 is off. Refused outside the setpoint's range. */
+/* Hold a setpoint; 0 switches off. Refused outside the setpoint's range. */
 bool loop_nozzle_set(float setpoint_c);
 
-/* Off, in manual mode, and while a tuning heats up, it does not: then the band about the setpoint means nothing. */
+/* False while the loop is off, in manual mode, or heating up for a tuning: then the band about the setpoint means nothing. */
 bool loop_nozzle_regulates(void);
 
-/* The step holds the newest setpoint, and the temperature is within 1 K of it. */
+/* True if the last step used the newest setpoint, and the temperature is within 1 K of it. */
 bool loop_nozzle_is_ready(void);
 
-/* Heat with this duty, 0..100. */
+/* Heat with this duty, 0..100 %, in manual mode. */
 bool loop_nozzle_set_manual(float percent);
 
-/* Find the gains by an experiment about this temperature. */
+/* Find the gains by a relay experiment around this temperature, with so many cycles. */
 bool loop_nozzle_tune(float target_c, uint8_t cycles);
 
-/* End the experiment, if there is one: the loop is off. */
+/* End the experiment, if one runs: the loop goes off. */
 void loop_nozzle_stop_tuning(void);
 
 #endif

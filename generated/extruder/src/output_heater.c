@@ -2,8 +2,8 @@
 /* Output heater: pulse width by interrupts of timer 5, channel A (extruder.yaml:20 outputs.heater).
  *
  * Timer 2, to which D10 = PB4 belongs, cannot make 30 Hz.
- * So timer 5 runs free, and interrupts set the pin. They look at the count, not at what they did
- * last: one that comes late sets the pin as it has to be by then, and no later pulse is longer.
+ * So timer 5 runs free, and interrupts set the pin. An interrupt sets the level from the count: if
+ * it comes late, the pin is right for that time, and later pulses do not get longer.
  */
 #include "output_heater.h"
 
@@ -17,18 +17,18 @@
 #include "pins.h"   /* pin_output_heater_* */
 
 struct output_heater_state output_heater;
-static uint16_t period_start; /* as the timer counts */
+static uint16_t period_start; /* count of the timer at the period's start */
 static uint16_t pulse_counts; /* of the present period */
-static uint16_t next_counts;  /* from the next period on */
+static uint16_t next_counts;  /* of the next period */
 
-enum { MOST_LOOKS = 4 }; /* one that comes late needs a second */
+enum { MOST_LOOKS = 4 }; /* a late interrupt needs a second look */
 
-/* Set the pin as it has to be now, and come back when that changes. Interrupts are off. */
+/* Sets the pin's level for now, and the time of the next change. Called with interrupts off. */
 static void set_pin(void)
 {
     for (uint8_t looks = 0; looks < MOST_LOOKS; looks++) {
         uint16_t gone = (uint16_t)(TCNT5 - period_start);
-        uint16_t change = OUTPUT_HEATER_PERIOD_COUNTS; /* the next one, from the start of the period */
+        uint16_t change = OUTPUT_HEATER_PERIOD_COUNTS; /* the next change, counted from the period's start */
 
         if (gone >= OUTPUT_HEATER_PERIOD_COUNTS) {
             gone = (uint16_t)(gone - OUTPUT_HEATER_PERIOD_COUNTS);
@@ -42,8 +42,8 @@ static void set_pin(void)
             pin_output_heater_off();
         }
         OCR5A = (uint16_t)(period_start + change);
-        /* Had the count passed that already, it would come round a whole turn later: look again,
-         * but not for ever, or a damaged program would leave no time to what finds the damage. */
+        /* If the count has already passed that time, the match would come one whole turn later: look
+         * again, but not for ever, or damaged memory could block the checks that find the damage. */
         if ((uint16_t)(TCNT5 - period_start) < change) {
             return;
         }
@@ -55,7 +55,7 @@ ISR(TIMER5_COMPA_vect)
     set_pin();
 }
 
-/* Anew with each duty: a flipped bit of the timer's registers lasts for no longer. Interrupts are off. */
+/* Called with each duty, interrupts off: a flipped bit of the timer's registers lasts no longer. */
 static void set_registers(void)
 {
     TCCR5A = 0;
@@ -67,7 +67,7 @@ void output_heater_start(void)
     set_registers();
 }
 
-/* Interrupts are off: the registers are shared with the timer's other outputs. */
+/* Called with interrupts off: the timer's other outputs share the registers. */
 static void apply(uint16_t counts)
 {
     if (counts == 0) {
@@ -79,7 +79,7 @@ static void apply(uint16_t counts)
     } else {
         next_counts = counts;
         if (!(TIMSK5 & (1u << OCIE5A))) {
-            period_start = (uint16_t)(TCNT5 - OUTPUT_HEATER_PERIOD_COUNTS); /* one begins now */
+            period_start = (uint16_t)(TCNT5 - OUTPUT_HEATER_PERIOD_COUNTS); /* so that a period begins now */
             set_pin();
             TIMSK5 |= (1u << OCIE5A);
         }

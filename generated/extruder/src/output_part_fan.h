@@ -5,7 +5,7 @@
 
 void output_part_fan_start(void);
 
-/* 0 to 100 % of the time, from now on. */
+/* Set the share of time on, 0 to 100 %, at once. */
 void output_part_fan_set(float duty_percent);
 
 #endif

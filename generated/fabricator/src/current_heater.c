@@ -12,11 +12,11 @@
 struct current_heater_state current_heater;
 
 /* fabricator.yaml:17 outputs.heater.current.limit
- * What the duty may be follows from what this one draws: CURRENT_HEATER_LIMIT_A is what a
- * heater of just the limit's root mean square has in the mean at full duty, and the square of a
- * root mean square grows as the duty does. From off it begins small and rises by as much a step,
- * so that a wire of far too little resistance shows before it is under full current; and it is as
- * small again where the current cannot be told from none, for then it says nothing of the wire. */
+ * Computes the highest permitted duty from the current at the present duty. CURRENT_HEATER_LIMIT_A
+ * is the mean current, at full duty, of a heater whose root mean square is the limit; the square of
+ * the root mean square is proportional to the duty. After off, the limit starts small and rises by
+ * the same amount per step, so that a wire of far too low resistance is noticed before it gets full
+ * current. It is that small again while the current is too low to be told from zero. */
 static void limit(void)
 {
     if (!(current_heater.applied_percent > 0.0f)) {
@@ -24,7 +24,7 @@ static void limit(void)
         return;
     }
     float percent = current_heater.limit_percent + CURRENT_HEATER_RAMP_PERCENT;
-    if (!(percent <= 100.0f)) { /* negated: what is not a number would stay, and limit nothing */
+    if (!(percent <= 100.0f)) { /* negated: else NaN would stay, and limit nothing */
         percent = 100.0f;
     }
     const bool told = current_heater.amperes >= CURRENT_HEATER_IDLE_A;
@@ -41,13 +41,13 @@ static void limit(void)
     current_heater.limit_percent = percent;
 }
 
-/* One more step in a row in which it is so, or none. */
+/* Counts the steps in a row in which `so` is true. */
 static uint16_t counted(uint16_t steps, bool so)
 {
     return so ? (uint16_t)(steps + 1u) : 0;
 }
 
-/* The first rule that is broken, or FAULT_NONE. fabricator.yaml:17 outputs.heater.current */
+/* Returns the first rule that is broken, or FAULT_NONE. fabricator.yaml:17 outputs.heater.current */
 static uint8_t judge(void)
 {
     const float amperes = current_heater.amperes;
@@ -71,11 +71,11 @@ static uint8_t judge(void)
 
 void current_heater_step(void)
 {
-    /* A scan that did not end leaves the last reading. */
+    /* If the ADC's scan did not end, the last reading stays. */
     (void)sensor_current_take(&current_heater.raw);
     sensor_current_begin();
     current_heater.amperes = sensor_current_amperes(current_heater.raw);
-    current_heater.applied_percent = loop_nozzle.duty_percent; /* still that of the last step */
+    current_heater.applied_percent = loop_nozzle.duty_percent; /* still the duty of the last step */
     limit();
     if (fault.code != FAULT_NONE) {
         current_heater.leak_steps = 0;

@@ -8,15 +8,15 @@
 struct current_heater_state {
     int16_t raw;           /* last reading, the sum of the sensor's codes */
     float amperes;         /* mean over the pulses */
-    float applied_percent; /* the duty that it was measured under */
-    float limit_percent;   /* the most the heater may be asked for */
-    uint16_t leak_steps;   /* with current while it is off */
-    uint16_t none_steps;   /* with too little of it while it is on */
+    float applied_percent; /* the duty while it was measured */
+    float limit_percent;   /* the highest duty that the current allows */
+    uint16_t leak_steps;   /* in a row with current while the heater is off */
+    uint16_t none_steps;   /* in a row with too little current while it is on */
 };
 
 extern struct current_heater_state current_heater;
 
-/* Once a control step of loop nozzle, before the temperature's rules; trips at most one fault. */
+/* Once per control step of loop nozzle, before the temperature's rules; trips at most one fault. */
 void current_heater_step(void);
 
 #endif

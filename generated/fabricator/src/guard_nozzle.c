@@ -12,8 +12,8 @@
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
 
-#define EFFORT_NOWHERE_C -1000.0f     /* from where every reading has moved */
-#define EFFORT_FLOOR_PERCENT 1e-12f /* is nothing, and keeps what fades a normal number */
+#define EFFORT_NOWHERE_C -1000.0f     /* every reading is far from it */
+#define EFFORT_FLOOR_PERCENT 1e-12f /* negligible; keeps the fading mean from getting denormal */
 
 struct guard_nozzle_state guard_nozzle;
 
@@ -36,7 +36,7 @@ static bool jumped(float change_k, uint16_t gap)
     return fabsf(change_k) > allowed_k;
 }
 
-/* A new setpoint, or a fresh start: old observations no longer count. */
+/* After a new setpoint or a reset of the guard, old observations no longer count. */
 static void start_afresh_if_needed(void)
 {
     const float t = loop_nozzle.temperature_c;
@@ -50,11 +50,11 @@ static void start_afresh_if_needed(void)
         return;
     }
     guard_nozzle.setpoint_last_c = loop_nozzle.setpoint_c;
-    guard_nozzle.in_band = 0; /* runaway() clears its count until the band is met */
+    guard_nozzle.in_band = 0; /* runaway() keeps its count at 0 until the temperature is in the band */
 }
 
 /* fabricator.yaml:35 loops.nozzle.protection.runaway
- * Armed once the temperature has met the band, so that a new setpoint gives no false alarm. */
+ * Active once the temperature was in the band, so that a new setpoint gives no false alarm. */
 static uint8_t runaway(void)
 {
     if (!loop_nozzle_regulates()) {
@@ -80,7 +80,7 @@ static uint8_t runaway(void)
 }
 
 /* fabricator.yaml:34 loops.nozzle.protection.heating
- * Full heat must raise the temperature; `asked_percent` is still that of the last step. */
+ * Full heat must raise the temperature; `asked_percent` is still the duty of the last step. */
 static bool heating_failed(void)
 {
     const float t = loop_nozzle.temperature_c;
@@ -96,7 +96,7 @@ static bool heating_failed(void)
 }
 
 /* fabricator.yaml:30 loops.nozzle.protection.frozen (default)
- * More heat than holding needs, below the setpoint, must move a living sensor. */
+ * More heat than holding needs, below the setpoint, must change the reading of a working sensor. */
 static bool frozen(void)
 {
     if (loop_nozzle.reading_raw != guard_nozzle.frozen_raw
@@ -107,14 +107,14 @@ static bool frozen(void)
         return false;
     }
     if (loop_nozzle.asked_percent <= LOOP_NOZZLE_FROZEN_HOLDING_PERCENT) {
-        return false; /* holding alone needs that much, and holding moves nothing */
+        return false; /* holding the temperature needs that much, and changes no reading */
     }
     guard_nozzle.frozen_steps++;
     return guard_nozzle.frozen_steps >= LOOP_NOZZLE_FROZEN_STEPS;
 }
 
 /* fabricator.yaml:30 loops.nozzle.protection.rising_while_off (default)
- * After the stored heat has settled, a heater that is off cannot raise the temperature. */
+ * Once the stored heat has spread, the temperature cannot rise while the heater is off. */
 static bool rising_while_off(void)
 {
     const float t = loop_nozzle.temperature_c;
@@ -135,7 +135,7 @@ static bool rising_while_off(void)
 }
 
 /* fabricator.yaml:30 loops.nozzle.protection.effort (default)
- * A reading that stands takes no more, and no less, power than a healthy machine needs for it. */
+ * A constant reading needs neither more nor less power than on a healthy machine. */
 static uint8_t effort(void)
 {
     const float t = loop_nozzle.temperature_c;
@@ -143,7 +143,7 @@ static uint8_t effort(void)
     float limit_percent = LOOP_NOZZLE_EFFORT_HIGH_PER_K * t + LOOP_NOZZLE_EFFORT_HIGH_PERCENT;
     uint8_t code = FAULT_EFFORT_HIGH;
 
-    if (guard_nozzle.effort_percent <= limit_percent) { /* what is not a number is not */
+    if (guard_nozzle.effort_percent <= limit_percent) { /* false for NaN, which trips */
         code = FAULT_NONE;
         limit_percent = LOOP_NOZZLE_EFFORT_LOW_PER_K * t + LOOP_NOZZLE_EFFORT_LOW_PERCENT;
         if (!(guard_nozzle.effort_percent >= limit_percent)) {
@@ -155,14 +155,14 @@ static uint8_t effort(void)
             guard_nozzle.effort_steps++;
             return guard_nozzle.effort_steps >= LOOP_NOZZLE_EFFORT_STEPS ? code : FAULT_NONE;
         }
-        guard_nozzle.effort_percent = limit_percent; /* it needs no longer what it had before */
+        guard_nozzle.effort_percent = limit_percent; /* the reading moves: begin again at the limit */
     }
     guard_nozzle.effort_from_c = t;
     guard_nozzle.effort_steps = 0;
     return FAULT_NONE;
 }
 
-/* The first rule that is broken, or FAULT_NONE. */
+/* Returns the first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(float change_k, uint16_t gap)
 {
     if (loop_nozzle.temperature_c >= LOOP_NOZZLE_MAXIMUM_C) {
@@ -192,7 +192,7 @@ static uint8_t judge(float change_k, uint16_t gap)
 }
 
 /* fabricator.yaml:37 loops.nozzle.protection.master_lost_after
- * Nobody could switch it off any more. */
+ * Without the master, nothing could switch the loop off any more. */
 void guard_nozzle_master(bool is_on)
 {
     if (is_on && modbus_silent_ticks() >= LOOP_NOZZLE_MASTER_LOST_TICKS) {

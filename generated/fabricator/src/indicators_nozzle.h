@@ -5,7 +5,7 @@
 
 void indicators_nozzle_start(void);
 
-/* Once a tick: show what the loop does now. */
+/* Once per tick: set the LEDs to the loop's state. */
 void indicators_nozzle_tick(void);
 
 #endif

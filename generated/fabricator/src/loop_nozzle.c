@@ -17,9 +17,9 @@
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
 
-enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
-static uint8_t next_enabled; /* for the next step to take over: fabricator.yaml:27 loops.nozzle.starts */
-static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
+enum { OFF = 0, ON = 0x5A }; /* they differ in four bits: one flipped bit cannot switch on */
+static uint8_t next_enabled; /* on or off from the next step on: fabricator.yaml:27 loops.nozzle.starts */
+static bool off_is_due; /* "off" came since the last step: the next step is off, even if "on" came later */
 
 static void take_switch(void)
 {
@@ -27,7 +27,7 @@ static void take_switch(void)
     off_is_due = false;
 }
 
-static bool released; /* somebody has switched off since the reset, and since the last fault */
+static bool released; /* "off" was commanded since the reset, and since the last fault */
 
 void loop_nozzle_demand_release(void)
 {
@@ -40,8 +40,8 @@ static bool is_off(void)
 }
 
 /* fabricator.yaml:39 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
+ * The tasks of a step, each of which sets its mark after the mark of the one before: if the processor
+ * jumps over one, there is no permit, and the next tick finds it. */
 enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
@@ -67,7 +67,7 @@ bool loop_nozzle_is_in_order(void)
     return in_order;
 }
 
-/* The duty for a valid reading while no fault is latched. */
+/* The duty, for a valid reading and while no fault is latched: 0 while the loop is idle. */
 static float heat_unless_idle(float change_k, uint16_t gap)
 {
     if (is_off()) {
@@ -85,8 +85,8 @@ static void limit_duty(void)
     }
 }
 
-/* Whether to cool. With a fault latched it is the one thing left that can be done about a heater
- * that does not go off, until nobody can be burnt any more. */
+/* True if the cooler must run. With a latched fault it runs until the machine is too cool to burn
+ * anybody: nothing else can be done about a heater that does not go off. */
 static bool cool(bool ok)
 {
     if (fault.code != FAULT_NONE) {
@@ -98,14 +98,14 @@ static bool cool(bool ok)
     return ok ? algorithm_nozzle.cooling : loop_nozzle.cooling;
 }
 
-/* What a step goes by. */
+/* The reading that a step uses. */
 struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
+    bool ok;        /* there is a reading, and it is valid */
+    uint16_t gap;   /* periods since the last good reading */
+    float change_k; /* change since the last good reading */
 };
 
-/* The temperature of a good reading; without one the last temperature stands. */
+/* Converts a good reading to a temperature; without one the last temperature stays. */
 static struct reading convert_reading(void)
 {
     const float last_c = loop_nozzle.temperature_c;
@@ -126,7 +126,7 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* No heat with a fault, and none without a temperature. */
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
 static void decide(const struct reading now)
 {
     if (fault.code != FAULT_NONE) {
@@ -143,10 +143,10 @@ static void decide(const struct reading now)
     }
 }
 
-/* One control step: docs/control.md, section by section. */
+/* One control step, in the order of docs/control.md. */
 static void step(void)
 {
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* if not, they are replaced, before one is used */
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
     take_switch();
@@ -249,7 +249,7 @@ void loop_nozzle_switch_off(void)
 {
     next_enabled = OFF;
     off_is_due = loop_nozzle.enabled;
-    gate_close_nozzle(); /* not even until the next step, by what the last one decided */
+    gate_close_nozzle(); /* off now: the last step's duty must not act until the next step */
 }
 
 void loop_nozzle_disable(void)

@@ -16,54 +16,54 @@ struct loop_nozzle_state {
     uint8_t has_reading;    /* a good reading was taken since reset */
     float setpoint_c;
     float temperature_c;
-    float duty_percent;     /* asked of the heater; the gate has the last word */
-    float asked_percent;    /* before the current limited it, at the last step that had a reading */
-    uint8_t cooling;        /* asked of the cooler */
-    uint8_t enabled;        /* switched on, as this step took it over */
+    float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
+    float asked_percent;    /* duty_percent before the current limited it, of the last step with a reading */
+    uint8_t cooling;        /* 1: the algorithm wants the cooler on */
+    uint8_t enabled;        /* 1: switched on, in this step */
 };
 
 extern struct loop_nozzle_state loop_nozzle;
 
 void loop_nozzle_start(void);
 
-/* Once a tick; runs the control step when its period is over. */
+/* Once per tick: run the control step when its period is over. */
 void loop_nozzle_tick(void);
 
-/* False once after a step that has not done all its duties in their order (fabricator.yaml:39 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in their order (fabricator.yaml:39 safety.self_checks (default)). */
 bool loop_nozzle_is_in_order(void);
 
-/* True while it is on, and no fault is latched. */
+/* True while the loop is on and no fault is latched. */
 bool loop_nozzle_works(void);
 
-/* STATE_*, as the last step left it. */
+/* STATE_*, after the last step. */
 uint8_t loop_nozzle_state(void);
 
-/* The commands: each counts from the next step on. Those that return false were refused and have
+/* The commands: each takes effect in the next step. One that returns false was refused and has
  * changed nothing. */
 
-/* Hold this setpoint. It switches nothing on: it is taken while the loop is off, and while a fault is
- * latched. Refused outside the setpoint's range; `may_set` only asks. */
+/* Set the setpoint. It does not switch the loop on, and is accepted while the loop is off or a fault
+ * latched. Refused outside the setpoint's range; `may_set` only tests. */
 bool loop_nozzle_may_set(float setpoint_c);
 bool loop_nozzle_set(float setpoint_c);
 
-/* Switch on. Refused while a fault is latched; and since the reset, the last fault somebody must
- * have switched off: whoever says "on" all the time does not restart a heater. `may_enable` only asks. */
+/* Switch on. Refused while a fault is latched; also until `disable` was called after the reset and the
+ * last fault: a repeated "on" does not restart a heater. `may_enable` only tests. */
 bool loop_nozzle_may_enable(void);
 bool loop_nozzle_enable(void);
 
-/* Switch off: the heater is off with the next tick. */
+/* Switch off: the heater goes off in the next tick. */
 void loop_nozzle_disable(void);
 
-/* What the next step will take over. */
+/* True if the loop is on from the next step on. */
 bool loop_nozzle_is_enabled(void);
 
-/* What does not depend on a command: from now on only `disable` makes `enable` possible again. */
+/* From now on `enable` is refused until `disable` is called. */
 void loop_nozzle_demand_release(void);
 
-/* Off, without having been told: after a fault. */
+/* Switch off without a command: after a fault. */
 void loop_nozzle_switch_off(void);
 
-/* Off it does not: then the band about the setpoint means nothing. */
+/* False while the loop is off: then the band about the setpoint means nothing. */
 bool loop_nozzle_regulates(void);
 
 #endif

@@ -13,7 +13,7 @@
 #include "modbus_line.h" /* modbus_counters */
 #include "modbus_values.h" /* map_scaled */
 
-/* What is computed, as it was when the request came. */
+/* Values that must be computed, at the time of the request. */
 static struct {
     uint32_t uptime_s;
     int16_t nozzle_temperature;
@@ -21,8 +21,8 @@ static struct {
     uint8_t nozzle_enabled;
 } seen;
 
-static uint8_t coils; /* the controller's, as they were last written */
-static uint8_t rested; /* those of them that were last written 0, since the reset */
+static uint8_t coils; /* the controller's coils, as last written */
+static uint8_t rested; /* of these, the ones last written 0 since the reset */
 
 const struct map_entry map_coils[MAP_COILS] PROGMEM = {
     { 0, 0x01, { .place = &coils } }, /* acknowledge */
@@ -87,7 +87,7 @@ void map_look(void)
 enum { ACKNOWLEDGE = 1 };
 enum { ENABLED = 1 };
 
-/* A temperature as a word of a request has it. */
+/* Converts a word of a request, in 0.1 degC, to degC. */
 static float celsius(const uint8_t *word)
 {
     return (float)(int16_t)((uint16_t)word[0] << 8 | word[1]) / 10.0f;
@@ -98,18 +98,18 @@ bool map_write(uint16_t first, uint8_t count, const uint8_t *words)
     if (first == 100u) {
         return loop_nozzle_set(celsius(words));
     }
-    (void)count; /* there is but one word */
+    (void)count; /* there is only one word */
     return false;
 }
 
-/* Coils of the controller act when they change from a 0 that was written to 1: one that a master
- * holds on does not acknowledge fault after fault, nor the one that is latched at the power-up. */
+/* A coil of the controller acts when 1 is written after a written 0: so a coil that a master always
+ * writes as 1 acknowledges neither every new fault nor the one latched at power-up. */
 static bool switch_controller(uint8_t named, uint8_t on)
 {
     const uint8_t risen = (uint8_t)(on & rested);
 
     if ((risen & ACKNOWLEDGE) != 0 && fault_is_locked()) {
-        return false; /* it waits for a person at the machine */
+        return false; /* only a person at the machine can acknowledge */
     }
     coils = (uint8_t)((coils & ~named) | on);
     rested = (uint8_t)((rested | named) & ~on);
@@ -124,7 +124,7 @@ static bool switch_nozzle(uint8_t named, uint8_t on)
     if ((on & ENABLED) != 0) {
         return loop_nozzle_enable();
     }
-    (void)named; /* there is but one */
+    (void)named; /* there is only one coil */
     loop_nozzle_disable();
     return true;
 }

@@ -5,13 +5,13 @@
 
 #include <stdbool.h> /* bool */
 
-/* Any duty above zero switches on at the next tick, if the gate permits. */
+/* A duty above 0 switches on in the next tick, if the gate permits. */
 void output_cooler_set(float duty_percent);
 
-/* Once a tick, from the gate. */
+/* Once per tick, from the gate: switch the pin. */
 void output_cooler_tick(bool permitted);
 
-/* As the last tick has switched it; the pin's own register lags behind. */
+/* State set by the last tick; reading the pin would be late. */
 extern volatile bool output_cooler_on;
 
 bool output_cooler_is_on(void);

@@ -9,9 +9,9 @@
 #include "pins.h"   /* pin_output_heater_* */
 
 struct output_heater_state output_heater;
-static volatile bool on; /* since the last tick */
+static volatile bool on; /* state set by the last tick */
 
-/* Anew with each duty: a flipped bit of the timer's registers lasts for no longer. Interrupts are off. */
+/* Called with each duty, interrupts off: a flipped bit of the timer's registers lasts no longer. */
 static void set_registers(void)
 {
     ICR1 = OUTPUT_HEATER_PERIOD_COUNTS - 1u;
@@ -24,10 +24,10 @@ void output_heater_start(void)
     set_registers();
 }
 
-/* Interrupts are off: the registers are shared with the timer's other outputs. */
+/* Called with interrupts off: the timer's other outputs share the registers. */
 static void apply(uint16_t counts)
 {
-    /* Off and full are levels of the port, not of the timer: no spike, and none left running. */
+    /* Off and full use the port, not the timer: no spike, and no pulse left running. */
     if (counts == 0) {
         TCCR1A &= (uint8_t)~((1u << COM1A1) | (1u << COM1A0));
         pin_output_heater_off();
@@ -42,7 +42,7 @@ static void apply(uint16_t counts)
 
 void output_heater_set(float duty_percent)
 {
-    /* Volatile: else the compiler may move the arithmetic to where interrupts are off. */
+    /* Volatile: else the compiler may move the arithmetic into the block with interrupts off. */
     const volatile uint16_t counts
         = (uint16_t)(duty_percent * OUTPUT_HEATER_COUNTS_PER_PERCENT + 0.5f);
 

@@ -8,14 +8,14 @@
 /* Start a measurement that is ready just before the loop's next step. */
 void sensor_current_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_current_tick(void);
 
-/* READING_OK and the reading begun last, a sum of 4 codes, or FAULT_SENSOR_STALE and `raw` as
- * it was. */
+/* Return READING_OK with the last reading in `raw`, a sum of 4 codes; or FAULT_SENSOR_STALE,
+ * with `raw` unchanged. */
 uint8_t sensor_current_take(int16_t *raw);
 
-/* What a reading means, in A; never negative. */
+/* Convert a reading to amperes; never negative. */
 float sensor_current_amperes(int16_t raw);
 
 #endif

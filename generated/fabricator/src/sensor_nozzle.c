@@ -11,7 +11,7 @@
 
 static uint16_t ticks_left;
 static uint8_t codes_taken;
-static uint8_t status; /* of the codes so far: one that is no temperature spoils the reading */
+static uint8_t status; /* of the codes so far: one code out of range makes the reading invalid */
 static uint16_t sum;
 
 void sensor_nozzle_begin(void)
@@ -56,7 +56,7 @@ void sensor_nozzle_tick(void)
 uint8_t sensor_nozzle_take(int16_t *raw)
 {
     if (codes_taken != SENSOR_NOZZLE_OVERSAMPLE) {
-        return FAULT_SENSOR_STALE; /* codes are missing: a scan has not ended */
+        return FAULT_SENSOR_STALE; /* codes are missing: an ADC scan did not end in time */
     }
     if (status == READING_OK) {
         *raw = (int16_t)sum;

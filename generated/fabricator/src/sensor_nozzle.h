@@ -8,14 +8,14 @@
 /* Start a measurement that is ready just before the loop's next step. */
 void sensor_nozzle_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_nozzle_tick(void);
 
-/* READING_OK and the reading begun last, a sum of 16 codes, or the rule that is broken and
- * `raw` as it was. */
+/* Return READING_OK with the last reading in `raw`, a sum of 16 codes; or the rule that is
+ * broken, with `raw` unchanged. */
 uint8_t sensor_nozzle_take(int16_t *raw);
 
-/* What a reading means. */
+/* Convert a reading to degC. */
 float sensor_nozzle_celsius(int16_t raw);
 
 #endif

@@ -33,7 +33,7 @@ static void differentiate(float error_k, uint16_t gap)
     const float now = loop_nozzle.temperature_c;
 
     (void)error_k;
-    if (gap == 1) { /* a change over several periods says little of the present slope */
+    if (gap == 1) { /* a change over several periods says little about the present slope */
         float slope = 0.0f;
         if (algorithm_nozzle.started) {
             slope = -(now - algorithm_nozzle.last) * LOOP_NOZZLE_PER_PERIOD;
@@ -60,7 +60,7 @@ static void set_integral(float value)
     algorithm_nozzle.integral = limit(value, LOOP_NOZZLE_INTEGRAL_MINIMUM, LOOP_NOZZLE_INTEGRAL_MAXIMUM);
 }
 
-/* The sum of the terms with the integral gone on. feeder.yaml:32 loops.nozzle.algorithm.integral */
+/* Advances the integral by one step, and returns the sum of the terms. feeder.yaml:32 loops.nozzle.algorithm.integral */
 static float integrate(float error_k)
 {
     const float before = algorithm_nozzle.integral;
@@ -69,12 +69,12 @@ static float integrate(float error_k)
     const float sum = algorithm_nozzle_unlimited();
     if ((sum > LOOP_NOZZLE_OUTPUT_MAXIMUM && error_k > 0.0f)
         || (sum < LOOP_NOZZLE_OUTPUT_MINIMUM && error_k < 0.0f)) {
-        algorithm_nozzle.integral = before; /* a limited output must not wind it up */
+        algorithm_nozzle.integral = before; /* the integral must not wind up while the output is limited */
     }
     return sum;
 }
 
-/* Take the gains over. What the other terms lose by it the integral gets, so that the duty stays. */
+/* Uses new gains. The integral takes up the change of the other terms: the duty does not jump. */
 static void take_gains(float error_k)
 {
     const float kp_old = algorithm_nozzle.kp;
@@ -90,7 +90,7 @@ static void take_gains(float error_k)
     }
 }
 
-/* The operator's duty; the integral follows, so that the return to automatic does not jump. */
+/* Returns the operator's duty; sets the integral so that the return to automatic does not jump. */
 static float follow(void)
 {
     const float duty = limit(loop_nozzle.manual_percent, LOOP_NOZZLE_OUTPUT_MINIMUM, LOOP_NOZZLE_OUTPUT_MAXIMUM);
@@ -99,14 +99,14 @@ static float follow(void)
     return duty;
 }
 
-/* What follows from the error and the terms' past. */
+/* The duty, from the error and the terms. */
 static float decide(float error_k)
 {
     if (loop_nozzle.mode == MODE_MANUAL) {
         return follow();
     }
     /* feeder.yaml:32 loops.nozzle.algorithm.dead_band
-     * The output is kept, but for the derivative: to keep its kick as well would make it swing. */
+     * The output is kept except for the derivative: a kept peak of it would cause oscillation. */
     if (error_k <= LOOP_NOZZLE_DEAD_BAND_K && error_k >= -LOOP_NOZZLE_DEAD_BAND_K) {
         algorithm_nozzle.proportional = 0.0f;
         return limit(algorithm_nozzle_unlimited(), LOOP_NOZZLE_OUTPUT_MINIMUM, LOOP_NOZZLE_OUTPUT_MAXIMUM);

@@ -6,10 +6,10 @@
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
 
-/* Stands in the place of bytes that were damaged on the line, or for which there was no room. */
+/* Replaces a byte that was damaged on the line, or for which there was no room. */
 enum { HOST_DAMAGED = 0 };
 
-/* What a line can ask for that must not wait for its turn: see host_take_urgent. */
+/* Bits of host_take_urgent: commands that must not wait for their turn. */
 enum { HOST_STOP = 1, HOST_GO_ON = 2, HOST_REST = 4 };
 
 void host_start(void);
@@ -17,14 +17,14 @@ void host_start(void);
 /* The next byte received; false when there is none. */
 bool host_take(char *byte);
 
-/* Forget what was received. True when that ended within a line. */
+/* Drop all received bytes. True if the last one was not the end of a line. */
 bool host_drop(void);
 
-/* What was asked for since the last call, recognised the moment it came, however many lines wait
- * before it: M112 (HOST_STOP), M108 (HOST_GO_ON), M410 (HOST_REST). */
+/* The urgent commands since the last call: M112 (HOST_STOP), M108 (HOST_GO_ON), M410 (HOST_REST).
+ * They are recognised when received, however many lines wait before them. */
 uint8_t host_take_urgent(void);
 
-/* M112 has come, and what is taken next was sent before it: that must not undo the stop. */
+/* True while the next byte to take was sent before an M112: it must not undo the stop. */
 bool host_stop_is_ahead(void);
 
 /* Send one byte; false when there is no room now. */

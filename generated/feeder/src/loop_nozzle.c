@@ -15,7 +15,7 @@
 struct loop_nozzle_state loop_nozzle;
 static uint16_t ticks_left;
 
-static uint8_t next_mode; /* for the next step to take over */
+static uint8_t next_mode; /* the mode from the next step on */
 static float next_percent;
 
 static void take_mode(void)
@@ -30,8 +30,8 @@ static bool is_off(void)
 }
 
 /* feeder.yaml:43 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
+ * The tasks of a step, each of which sets its mark after the mark of the one before: if the processor
+ * jumps over one, there is no permit, and the next tick finds it. */
 enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
@@ -66,7 +66,7 @@ static void run_experiment(bool ok, float last_c)
     }
 }
 
-/* The duty while it is on: the experiment's, or the algorithm's. */
+/* The duty while the loop is on: from the relay experiment, or from the algorithm. */
 static float tune_or_control(float change_k, uint16_t gap)
 {
     if (loop_nozzle.mode == MODE_TUNING) {
@@ -76,7 +76,7 @@ static float tune_or_control(float change_k, uint16_t gap)
     return algorithm_nozzle_step(change_k, gap);
 }
 
-/* The duty for a valid reading while no fault is latched. */
+/* The duty, for a valid reading and while no fault is latched: 0 while the loop is idle. */
 static float heat_unless_idle(float change_k, uint16_t gap)
 {
     if (is_off()) {
@@ -86,14 +86,14 @@ static float heat_unless_idle(float change_k, uint16_t gap)
     return tune_or_control(change_k, gap);
 }
 
-/* What a step goes by. */
+/* The reading that a step uses. */
 struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
+    bool ok;        /* there is a reading, and it is valid */
+    uint16_t gap;   /* periods since the last good reading */
+    float change_k; /* change since the last good reading */
 };
 
-/* The temperature of a good reading; without one the last temperature stands. */
+/* Converts a good reading to a temperature; without one the last temperature stays. */
 static struct reading convert_reading(void)
 {
     const float last_c = loop_nozzle.temperature_c;
@@ -114,7 +114,7 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* No heat with a fault, and none without a temperature. */
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
 static void decide(const struct reading now)
 {
     if (fault.code != FAULT_NONE) {
@@ -131,10 +131,10 @@ static void decide(const struct reading now)
     }
 }
 
-/* One control step: docs/control.md, section by section. */
+/* One control step, in the order of docs/control.md. */
 static void step(void)
 {
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* if not, they are replaced, before one is used */
     loop_nozzle.steps++;
     loop_nozzle.setpoint_c = settings.nozzle_setpoint_c;
     take_mode();

@@ -5,7 +5,7 @@
 
 void output_fan_start(void);
 
-/* Any share above zero switches on, now. */
+/* A share above 0 switches on at once. */
 void output_fan_set(float duty_percent);
 
 #endif

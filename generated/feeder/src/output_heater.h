@@ -7,17 +7,17 @@
 #include <stdint.h>  /* uint16_t */
 
 struct output_heater_state {
-    uint16_t on_counts; /* asked for, of OUTPUT_HEATER_PERIOD_COUNTS */
+    uint16_t on_counts; /* the duty, in counts of OUTPUT_HEATER_PERIOD_COUNTS */
 };
 
 extern struct output_heater_state output_heater;
 
 void output_heater_start(void);
 
-/* Takes effect with the next tick, if the gate permits. */
+/* Set the duty: takes effect in the next tick, if the gate permits. */
 void output_heater_set(float duty_percent);
 
-/* Once a tick, from the gate. */
+/* Once per tick, from the gate: apply the duty, or off without a permit. */
 void output_heater_tick(bool permitted);
 
 #endif

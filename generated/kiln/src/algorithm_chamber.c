@@ -34,7 +34,7 @@ static void differentiate(float error_k, uint16_t gap)
     const float now = loop_chamber.temperature_c;
 
     (void)error_k;
-    if (gap == 1) { /* a change over several periods says little of the present slope */
+    if (gap == 1) { /* a change over several periods says little about the present slope */
         float slope = 0.0f;
         if (algorithm_chamber.started) {
             slope = -(now - algorithm_chamber.last) * LOOP_CHAMBER_PER_PERIOD;
@@ -62,7 +62,7 @@ static void set_integral(float value)
     algorithm_chamber.integral = limit(value, LOOP_CHAMBER_INTEGRAL_MINIMUM, LOOP_CHAMBER_INTEGRAL_MAXIMUM);
 }
 
-/* The sum of the terms with the integral gone on. kiln.yaml:39 loops.chamber.algorithm.integral */
+/* Advances the integral by one step, and returns the sum of the terms. kiln.yaml:39 loops.chamber.algorithm.integral */
 static float integrate(float error_k)
 {
     const float before = algorithm_chamber.integral;
@@ -71,12 +71,12 @@ static float integrate(float error_k)
     const float sum = algorithm_chamber_unlimited();
     if ((sum > LOOP_CHAMBER_OUTPUT_MAXIMUM && error_k > 0.0f)
         || (sum < LOOP_CHAMBER_OUTPUT_MINIMUM && error_k < 0.0f)) {
-        algorithm_chamber.integral = before; /* a limited output must not wind it up */
+        algorithm_chamber.integral = before; /* the integral must not wind up while the output is limited */
     }
     return sum;
 }
 
-/* Take the gains over. What the other terms lose by it the integral gets, so that the duty stays. */
+/* Uses new gains. The integral takes up the change of the other terms: the duty does not jump. */
 static void take_gains(float error_k)
 {
     const float kp_old = algorithm_chamber.kp;
@@ -92,7 +92,7 @@ static void take_gains(float error_k)
     }
 }
 
-/* The operator's duty; the integral follows, so that the return to automatic does not jump. */
+/* Returns the operator's duty; sets the integral so that the return to automatic does not jump. */
 static float follow(void)
 {
     const float duty = limit(loop_chamber.manual_percent, LOOP_CHAMBER_OUTPUT_MINIMUM, LOOP_CHAMBER_OUTPUT_MAXIMUM);
@@ -101,7 +101,7 @@ static float follow(void)
     return duty;
 }
 
-/* What follows from the error and the terms' past. */
+/* The duty, from the error and the terms. */
 static float decide(float error_k)
 {
     if (loop_chamber.mode == MODE_MANUAL) {

@@ -10,8 +10,8 @@ struct algorithm_chamber_state {
     float integral; /* % of full power */
     float derivative; /* filtered slope, K/s */
     float last;       /* temperature of the last step, degC */
-    uint8_t started; /* a step has been made since the last reset */
-    float kp; /* the gains of the last step, %/K */
+    uint8_t started; /* 1: at least one step since the last reset */
+    float kp; /* gains in use since the last step, %/K */
     float ki; /* %/(K*s) */
     float kd; /* %*s/K */
 };

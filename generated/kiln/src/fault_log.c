@@ -11,7 +11,7 @@ static struct fault_log_entry entries[FAULT_LOG_SIZE];
 static uint8_t newest;
 static uint8_t size;
 static uint8_t count;
-static uint8_t seen_code; /* what was latched at the last look */
+static uint8_t seen_code; /* fault.code in the last tick */
 static uint8_t seen_acknowledgements;
 
 static void note(void)
@@ -28,7 +28,7 @@ static void note(void)
 
 void fault_log_tick(void)
 {
-    /* The same fault again, acknowledged in between, is a new one. */
+    /* The same code, after an acknowledgement in between, is a new fault. */
     if (fault.code == seen_code && fault.acknowledgements == seen_acknowledgements) {
         return;
     }

@@ -14,8 +14,8 @@
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
 
-#define EFFORT_NOWHERE_C -1000.0f     /* from where every reading has moved */
-#define EFFORT_FLOOR_PERCENT 1e-12f /* is nothing, and keeps what fades a normal number */
+#define EFFORT_NOWHERE_C -1000.0f     /* every reading is far from it */
+#define EFFORT_FLOOR_PERCENT 1e-12f /* negligible; keeps the fading mean from getting denormal */
 
 struct guard_chamber_state guard_chamber;
 
@@ -38,7 +38,7 @@ static bool jumped(float change_k, uint16_t gap)
     return fabsf(change_k) > allowed_k;
 }
 
-/* A new setpoint, or a fresh start: old observations no longer count. */
+/* After a new setpoint or a reset of the guard, old observations no longer count. */
 static void start_afresh_if_needed(void)
 {
     const float t = loop_chamber.reading_c;
@@ -51,15 +51,15 @@ static void start_afresh_if_needed(void)
     } else if (loop_chamber.setpoint_c == guard_chamber.setpoint_last_c) {
         return;
     } else if (program.state == PROGRAM_RUNNING && !program.leap) {
-        guard_chamber.setpoint_last_c = loop_chamber.setpoint_c; /* the band goes along with it */
+        guard_chamber.setpoint_last_c = loop_chamber.setpoint_c; /* the band moves with the setpoint */
         return;
     }
     guard_chamber.setpoint_last_c = loop_chamber.setpoint_c;
-    guard_chamber.in_band = 0; /* runaway() clears its count until the band is met */
+    guard_chamber.in_band = 0; /* runaway() keeps its count at 0 until the temperature is in the band */
 }
 
 /* kiln.yaml:47 loops.chamber.protection.runaway
- * Armed once the temperature has met the band, so that a new setpoint gives no false alarm. */
+ * Active once the temperature was in the band, so that a new setpoint gives no false alarm. */
 static uint8_t runaway(void)
 {
     if (!loop_chamber_regulates()) {
@@ -85,7 +85,7 @@ static uint8_t runaway(void)
 }
 
 /* kiln.yaml:46 loops.chamber.protection.heating
- * Full heat must raise the temperature; `asked_percent` is still that of the last step. */
+ * Full heat must raise the temperature; `asked_percent` is still the duty of the last step. */
 static bool heating_failed(void)
 {
     const float t = loop_chamber.reading_c;
@@ -101,7 +101,7 @@ static bool heating_failed(void)
 }
 
 /* kiln.yaml:41 loops.chamber.protection.frozen (default)
- * More heat than holding needs, below the setpoint or by hand, must move a living sensor. */
+ * More heat than holding needs, below the setpoint or by hand, must change the reading of a working sensor. */
 static bool frozen(void)
 {
     if (loop_chamber.reading_raw != guard_chamber.frozen_raw
@@ -112,14 +112,14 @@ static bool frozen(void)
         return false;
     }
     if (loop_chamber.asked_percent <= LOOP_CHAMBER_FROZEN_HOLDING_PERCENT) {
-        return false; /* holding alone needs that much, and holding moves nothing */
+        return false; /* holding the temperature needs that much, and changes no reading */
     }
     guard_chamber.frozen_steps++;
     return guard_chamber.frozen_steps >= LOOP_CHAMBER_FROZEN_STEPS;
 }
 
 /* kiln.yaml:41 loops.chamber.protection.rising_while_off (default)
- * After the stored heat has settled, a heater that is off cannot raise the temperature. */
+ * Once the stored heat has spread, the temperature cannot rise while the heater is off. */
 static bool rising_while_off(void)
 {
     const float t = loop_chamber.reading_c;
@@ -141,7 +141,7 @@ static bool rising_while_off(void)
 
 enum { EFFORT_LINES = 6 };
 
-/* Limits of the power that a reading takes, from one temperature on: the plant's curve bends. */
+/* Limits of the power that a reading needs, line by line: each holds from one temperature on. */
 static const struct {
     float from_c;
     float high_percent;
@@ -158,7 +158,7 @@ static const struct {
 };
 
 /* kiln.yaml:41 loops.chamber.protection.effort (default)
- * A reading that stands takes no more, and no less, power than a healthy machine needs for it. */
+ * A constant reading needs neither more nor less power than on a healthy machine. */
 static uint8_t effort(void)
 {
     const float t = loop_chamber.reading_c;
@@ -171,7 +171,7 @@ static uint8_t effort(void)
     float limit_percent = pgm_read_float(&effort_lines[i].high_per_k) * t + pgm_read_float(&effort_lines[i].high_percent);
     uint8_t code = FAULT_EFFORT_HIGH;
 
-    if (guard_chamber.effort_percent <= limit_percent) { /* what is not a number is not */
+    if (guard_chamber.effort_percent <= limit_percent) { /* false for NaN, which trips */
         code = FAULT_NONE;
         limit_percent = pgm_read_float(&effort_lines[i].low_per_k) * t + pgm_read_float(&effort_lines[i].low_percent);
         if (!(guard_chamber.effort_percent >= limit_percent)) {
@@ -183,17 +183,17 @@ static uint8_t effort(void)
             guard_chamber.effort_steps++;
             return guard_chamber.effort_steps >= LOOP_CHAMBER_EFFORT_STEPS ? code : FAULT_NONE;
         }
-        guard_chamber.effort_percent = limit_percent; /* it needs no longer what it had before */
+        guard_chamber.effort_percent = limit_percent; /* the reading moves: begin again at the limit */
     }
     guard_chamber.effort_from_c = t;
     guard_chamber.effort_steps = 0;
     return FAULT_NONE;
 }
 
-/* The first rule that is broken, or FAULT_NONE. */
+/* Returns the first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(float change_k, uint16_t gap)
 {
-    /* kiln.yaml:43 loops.chamber.protection.maximum_adjustable; what is not a number is no maximum. */
+    /* kiln.yaml:43 loops.chamber.protection.maximum_adjustable; negated, so that a NaN as maximum trips. */
     if (!(loop_chamber.reading_c < guard_chamber.maximum_c) || loop_chamber.reading_c >= LOOP_CHAMBER_MAXIMUM_C) {
         return FAULT_OVER_TEMPERATURE;
     }

@@ -3,10 +3,10 @@
 #ifndef LOG_H
 #define LOG_H
 
-/* Once a tick: note what is due, hear commands, answer a line at a time. */
+/* Once per tick: add an entry if due, read commands, send at most one line of an answer. */
 void log_tick(void);
 
-/* The time to the next entry begins now. */
+/* Restart the time until the next entry. */
 void log_begin_anew(void);
 
 #endif

@@ -10,7 +10,7 @@
 
 enum { LOG_NO_READING = INT16_MIN };
 
-/* Numbers of segments, 0 among them, which is that of no program. */
+/* Number of values for a segment: its numbers, and 0 for no program. */
 enum { LOG_SEGMENTS = PROGRAM_POINTS + 1 };
 _Static_assert(PROGRAM_PLACES * LOG_SEGMENTS + PROGRAM_POINTS <= UINT8_MAX, "a place is a byte");
 
@@ -21,15 +21,15 @@ struct log_entry {
     uint8_t place; /* program * LOG_SEGMENTS + segment; 0: none */
 };
 
-/* Entries are numbered from 0, when the log began: the first that may be there, and the one behind
- * the newest. */
+/* Entries are numbered from 0 since the log began. Number of the first that may still exist, and of
+ * the one behind the newest. */
 uint32_t log_ring_first(void);
 uint32_t log_ring_end(void);
 
 /* True if an entry can be read now, without waiting. */
 bool log_ring_is_ready(void);
 
-/* Read an entry from the first to the newest; false if it was cut short. */
+/* Read an entry, from the first to the newest; false if its write was interrupted. */
 bool log_ring_read(uint32_t number, struct log_entry *into);
 
 /* Add an entry. */

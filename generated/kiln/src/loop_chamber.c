@@ -17,7 +17,7 @@
 struct loop_chamber_state loop_chamber;
 static uint16_t ticks_left;
 
-static uint8_t next_mode; /* for the next step to take over */
+static uint8_t next_mode; /* the mode from the next step on */
 static float next_percent;
 
 static void take_mode(void)
@@ -26,9 +26,9 @@ static void take_mode(void)
     loop_chamber.manual_percent = next_percent;
 }
 
-enum { OFF = 0, ON = 0x5A }; /* four bits from each other: a flipped one switches nothing on */
-static uint8_t next_enabled; /* for the next step to take over: kiln.yaml:27 loops.chamber.starts (default) */
-static bool off_is_due; /* switched off since the last step: the next one is off, whatever came then */
+enum { OFF = 0, ON = 0x5A }; /* they differ in four bits: one flipped bit cannot switch on */
+static uint8_t next_enabled; /* on or off from the next step on: kiln.yaml:27 loops.chamber.starts (default) */
+static bool off_is_due; /* "off" came since the last step: the next step is off, even if "on" came later */
 
 static void take_switch(void)
 {
@@ -42,7 +42,7 @@ static bool is_off(void)
 }
 
 /* kiln.yaml:20 sensors.chamber.moving_average
- * Takes the reading over, and returns the mean of the last ones, this one among them. */
+ * Converts the reading, and returns the mean of the last readings including this one. */
 static float mean_celsius(void)
 {
     static float window_c[LOOP_CHAMBER_READINGS];
@@ -51,7 +51,7 @@ static float mean_celsius(void)
 
     loop_chamber.reading_c = sensor_chamber_celsius(loop_chamber.reading_raw);
     for (uint8_t i = 0; i < LOOP_CHAMBER_READINGS; i++) {
-        if (i == slot || guard_chamber.fresh) { /* a reset, or a fault: what was read counts no more */
+        if (i == slot || guard_chamber.fresh) { /* after a reset or a fault, older readings do not count */
             window_c[i] = loop_chamber.reading_c;
         }
         sum_c += window_c[i];
@@ -60,8 +60,8 @@ static float mean_celsius(void)
     return sum_c * LOOP_CHAMBER_SHARE;
 }
 
-/* What the program orders: kiln.yaml:51 programs.loop. The loop's own switch is off meanwhile, and so the
- * loop is when the program has ended. */
+/* Applies the program's setpoint and on or off: kiln.yaml:51 programs.loop. The loop's own switch is off
+ * meanwhile, so the loop is off when the program has ended. */
 static void follow_program(void)
 {
     if (program.state == PROGRAM_IDLE) {
@@ -75,8 +75,8 @@ static void follow_program(void)
 }
 
 /* kiln.yaml:67 safety.self_checks (default)
- * The duties of a step. Each leaves its mark behind that of the one before: a processor that has
- * jumped over one gives no permit, and is found out in the next tick. */
+ * The tasks of a step, each of which sets its mark after the mark of the one before: if the processor
+ * jumps over one, there is no permit, and the next tick finds it. */
 enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 
@@ -102,7 +102,7 @@ bool loop_chamber_is_in_order(void)
     return in_order;
 }
 
-/* The duty for a valid reading while no fault is latched. */
+/* The duty, for a valid reading and while no fault is latched: 0 while the loop is idle. */
 static float heat_unless_idle(float change_k, uint16_t gap)
 {
     if (is_off()) {
@@ -112,14 +112,14 @@ static float heat_unless_idle(float change_k, uint16_t gap)
     return algorithm_chamber_step(change_k, gap);
 }
 
-/* What a step goes by. */
+/* The reading that a step uses. */
 struct reading {
-    bool ok;        /* there is one, and it is good */
-    uint16_t gap;   /* periods since the last good one */
-    float change_k; /* since then */
+    bool ok;        /* there is a reading, and it is valid */
+    uint16_t gap;   /* periods since the last good reading */
+    float change_k; /* change since the last good reading */
 };
 
-/* The temperature of a good reading; without one the last temperature stands. */
+/* Converts a good reading to a temperature; without one the last temperature stays. */
 static struct reading convert_reading(void)
 {
     const float last_c = loop_chamber.temperature_c;
@@ -140,7 +140,7 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* No heat with a fault, and none without a temperature. */
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
 static void decide(const struct reading now)
 {
     if (fault.code != FAULT_NONE) {
@@ -157,10 +157,10 @@ static void decide(const struct reading now)
     }
 }
 
-/* One control step: docs/control.md, section by section. */
+/* One control step, in the order of docs/control.md. */
 static void step(void)
 {
-    const bool sound = settings_are_sound(); /* else others are taken, before one of them counts */
+    const bool sound = settings_are_sound(); /* if not, they are replaced, before one is used */
     loop_chamber.steps++;
     loop_chamber.setpoint_c = settings.chamber_setpoint_c;
     guard_chamber.maximum_c = settings.chamber_maximum_c;
@@ -171,7 +171,7 @@ static void step(void)
 
     loop_chamber.reading_status = sensor_chamber_take(&loop_chamber.reading_raw);
     const struct reading now = convert_reading();
-    /* The protections go by every single reading. */
+    /* The protections use each single reading, not the mean. */
     const float reading_change_k = had_reading ? loop_chamber.reading_c - reading_last_c : 0.0f;
     mark(READ);
 
@@ -270,12 +270,12 @@ void loop_chamber_switch_off(void)
     next_enabled = OFF;
     off_is_due = loop_chamber.enabled;
     next_mode = MODE_AUTOMATIC;
-    gate_close_chamber(); /* not even until the next step, by what the last one decided */
+    gate_close_chamber(); /* off now: the last step's duty must not act until the next step */
 }
 
 void loop_chamber_disable(void)
 {
-    (void)program_stop(); /* or the start that waits for a reading */
+    (void)program_stop(); /* also a start that waits for a reading */
     loop_chamber_switch_off();
 }
 

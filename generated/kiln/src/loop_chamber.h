@@ -19,57 +19,57 @@ struct loop_chamber_state {
     float setpoint_c;
     float reading_c;        /* last good reading */
     float temperature_c;    /* the mean of the last 5 */
-    float duty_percent;     /* asked of the heater; the gate has the last word */
-    float asked_percent;    /* the same at the last step that had a reading */
-    uint8_t enabled;        /* switched on, as this step took it over */
-    uint8_t mode;           /* MODE_*, as this step took it over */
-    float manual_percent;   /* the duty that was asked for by hand */
+    float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
+    float asked_percent;    /* duty_percent of the last step with a reading */
+    uint8_t enabled;        /* 1: switched on, in this step */
+    uint8_t mode;           /* MODE_*, in this step */
+    float manual_percent;   /* the duty that was set by hand */
 };
 
 extern struct loop_chamber_state loop_chamber;
 
 void loop_chamber_start(void);
 
-/* Once a tick; runs the control step when its period is over. */
+/* Once per tick: run the control step when its period is over. */
 void loop_chamber_tick(void);
 
-/* False once after a step that has not done all its duties in their order (kiln.yaml:67 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in their order (kiln.yaml:67 safety.self_checks (default)). */
 bool loop_chamber_is_in_order(void);
 
-/* True while it is on, and no fault is latched. */
+/* True while the loop is on and no fault is latched. */
 bool loop_chamber_works(void);
 
-/* STATE_*, as the last step left it. */
+/* STATE_*, after the last step. */
 uint8_t loop_chamber_state(void);
 
-/* The commands: each counts from the next step on. Those that return false were refused and have
+/* The commands: each takes effect in the next step. One that returns false was refused and has
  * changed nothing. */
 
-/* Hold this setpoint. It switches nothing on: it is taken while the loop is off, and while a fault is
- * latched. Refused outside the setpoint's range, and while a program runs; `may_set` only asks. */
+/* Set the setpoint. It does not switch the loop on, and is accepted while the loop is off or a fault
+ * latched. Refused outside the setpoint's range, and while a program runs; `may_set` only tests. */
 bool loop_chamber_may_set(float setpoint_c);
 bool loop_chamber_set(float setpoint_c);
 
-/* Switch on. Refused while a fault is latched, and while a program runs. `may_enable` only asks. */
+/* Switch on. Refused while a fault is latched, and while a program runs. `may_enable` only tests. */
 bool loop_chamber_may_enable(void);
 bool loop_chamber_enable(void);
 
-/* Switch off: the heater is off with the next tick. A program that runs is stopped. */
+/* Switch off: the heater goes off in the next tick. A running program is stopped. */
 void loop_chamber_disable(void);
 
-/* What the next step will take over, if no program decides. */
+/* True if the loop is on from the next step on, unless a program decides. */
 bool loop_chamber_is_enabled(void);
 
-/* Off, without having been told: after a fault. */
+/* Switch off without a command: after a fault. */
 void loop_chamber_switch_off(void);
 
-/* Off, in manual mode it does not: then the band about the setpoint means nothing. */
+/* False while the loop is off, in manual mode: then the band about the setpoint means nothing. */
 bool loop_chamber_regulates(void);
 
-/* Heat with this duty, 0..100. */
+/* Heat with this duty, 0..100 %, in manual mode. */
 bool loop_chamber_set_manual(float percent);
 
-/* The same duty, for manual mode now or later; back to automatic; what the next step takes over. */
+/* Set the duty of manual mode; return to automatic; the duty and the mode from the next step on. */
 bool loop_chamber_set_manual_percent(float percent);
 void loop_chamber_set_automatic(void);
 float loop_chamber_manual_percent(void);

@@ -2,8 +2,8 @@
 /* The charts of a touch display (kiln.yaml:73 interfaces[0]).
  *
  * Channel 0 is the temperature, channel 1 the setpoint, in pixels of the chart's height; its upper
- * edge is 1200 degC. A display forgets a chart when another page is shown, so that of the
- * firing is kept here.
+ * edge is 1200 degC. A display forgets a chart when another page is shown, so the chart of
+ * the firing is kept here.
  */
 #include "nextion_chart.h"
 
@@ -15,21 +15,21 @@
 
 enum { TEMPERATURE, SETPOINT, CHANNELS };
 
-/* One pixel's width of both channels. */
+/* One column of pixels: the height of both channels. */
 struct column {
     uint8_t height[CHANNELS];
 };
 
 static struct column columns[NEXTION_CHART_COLUMNS];
-static uint16_t next_column; /* where the next one goes */
+static uint16_t next_column; /* index of the next column */
 static uint16_t size;
-static uint16_t left;   /* columns that are not drawn yet, the newest among them */
-static uint8_t channel; /* what is drawn next of the first of them */
-static uint8_t to_clear; /* channels that are to be emptied */
+static uint16_t left;   /* number of columns not drawn yet: the newest ones */
+static uint8_t channel; /* channel to draw next in the first of these columns */
+static uint8_t to_clear; /* number of channels still to be cleared */
 static uint8_t beats_to_column = NEXTION_CHART_BEATS;
 
-static struct column now; /* of the running chart */
-static uint8_t now_left;  /* channels of it that are not drawn yet */
+static struct column now; /* newest column of the chart of the last minutes */
+static uint8_t now_left;  /* number of its channels not drawn yet */
 
 static uint8_t height(float celsius)
 {
@@ -68,7 +68,7 @@ void chart_clear(void)
     left = 0;
     channel = 0;
     to_clear = CHANNELS;
-    beats_to_column = 1; /* where it begins */
+    beats_to_column = 1; /* the first column comes with the next second */
 }
 
 void chart_show(uint8_t page)

@@ -6,16 +6,16 @@
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
 
-/* Begin the chart of the firing anew. */
+/* Clear and restart the chart of the firing. */
 void chart_clear(void);
 
-/* A page is shown, and its chart is empty. */
+/* The display shows this page now: its chart is empty. */
 void chart_show(uint8_t page);
 
-/* Once a second: note what is due. */
+/* Once per second: add columns that are due. */
 void chart_beat(void);
 
-/* Say one thing about the chart of the page that is shown; false if there is nothing to say. */
+/* Send one instruction for the chart of the page shown; false if none is due. */
 bool chart_say(uint8_t page);
 
 #endif

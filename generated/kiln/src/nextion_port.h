@@ -6,12 +6,12 @@
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, uint16_t */
 
-/* Stands for a byte that was damaged, or lost for want of room: no order has it in it. */
+/* Replaces a byte that was damaged, or for which there was no room: no order contains it. */
 enum { NEXTION_PORT_DAMAGED = 0x15 };
 
 void nextion_port_start(void);
 
-/* Set the line's speed; only a turn after it is free. */
+/* Set the line's baud rate; only one turn after the port is free. */
 void nextion_port_divide(uint16_t divisor);
 
 /* True while no received byte waits. */
@@ -20,10 +20,10 @@ bool nextion_port_is_silent(void);
 /* The next byte received; false if there is none. */
 bool nextion_port_take(uint8_t *byte);
 
-/* True when all that was given has been handed to the transmitter. */
+/* True when all bytes have been handed to the transmitter. */
 bool nextion_port_is_free(void);
 
-/* Send `size` bytes, which stay as they are until it is free again; only while it is. */
+/* Send `size` bytes; only while the port is free. They must not change until it is free again. */
 void nextion_port_send(const char *bytes, uint8_t size);
 
 #endif

@@ -7,15 +7,15 @@
 #include <stdint.h>  /* uint16_t */
 
 struct output_element_state {
-    uint16_t on_steps; /* asked for, in steps of the resolution */
+    uint16_t on_steps; /* the duty, in steps of the resolution */
 };
 
 extern struct output_element_state output_element;
 
-/* Takes effect with the next window; zero takes effect at once. */
+/* Set the duty: takes effect in the next window; 0 takes effect at once. */
 void output_element_set(float duty_percent);
 
-/* Once a tick, from the gate. */
+/* Once per tick, from the gate: switch the pin. */
 void output_element_tick(bool permitted);
 
 #endif

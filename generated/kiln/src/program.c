@@ -8,24 +8,24 @@
 #include "loop_chamber.h" /* loop_chamber */
 #include "progress.h" /* progress_found, progress_save */
 
-/* Single precision counts to here without a gap. */
+/* Single precision holds every whole number up to this one. */
 #define LONGEST_RATE_STEPS 16777215.0f
 
 struct program_state program;
 
 static struct stored_program loaded;
-static uint8_t next_order; /* for the next step to take over */
+static uint8_t next_order; /* for the next step */
 static uint8_t next_argument;
 static uint32_t unsaved_steps;
 
-/* Note where it is, so that it can go on there after a loss of power. */
+/* Saves the progress, so that the program can continue there after a loss of power. */
 static void save(void)
 {
     unsaved_steps = 0;
     progress_save();
 }
 
-/* The loop is off then, for while a program moves it its own switch is. */
+/* Ends the program. The loop is then off, because its own switch is off while a program runs. */
 static void end(uint8_t reason)
 {
     program.state = PROGRAM_IDLE;
@@ -76,7 +76,7 @@ static uint32_t length(void)
     }
 }
 
-/* What the program says of its segment, from `from_c` on. */
+/* Reads the present segment, which begins at `from_c`, from the program. */
 static void take_segment(void)
 {
     const uint8_t index = (uint8_t)(program.segment - 1u); /* RAM may be damaged */
@@ -126,7 +126,7 @@ static bool is_at_work(void)
 static void take_order(bool ok)
 {
     if (!ok && next_order > PROGRAM_PAUSE) {
-        return; /* it waits for a temperature */
+        return; /* the order needs a reading: it waits for one */
     }
     program.order = next_order;
     program.argument = next_argument;
@@ -134,7 +134,7 @@ static void take_order(bool ok)
     next_argument = 0;
 }
 
-/* From the temperature as it is; but no program holds the machine above the highest setpoint. */
+/* Starts at the present temperature, but not above the highest setpoint. */
 static void start(void)
 {
     const float t = loop_chamber.temperature_c;
@@ -152,7 +152,7 @@ static void start(void)
     begin(1);
 }
 
-/* To the start of a segment, where those before it would have led; or to the end of the last one. */
+/* Goes to the start of a segment, at the last target before it; or to the end of the last segment. */
 static void jump(void)
 {
     program.setpoint_c = program.first_c;
@@ -185,7 +185,7 @@ static void restore(void)
     end(PROGRAM_TOO_FAR);
 }
 
-/* True if an order has decided what this step is to do. */
+/* Executes the order; true if it has decided what this step does. */
 static bool obey(void)
 {
     if (program.order == PROGRAM_STOP && program.state != PROGRAM_IDLE) {
@@ -212,7 +212,7 @@ static bool obey(void)
     return true;
 }
 
-/* ---- a step on the way ---- */
+/* ---- one step of a running program ---- */
 
 static bool is_near(float target_c)
 {
@@ -233,7 +233,7 @@ static bool has_reached(void)
     return is_near(program.to_c);
 }
 
-/* The setpoint moves on, unless the temperature is too far from it. */
+/* Moves the setpoint by one step, unless the temperature is too far from it. */
 static void move(void)
 {
     const float lag_k = program.setpoint_c - loop_chamber.temperature_c;
@@ -252,7 +252,7 @@ static void move(void)
     program.setpoint_c = now_c;
 }
 
-/* The segment's time is over. */
+/* Called when the segment's time is over. */
 static void arrive(void)
 {
     if (program.kind == PROGRAM_UNTIL) {
@@ -264,8 +264,8 @@ static void arrive(void)
     }
 }
 
-/* How long a segment waits, all in all, for a machine that is too cold: one that is only too slow is
- * waited for and followed in turns. */
+/* Counts the steps in which a segment waits for a machine that is too cold: in total, since for a
+ * machine that is too slow the setpoint waits and moves by turns. */
 static void watch_lag(void)
 {
     const float t = loop_chamber.temperature_c;
@@ -323,7 +323,7 @@ static void go_on(bool ok)
     }
 }
 
-/* kiln.yaml:54 programs.on_fault: a fault leaves it where it is, as a loss of power does, until somebody resumes. */
+/* kiln.yaml:54 programs.on_fault: a fault keeps the program where it is, as a loss of power does, until it is resumed. */
 static void interrupt(void)
 {
     if (is_at_work() || program.state == PROGRAM_RESTORING) {
@@ -342,7 +342,7 @@ void program_step(bool ok)
     program.argument = 0;
     if (fault.code != FAULT_NONE) {
         program_fail();
-        take_order(ok); /* there is none but a stop */
+        take_order(ok); /* only a stop can be waiting */
         (void)obey();
         return;
     }
@@ -373,9 +373,9 @@ void program_fail(void)
     interrupt();
 }
 
-/* ---- what the operator orders ---- */
+/* ---- orders of the operator ---- */
 
-/* Nothing comes after a stop, nor after a pause until a step has taken it: what is to be off stays off. */
+/* Accepts an order; none after a stop or a pause that no step has taken yet: off must stay off. */
 static bool give(uint8_t order, uint8_t argument)
 {
     if (fault.code != FAULT_NONE || next_order == PROGRAM_STOP
@@ -407,8 +407,8 @@ bool program_pause(void)
     if (!(is_at_work() || is_about_to) || !give(PROGRAM_PAUSE, 0)) {
         return false;
     }
-    gate_close_chamber(); /* not even until the next step */
-    progress_save(); /* now: who pulls the plug behind it must not find it heating later */
+    gate_close_chamber(); /* off now, not only from the next step on */
+    progress_save(); /* now: after a power cut it must not heat again */
     return true;
 }
 
@@ -451,13 +451,13 @@ const struct stored_program *program_loaded(void)
 
 /* ---- losses of power ---- */
 
-/* Within what this loop's protections let be, and a number at all. */
+/* True if `c` is a number within the limits of this loop's protection. */
 static bool is_temperature(float c)
 {
     return c >= LOOP_CHAMBER_MINIMUM_C && c <= LOOP_CHAMBER_MAXIMUM_C;
 }
 
-/* Whether the program is still the one that ran, and the record can be of it. */
+/* True if the stored program is still the one that ran, and the record fits it. */
 static bool can_go_on(const struct progress_record *record)
 {
     return load(record->number) && programs_crc(&loaded) == record->program_crc
@@ -480,7 +480,7 @@ static void take_over(const struct progress_record *record)
     program.clock = record->clock;
     program.segment_clock = record->segment_clock;
     program.energy = record->energy;
-    /* What was paused stays so: nobody has asked it to go on. */
+    /* A paused program stays paused: nobody has resumed it. */
     if (record->state == PROGRAM_INTERRUPTED) {
         program.state = PROGRAM_INTERRUPTED;
         return;
@@ -500,7 +500,7 @@ void program_start_up(void)
     if (record.state == PROGRAM_IDLE) {
         return;
     }
-    loop_chamber_switch_off(); /* whatever it starts with: it is off when the program has ended */
+    loop_chamber_switch_off(); /* so that the loop is off when the program has ended */
     if (can_go_on(&record)) {
         take_over(&record);
     } else {
@@ -514,7 +514,7 @@ void program_note(struct progress_record *record)
     record->number = program.number;
     record->segment = program.segment;
     record->ended = program.ended;
-    if (next_order == PROGRAM_STOP && program.state != PROGRAM_IDLE) { /* as the next step will be */
+    if (next_order == PROGRAM_STOP && program.state != PROGRAM_IDLE) { /* the state after the next step */
         record->state = PROGRAM_IDLE;
         record->ended = PROGRAM_STOPPED;
     } else if (next_order == PROGRAM_PAUSE && is_at_work()) {

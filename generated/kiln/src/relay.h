@@ -5,17 +5,17 @@
 
 #include <stdbool.h> /* bool */
 
-/* Before the first tick: a pull-up for the contact. */
+/* Before the first tick: switch on the contact's pull-up. */
 void relay_start(void);
 
-/* Once a tick, from the gate, before the heaters: true if the relay has been closed for long enough
- * that one may be on. */
+/* Once per tick, from the gate, before the heaters: true if the relay has been closed for so long
+ * that a heater may be on. */
 bool relay_look(void);
 
-/* Once a tick, from the gate, after the heaters: whether one of them may be on soon. */
+/* Once per tick, from the gate, after the heaters: close the relay if `wanted`, else open it. */
 void relay_switch(bool wanted);
 
-/* Once a control step: trip if the contact has contradicted the relay since the last one. */
+/* Once per control step: trip if the contact has contradicted the relay since the last step. */
 void relay_judge(float temperature_c);
 
 #endif

@@ -8,22 +8,22 @@
 
 #include "config.h" /* SENSOR_CHAMBER_STEP_C */
 
-/* The thermocouple is of another type from the next reading on, and for good. Codes are those of
- * settings.chamber_thermocouple. False, and nothing changes: a type that is not to be chosen
- * (kiln.yaml:17 sensors.chamber.selectable), or something goes by the readings now. */
+/* Use another type of thermocouple from the next reading on, also after a reset. Codes as in
+ * settings.chamber_thermocouple. False, and no change: the spec does not allow the type
+ * (kiln.yaml:17 sensors.chamber.selectable), or a loop or program uses the readings now. */
 bool sensor_chamber_choose(uint8_t type);
 
 /* Read the converter in the ticks before the loop's next step. */
 void sensor_chamber_begin(void);
 
-/* Once a tick. */
+/* Once per tick: continue the measurement. */
 void sensor_chamber_tick(void);
 
-/* READING_OK and the reading in steps of 0.0078125 K, or the rule that is broken and `raw` as it was.
- * A reading is given once. */
+/* Return READING_OK with the reading in `raw`, in steps of 0.0078125 K; or the rule that is broken, with
+ * `raw` unchanged. Each reading is returned once. */
 uint8_t sensor_chamber_take(int32_t *raw);
 
-/* What a reading means. */
+/* Convert a reading to degC. */
 static inline float sensor_chamber_celsius(int32_t raw)
 {
     return (float)raw * SENSOR_CHAMBER_STEP_C;

@@ -8,17 +8,17 @@
 
 void spi_chamber_start(void);
 
-/* Whether the line of its answers is high while nobody drives it, as our pull-up makes it. */
+/* True if the answers' line is high while nothing drives it, as the pull-up makes it. */
 bool spi_chamber_is_idle(void);
 
-/* Select it, and say with which register to begin. It waits for the rest as long as it takes. */
+/* Select the converter, and send the first register's address. It then waits without a limit. */
 void spi_chamber_begin(uint8_t address);
 
-/* One register, and the next one with the next call; some 10 us at 16 MHz. */
+/* Transfer one register, and the next one with the next call; some 10 us at 16 MHz. */
 void spi_chamber_send(uint8_t bits);
 uint8_t spi_chamber_receive(void);
 
-/* It is no longer selected. */
+/* Deselect the converter. */
 void spi_chamber_end(void);
 
 #endif

@@ -1,4 +1,4 @@
-"""What every algorithm's plan returns, and the constants several of them share."""
+"""What the plans of all algorithms return, and the constants that several share."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def period(source: Source, name: str, loop: Loop) -> Constant:
 
 
 def per_period(source: Source, prefix: str, loop: Loop) -> Constant:
-    """1/period: makes a slope in K/s of a change in K."""
+    """1/period: converts a change in K to a slope in K/s."""
     return source.at("period").number(
         f"{prefix}_PER_PERIOD", 1.0 / loop.period_s, f"1 / {told_period(loop)}"
     )
@@ -66,11 +66,11 @@ def filter_weight(source: Source, name: str, filter_s: float, loop: Loop) -> Con
 
 
 def least_slope(source: Source, prefix: str) -> Constant:
-    """Slope at which one that fades away ends.
+    """Return the slope below which a fading slope becomes 0.
 
-    Of products below the least normal number avr-libc rounds some in its own way.
+    avr-libc rounds some products below the least normal number in its own way.
     """
-    return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less is none")
+    return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less counts as 0")
 
 
 def by_keys(source: Source, name: str) -> frozenset[str]:
@@ -79,7 +79,7 @@ def by_keys(source: Source, name: str) -> frozenset[str]:
 
 
 def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:
-    """Where the numbers of a switching algorithm are: in constants, or where keys have set them."""
+    """C names of a switching algorithm's numbers: constants, or variables that keys set."""
     return {
         field: f"algorithm_{name}.{field}" if field in keyed else f"{prefix}_{field.upper()}"
         for field in ("hysteresis_k", "lead_s")
@@ -87,7 +87,7 @@ def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:
 
 
 def lead_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
-    """How far it looks ahead, for a comment; empty if it does not."""
+    """How far the algorithm looks ahead, for a comment; empty if it does not."""
     if "lead_s" in keyed:
         return "a lead"
     return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
@@ -107,7 +107,7 @@ def lead_constants(
     loop: Loop,
     keyed: Collection[str],
 ) -> list[Constant]:
-    """The numbers of the look ahead along the slope; none without a lead."""
+    """The constants for looking ahead along the slope; none without a lead."""
     if not lead_words(algorithm, keyed):
         return []
     return [

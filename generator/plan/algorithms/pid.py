@@ -1,4 +1,4 @@
-"""PID control: terms with a zero gain are left out, unless the host may set the gains."""
+"""PID control: terms with a zero gain are left out, unless gains can be set."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
 
 
 class LimitsInForce(NamedTuple):
-    """What the limits, %, are called in C: members of the loop where a host may narrow them."""
+    """C names of the limits, %: constants, or members of the loop if a host may narrow them."""
 
     integral_minimum: str
     integral_maximum: str
@@ -58,7 +58,7 @@ class LimitsInForce(NamedTuple):
 
 
 def in_force(pid: Pid, prefix: str, state: str) -> LimitsInForce:
-    """Name the limits of a loop with this state."""
+    """Name the limits of the loop whose state is called `state` in C."""
     names = LimitsInForce._fields
     if pid.limits_adjustable:
         return LimitsInForce(*(f"{state}.{name}_percent" for name in names))
@@ -98,9 +98,9 @@ class _Terms:
     prefix: str
     loop: Loop
     variable: bool
-    """Somebody sets gains: a host, a master, or people."""
+    """True if gains can be set: by a host, a master or keys."""
     moved: bool
-    """A program moves the setpoint, and its slope has a term of its own."""
+    """True if a program moves the setpoint, whose slope has a term of its own."""
 
     @property
     def integral(self) -> bool:
@@ -111,7 +111,7 @@ class _Terms:
         return self.variable or self.pid.kd > 0
 
     def names(self, state: str, gain: dict[str, str]) -> PidNames:
-        """Say what the template asks; gains that may change are members of `state`."""
+        """Return the template's values; gains that may change are members of `state`."""
         limits = in_force(self.pid, self.prefix, f"loop_{state.removeprefix('algorithm_')}")
         keys = (
             "kd", "feed_forward", "integral", "band", "dead_band", "dead_band_keeps",
@@ -143,7 +143,7 @@ class _Terms:
         )
 
     def constants(self) -> list[Constant]:
-        """In the order in which the terms are added up."""
+        """Return the constants, in the order in which the terms are added."""
         constants = [self._number("kp", "KP", self.pid.kp, "%/K")]
         if self.integral:
             constants += [*self._ki(), *self._limits("integral", self.pid.integral)]
@@ -158,7 +158,7 @@ class _Terms:
             least = self.pid.output.minimum_percent + LEAST_RANGE_PERCENT
             constants.append(
                 self.source.at("limits_adjustable").number(
-                    f"{self.prefix}_OUTPUT_LEAST_MAXIMUM", least, "a host may choose no less"
+                    f"{self.prefix}_OUTPUT_LEAST_MAXIMUM", least, "the least that a host may set"
                 )
             )
         if self.pid.band_k is not None:

@@ -1,4 +1,4 @@
-"""What the builder of a bare chip sets before the program runs."""
+"""The fuses that the builder of a bare chip must set before the program runs."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from heatwright.spec.boards import Board
 
 
 class Fuses(NamedTuple):
-    """What the builder of a bare chip has to set before it keeps time and notices a low supply."""
+    """The fuses of a bare chip for the right clock, and for detecting a low supply."""
 
     clock: str
     brown_out: str
     brown_out_v: str
     """Brown-out level for a supply of 5 V (data sheets, "Fuse Bits", "BODLEVEL Fuse Coding")."""
     has_wdton: bool
-    """Whether a fuse can leave the watchdog on for good."""
+    """True if a fuse can switch the watchdog on permanently."""
 
 
 def fuses(board: Board) -> Fuses | None:
-    """Name the fuses of a bare chip; boards come with theirs set."""
+    """Name the fuses of a bare chip; those of boards are set already."""
     if board.name != board.mcu:
         return None
     if board.is_old:

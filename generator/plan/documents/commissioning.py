@@ -1,4 +1,4 @@
-"""What is measured before a machine heats for the first time, in which order, and what is seen."""
+"""The tests before a machine heats for the first time: their order and expected results."""
 
 from __future__ import annotations
 
@@ -25,33 +25,33 @@ OHM_TOLERANCE = "10 %"
 
 
 class Step(NamedTuple):
-    """What somebody does, and what must be seen."""
+    """One action, and its expected result."""
 
     do: str
     see: str
 
 
 class Stage(NamedTuple):
-    """Steps in one state of the machine."""
+    """The steps in one state of the machine."""
 
     title: str
     steps: tuple[Step, ...]
 
 
 def commissioning(controller: Controller, rows: Sequence[Wiring]) -> list[Stage]:
-    """List the stages in their order: each is safe once those before it are done."""
+    """List the stages in their order: each is safe after the stages before it."""
     stages = (
         ("Nothing has power: an ohmmeter", (*_pulls(rows), *_loads(controller))),
         ("The board has power, the loads have none", tuple(_board(controller))),
         ("A lamp in the place of each heater", tuple(_lamp(controller))),
-        ("The first heating: a second thermometer at the sensor, somebody at the switch",
+        ("The first heating: a second thermometer at the sensor, a person at the mains switch",
          tuple(_heating(controller))),
     )  # fmt: skip
     return [Stage(title, steps) for title, steps in stages]
 
 
 def _codes(controller: Controller, *rules: str) -> str:
-    """Name those of some rules that can trip here, as the display does."""
+    """Return the codes of those rules that this controller has, as the display shows them."""
     found = [f"E{rule.code:02d}" for rule in rules_of(controller) if rule.id in rules]
     return " or ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
 
@@ -66,7 +66,7 @@ def _off_v(output: Switch) -> str:
 
 
 def _pulls(rows: Sequence[Wiring]) -> Iterator[Step]:
-    """Resistors that stand alone at their pin; those of a divider have the sensor beside them."""
+    """Pull-up and pull-down resistors; not those of a divider, which have a sensor beside them."""
     for row in rows:
         for each in row.symbols:
             divides = any(other.shape == "sensor" for other in row.symbols)
@@ -83,9 +83,9 @@ def _loads(controller: Controller) -> Iterator[Step]:
     for name, loop in controller.loops.items():
         hottest = quantity(loop.protection.maximum_c, "°C")
         yield Step(
-            f"Read the thermal fuse or thermostat of loop `{name}`, and measure through it",
-            f"it opens above {hottest}, where the firmware does, and below what the machine bears; "
-            "less than 1 Ω",
+            f"Read the label of loop `{name}`'s thermal fuse or thermostat; measure its resistance",
+            f"it opens above {hottest}, the firmware's limit, and below the temperature that the "
+            "machine bears; less than 1 Ω",
         )
     if relay is not None:
         yield Step(f"Measure across the contacts of `{relay}` in the heaters' supply", "open")
@@ -100,9 +100,9 @@ def _loads(controller: Controller) -> Iterator[Step]:
 
 
 def _ohm(output: Switch) -> str:
-    """Say what resistance a heater has: that of its power at its voltage."""
+    """Return the resistance of a heater, from its power and voltage."""
     if output.power_w is None:
-        return "its resistance by its data sheet"
+        return "the resistance in its data sheet"
     volts = output.rated_v or output.supply_v
     if volts is not None:
         return f"{volts**2 / output.power_w:.3g} Ω ± {OHM_TOLERANCE}"
@@ -134,7 +134,7 @@ def _board(controller: Controller) -> Iterator[Step]:
             seen = f"about {volts:.3g} V"
             amplifier = None if chain.gives_voltage else chain.amplifier
             if amplifier is not None and amplifier.feed == "constant_current":
-                seen += "; less: the element's current is not constant, and all readings too low"
+                seen += "; less: the element's current is not constant, all readings are too low"
             yield Step(f"Measure {pin} (`{name}`) at {quantity(ROOM_C, '°C')}", seen)
     for name, loop in controller.loops.items():
         seconds = loop.next_step_s(loop.protection.stale_after_s) + TICK_MS / 1000
@@ -148,16 +148,16 @@ def _board(controller: Controller) -> Iterator[Step]:
             f"{_codes(controller, 'fan_stopped')} within {quantity(proof.within_s, 's')}",
         )
     for name, each in controller.safety.inputs.items():
-        tells = _codes(controller, "input_open") if each.trips else "the loops pause"
+        tells = _codes(controller, "input_open") if each.trips else "the loops pause: heaters off"
         yield Step(f"Open contact `{name}`", tells)
 
 
 def _off_by(controller: Controller, sensor: Thermometer, at_c: float) -> str:
-    """Say how far a sound reading may be off, K: what the parts of the chain cost, if it is one."""
+    """Return the tolerance of a reading: for a chain of parts, the sum of their tolerances."""
     if not sensor.on_adc:
         return f"{sensor.error_k(at_c):.2g} K"
     parts = budget(sensor, controller.board.mcu, (at_c,))
-    untold = f" and what is not told of its parts ({', '.join(parts.untold)})"
+    untold = f", and unknown tolerances ({', '.join(parts.untold)})"
     return f"{parts.worst[0]:.2g} K{untold if parts.untold else ''}"
 
 
@@ -169,28 +169,28 @@ def _lamp(controller: Controller) -> Iterator[Step]:
             f"Loop `{name}` on, setpoint above the reading",
             f"{first}the lamp is lit{_not_a_heater(controller, loop)}",
         )
-        yield Step("Press the reset button", "it is dark at once, and as long as it is held")
+        yield Step("Press the reset button", "it goes off at once, and stays off while held")
         seconds = loop.next_step_s(loop.protection.stale_after_s) + TICK_MS / 1000
         yield Step(
-            "Lit again: pull the sensor's plug", f"dark within {seconds:.3g} s, and stays so"
+            "Lamp lit again: pull the sensor's plug", f"off within {seconds:.3g} s, and stays off"
         )
         if loop.fan is not None:
             yield Step(f"Loop off: look at `{loop.fan}`", "it turns, and moves air over the heater")
 
 
 def _not_a_heater(controller: Controller, loop: Loop) -> str:
-    """Say which rules see that a lamp is no heater."""
+    """Say which rules trip because a lamp is no heater."""
     heating, measured = loop.protection.heating, controller.switches[loop.heater].current
     seen = _codes(controller, "no_current", "over_current") if measured is not None else ""
-    told = f"; {seen} is right, a lamp takes another current" if seen else ""
+    told = f"; {seen} is correct: a lamp has another current" if seen else ""
     if heating is None:
         return told
     code, late = _codes(controller, "heating_failed"), quantity(heating.within_s, "s")
-    return f"{told}; {code} after {late} is right, a lamp heats nothing"
+    return f"{told}; {code} after {late} is correct: a lamp heats nothing"
 
 
 def _after_power(controller: Controller, name: str) -> str:
-    """Say what a loop does when the power comes back."""
+    """Say what a loop does when the power returns."""
     setpoint = controller.loops[name].setpoint
     off = not setpoint.stored and setpoint.initial_c == 0 and facts_of(controller, name).hosted
     if off or not facts_of(controller, name).starts_enabled:
@@ -205,13 +205,13 @@ def _heating(controller: Controller) -> Iterator[Step]:
         if heating is not None:
             yield Step(
                 f"Loop `{name}` at full power from cold",
-                f"at least {quantity(heating.rise_k, 'K')} more in every "
+                f"a rise of at least {quantity(heating.rise_k, 'K')} in every "
                 f"{quantity(heating.within_s, 's')}; else {_codes(controller, 'heating_failed')}",
             )
         off_by = _off_by(controller, controller.thermometers[loop.sensor], loop.setpoint.maximum_c)
         yield Step(
             "At the setpoint: compare both thermometers",
-            f"they are no further apart than {off_by} and what your second one may be wrong by",
+            f"they differ by at most {off_by}, plus the tolerance of the second one",
         )
         yield Step("Take all power away for ten seconds", _after_power(controller, name))
-    yield Step("Stay with it for the first runs", "no code, no smell, nothing hotter than it bears")
+    yield Step("Stay with the machine for the first runs", "no code, no smell, no part too hot")

@@ -1,4 +1,4 @@
-"""What stands between a serial port's pins and what is at the other end of its line."""
+"""The level converter between a serial port's pins and the other end of its line."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from heatwright.spec.commands import modbus_of
 from heatwright.spec.interfaces import Line
 
 FASTEST_RS232 = 120_000
-"""Baud; of a MAX232 (data sheet, data rate)."""
+"""Highest baud rate of a MAX232 (data sheet, data rate)."""
 
 
 @dataclass(frozen=True, slots=True)
 class LineRow:
-    """A line, what it may lead to, and the converter that this needs."""
+    """A line, a possible other end, and the level converter that this needs."""
 
     line: str
     to: str
@@ -25,7 +25,7 @@ class LineRow:
 
 
 def lines(controller: Controller) -> list[LineRow]:
-    """Say for each line, and each kind of line that it may be, which level converter it needs."""
+    """List the level converter for each line and each kind of line that it may be."""
     modbus, found = modbus_of(controller), []
     for each in controller.interfaces:
         line, bus = each.line, modbus if each is modbus else None
@@ -47,7 +47,7 @@ def _converters(board: Board, line: Line, bus: ModbusRtu | None) -> Iterator[tup
         yield (
             "RS-485",
             f"a transceiver for 5 V, such as a MAX485: RO to {received}, DI to {sent}, DE and /RE "
-            f"to {direction}; 120 Ω between A and B at both ends of the bus, its bias at one",
+            f"to {direction}; 120 Ω between A and B at both ends of the bus, bias at one end",
         )
         return
     if to.bootloader:
@@ -59,6 +59,6 @@ def _converters(board: Board, line: Line, bus: ModbusRtu | None) -> Iterator[tup
     if line.baud <= FASTEST_RS232:
         yield "RS-232", f"a converter for 5 V, such as a MAX232: {heard}T1IN to {sent}"
     else:
-        yield "RS-232", f"too fast for one: a MAX232 follows {FASTEST_RS232} baud"
+        yield "RS-232", f"too fast for RS-232: a MAX232 reaches {FASTEST_RS232} baud"
     if bus is not None:
         yield "RS-485", "a transceiver, and a pin that switches it: `driver_enable` in the spec"

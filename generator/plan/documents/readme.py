@@ -1,4 +1,4 @@
-"""What the README of a project tells the one who builds the machine."""
+"""The values for the README of a project."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from heatwright.spec.sensing.budget import Budget, budgets
 
 @dataclass(frozen=True, slots=True)
 class ReadmeNames:
-    """All that the README tells, and the other files around the sources."""
+    """The values for the templates of the README and the other files around the sources."""
 
     name: str
     title: str
@@ -58,10 +58,10 @@ class ReadmeNames:
     lines: list[LineRow]
     loops: list[ReadmeLoop]
     cooled_to: str
-    """With a fault latched a cooler runs until there."""
+    """Temperature down to which a cooler runs while a fault is latched."""
     budgets: list[tuple[str, Budget]]
     rules: list[tuple[Rule, str]]
-    """With what each trips at."""
+    """The rules, each with the condition that trips it."""
     hazards: list[HazardRow]
     relay: str | None
     cooled: bool
@@ -79,7 +79,7 @@ class ReadmeNames:
 
 
 def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
-    """Wiring, settings and fault codes."""
+    """Compute the values: wiring, settings, fault codes."""
     controller = spec.controller
     identity = controller.identity
     wiring = list(dict.fromkeys(row for part in parts for row in part.wiring))  # each pin's once
@@ -125,7 +125,7 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
 
 @dataclass(frozen=True, slots=True)
 class ReadmeLockout:
-    """What repeated trips lead to."""
+    """The values of the lock-out."""
 
     trips: int
     within: str
@@ -142,7 +142,7 @@ def _lockout(controller: Controller) -> ReadmeLockout | None:
 
 @dataclass(frozen=True, slots=True)
 class Addressed:
-    """What the host calls by an address."""
+    """A loop or output to which the host gives an address."""
 
     address: str
     what: str
@@ -151,7 +151,7 @@ class Addressed:
 
 @dataclass(frozen=True, slots=True)
 class ReadmeHost:
-    """What the host has to know."""
+    """The values for the host."""
 
     baud: int
     names: list[Addressed]
@@ -173,7 +173,7 @@ def _host(spec: Spec) -> ReadmeHost | None:
 
 
 def _numbers(controller: Controller) -> list[str]:
-    """Say between which ends keys set which numbers."""
+    """Name the numbers that keys can set, with their ranges."""
     keypad = keypad_of(controller)
     return [
         f"{each.kind.key} from {each.minimum:g} to {quantity(each.maximum, each.kind.unit)}"
@@ -182,18 +182,18 @@ def _numbers(controller: Controller) -> list[str]:
 
 
 def _countdown(controller: Controller) -> str | None:
-    """Say from when the time set by keys counts; None if none can be set."""
+    """Say when the countdown runs; None if there is none."""
     keypad = keypad_of(controller)
     if keypad is None or keypad.countdown is None:
         return None
     if keypad.countdown.counts == "at once":
         return "while the loop is on"
-    return "from the moment on in which the setpoint is reached"
+    return "from the moment when the setpoint is reached"
 
 
 @dataclass(frozen=True, slots=True)
 class ReadmeMaster:
-    """What the master has to know."""
+    """The values for the master."""
 
     address: int
     form: str
@@ -210,7 +210,7 @@ def _modbus(spec: Spec) -> ReadmeMaster | None:
 
 @dataclass(frozen=True, slots=True)
 class ReadmeLoop:
-    """A loop, as people read of it."""
+    """A loop in the README."""
 
     facts: LoopFacts
     algorithm: str

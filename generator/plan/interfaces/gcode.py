@@ -28,11 +28,11 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.rules import Rule
 
 SILENT_S = 3.0
-"""So long neither side speaks before the firmware says `ok` again."""
+"""Silence of both sides after which the firmware repeats `ok`."""
 MOST_REMINDERS = 5
-"""Then a host that numbers its lines is taken to have no more of them."""
+"""Repeats after which the host is taken to have no more lines."""
 SETTLED_S = 10.0
-"""Marlin's TEMP_RESIDENCY_TIME: so long the temperature must be near before M109 ends."""
+"""Marlin's TEMP_RESIDENCY_TIME: how long the temperature must be near before M109 ends."""
 BUSY_S = 2.0
 """Marlin's DEFAULT_KEEPALIVE_INTERVAL."""
 SLOWEST_MM_PER_MIN = 1.0
@@ -41,7 +41,7 @@ NUMBERS = {"B": 10, "C": 11}
 
 
 def plan(source: Source, interface: Gcode) -> Part:
-    """Plan line, commands and answers."""
+    """Plan the line, the commands and the answers."""
     context = _context(source, interface)
     return Part(
         files=(*_files(context), *told(Source(source.spec, ()))),
@@ -75,18 +75,18 @@ def _constants(source: Source, interface: Gcode) -> Iterable[Constant]:
     yield Constant(
         "HOST_SILENT_TICKS",
         f"{ticks(SILENT_S)}u",
-        f"{quantity(SILENT_S, 's')} of silence, and the host may have missed an ok",
+        f"after {quantity(SILENT_S, 's')} of silence the host may have missed an ok",
     )
-    yield Constant("HOST_MOST_REMINDERS", f"{MOST_REMINDERS}u", "then it has nothing more to send")
+    yield Constant("HOST_MOST_REMINDERS", f"{MOST_REMINDERS}u", "then the host has no more lines")
     yield Constant(
         "WAIT_SETTLED_TICKS",
         f"{ticks(SETTLED_S)}u",
-        f"{quantity(SETTLED_S, 's')} near its setpoint a tool has settled",
+        f"settled: {quantity(SETTLED_S, 's')} near the setpoint",
     )
     yield Constant("WAIT_BUSY_TICKS", f"{ticks(BUSY_S)}u", f"{quantity(BUSY_S, 's')}")
     if interface.steppers:
         yield source.at("steppers").number(
-            "FEED_SLOWEST_MM_PER_MIN", SLOWEST_MM_PER_MIN, "slower is a mistake"
+            "FEED_SLOWEST_MM_PER_MIN", SLOWEST_MM_PER_MIN, "a slower feed is a mistake"
         )
 
 
@@ -98,7 +98,7 @@ class Heater:
     loop: str
     where: str
     cycles: int | None
-    """How many a tuning takes if nobody says it; None without one."""
+    """Default number of cycles of a tuning; None without one."""
     cycles_where: str
 
 
@@ -113,7 +113,7 @@ class Fan:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A number of the report, and the text before it."""
+    """A number in the report, and the text before it."""
 
     text: str
     value: str
@@ -122,7 +122,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True)
 class HostNames:
-    """All that the templates of the interface need to know."""
+    """The values for the templates of the interface."""
 
     where: str
     name: str
@@ -140,15 +140,15 @@ class HostNames:
     fans: list[Fan]
     monitors: bool
     minded: bool
-    """A loop trips when the host is silent."""
+    """True if a loop trips when the host is silent."""
     keyed: bool
-    """One of those is served by keys, too."""
+    """True if such a loop also has keys."""
     temperature_pieces: list[Piece]
     tick_ms: int
     uart: UartRegisters
     setup: list[str]
     output: str | None
-    """The stepper that feeds."""
+    """The stepper that feeds filament."""
     prefix: str
     ready_loops: list[str]
 
@@ -206,12 +206,12 @@ def _heater(source: Source, interface: Gcode, key: str) -> Heater:
 
 
 def _number(address: str) -> int:
-    """Return the number of a loop in the firmware; tools keep theirs."""
+    """Return the number of a loop in the firmware; a tool's number is unchanged."""
     return NUMBERS[address] if address in NUMBERS else int(address[1:])
 
 
 def _served(interface: Gcode) -> str:
-    """Say whose numbers these are, such as `Tools, bed and fans by their numbers`."""
+    """Say what has a number, such as `Tools, bed and fans by their numbers`."""
     tools = any(key not in NUMBERS for key in interface.loops)
     named = {"tools": tools, "bed": "B" in interface.loops, "chamber": "C" in interface.loops}
     *first, last = [*(each for each, there in named.items() if there), "fans"]
@@ -219,11 +219,11 @@ def _served(interface: Gcode) -> str:
 
 
 def _temperature_pieces(interface: Gcode, monitors: Iterable[str]) -> list[Piece]:
-    """One number each of `T:201.3 /200.0 B:60.1 /60.0 @:127 B@:31`, in the order of Marlin's.
+    """Return the numbers of `T:201.3 /200.0 B:60.1 /60.0 @:127 B@:31`, in Marlin's order.
 
-    The numbers of each tool follow where there are several. The active tool and the bed are shown
-    as cold and off where there is none: there are hosts that look for them. Monitors come last,
-    by their names, as those hosts that know further sensors read them.
+    If there are several tools, the numbers of each follow. Without a tool or a bed it is shown as
+    cold and off, because some hosts expect it. Monitors come last, with their names: some hosts
+    show them as further sensors.
     """
     tools = sorted(key for key in interface.loops if key not in NUMBERS)
     bed = "TOOL_BED" if "B" in interface.loops else None
@@ -242,7 +242,7 @@ def _temperature_pieces(interface: Gcode, monitors: Iterable[str]) -> list[Piece
 
 
 def _pieces(numbers: Iterable[tuple[str, str | None, int]]) -> list[Piece]:
-    """Join each number that is not there, as 0, to the text before the next."""
+    """Join each missing number, as 0, to the text before the next."""
     pieces: list[Piece] = []
     before = ""
     for text, value, decimals in numbers:

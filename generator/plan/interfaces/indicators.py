@@ -10,20 +10,20 @@ from heatwright.spec import Indicators, Loop
 from heatwright.spec.indicated import shown_loop
 
 BLINK_S = 0.5
-"""Bright for so long, then dark for so long: slow enough to be counted, not mistaken for a PWM."""
+"""Time on, and time off, of a blink: slow enough not to be mistaken for a PWM."""
 
 LOST_AFTER_S = 5.0
-"""Silence of the master that is shown, where no rule says when it is lost."""
+"""Silence after which the master is shown as lost, if no rule has a time for it."""
 
 SHOWS = {
     "enabled": "lit: enabled; blinking: fault; dark: disabled",
-    "heating": "lit: heater on; blinking: held back by its current",
+    "heating": "lit: heater on; blinking: limited by its current",
     "cooling": "lit: cooler on",
-    "warm": "lit: near the setpoint; blinking: on the way; dark: disabled",
+    "warm": "lit: near the setpoint; blinking: not yet near; dark: disabled",
     "communicating": "lit: master heard; blinking: master lost; dark: never heard",
     "fault": "blinking: fault",
 }
-"""What each meaning's light says, for the README."""
+"""What each LED shows, for the README."""
 
 
 def plan(source: Source, interface: Indicators) -> Part:
@@ -96,7 +96,7 @@ def _limited(source: Source, loop: Loop) -> bool:
 
 
 def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[dict[str, str]]:
-    """Headers of what the meanings ask, with the names they are included for."""
+    """The headers that the LEDs need, with the names for which they are included."""
     symbols: dict[str, list[str]] = {}
 
     def ask(meaning: str, header: str, *wanted: str) -> None:
@@ -122,7 +122,7 @@ def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[
 
 def _groups(source: Source, name: str, loop: Loop, meanings: set[str]) -> tuple[Group, ...]:
     blink = Constant(
-        "INDICATORS_BLINK_TICKS", f"{ticks(BLINK_S)}u", f"{ticks(BLINK_S) * TICK_MS} ms each way"
+        "INDICATORS_BLINK_TICKS", f"{ticks(BLINK_S)}u", f"{ticks(BLINK_S) * TICK_MS} ms on or off"
     )
     common = Group("Indicators", (blink,))
     if "communicating" not in meanings:

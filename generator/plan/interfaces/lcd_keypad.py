@@ -1,4 +1,4 @@
-"""The LCD keypad shield: its keys beside its screen, and what they show and do."""
+"""The LCD keypad shield: its display, its keys, and their functions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 
 MINUTE_S = 60.0
 COARSE = 10
-"""Steps at a time of a key that is held for long."""
+"""Steps per repeat of a key that is held for long."""
 
 
 def plan(source: Source, interface: LcdKeypad) -> Part:
@@ -78,7 +78,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
 
 
 def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
-    """Plan what is shown of a loop without programs: temperature and setpoint."""
+    """Plan the display of a loop without programs: temperature and setpoint."""
     controller = source.controller
     loop = controller.loops[interface.loop]
     panel = {
@@ -138,15 +138,15 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
 
 
 def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, ...]:
-    """Return times in minutes, as the display does."""
+    """Return the countdown's constants, in minutes."""
     longest, step = (
         round(seconds / MINUTE_S) for seconds in (countdown.longest_s, countdown.step_s)
     )
     coarse = min(COARSE * step, longest)
     return (
         at.at("longest").count("COUNTDOWN_LONGEST_MIN", longest, "the longest time"),
-        at.at("step").count("COUNTDOWN_STEP_MIN", step, "for each press"),
-        Constant("COUNTDOWN_COARSE_MIN", f"{coarse}u", "for each repeat of a key held for long"),
+        at.at("step").count("COUNTDOWN_STEP_MIN", step, "per press"),
+        Constant("COUNTDOWN_COARSE_MIN", f"{coarse}u", "per repeat of a key held for long"),
         Constant(
             "COUNTDOWN_PERIOD_MS",
             f"{loop.period_ticks * TICK_MS}UL",

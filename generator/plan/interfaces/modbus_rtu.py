@@ -38,7 +38,7 @@ VENDOR = "heatwright"
 
 
 def plan(source: Source, interface: ModbusRtu) -> Part:
-    """Plan line, functions and map."""
+    """Plan the line, the functions and the register map."""
     silence = _silence(source, interface)
     return Part(
         files=tuple(_files(source, interface, silence)),
@@ -69,7 +69,7 @@ def _files(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) 
 
 
 def _silence(source: Source, interface: ModbusRtu) -> tuple[int, Interval]:
-    """The timer that measures the silence, and how."""
+    """Return the timer that measures the silence, and its interval."""
     board = source.controller.board
     timer = allocate(source.controller).silence
     assert timer is not None  # noqa: S101 - the allocation gives a Modbus line one
@@ -94,15 +94,13 @@ def _constants(
         f"clock / {interval.prescaler}",
     )
     if interval.divider > 1:
-        yield Constant(
-            "MODBUS_SILENCE_MATCHES", f"{interval.divider}u", "so many times these counts"
-        )
+        yield Constant("MODBUS_SILENCE_MATCHES", f"{interval.divider}u", "times these counts")
     yield Constant("MODBUS_MAP_VERSION", f"{VERSION}u", "of the register map")
 
 
 @dataclass(frozen=True, slots=True)
 class LineNames:
-    """What the templates of the line need to know."""
+    """The values for the templates of the line."""
 
     where: str
     silence: str
@@ -151,7 +149,7 @@ def _line(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -
 
 @dataclass(frozen=True, slots=True)
 class IdentityNames:
-    """What the slave says of itself, as C."""
+    """The identification of the slave, as C."""
 
     loops: list[str]
     vendor: str

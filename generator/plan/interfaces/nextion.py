@@ -1,4 +1,4 @@
-"""A Nextion touch display: its line, its orders, what it shows, its editor's documents."""
+"""A Nextion touch display: its line, its orders, its contents, and documents for its editor."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 TURN_S = 0.02
-"""Time between two instructions at least: the display has its own work to do."""
+"""Least time between two instructions: the display needs time to execute them."""
 REFRESH_S = 30.0
-"""Time between two refreshes: so long a line that was disturbed shows something wrong."""
+"""Time between two refreshes: the longest time for which a disturbed line shows wrong contents."""
 SEARCH_S = 3.0
-"""It answers within a second, and has started after one."""
+"""Wait for an answer before the search: the display starts in 1 s, and answers within 1 s."""
 BEAT_S = CONTROL_CHART_EVERY_S
-"""Beat in which everything slower is counted."""
+"""Length of a beat, which counts all longer times."""
 BYTES_OF_POINT = len("20,743h59.98,-1100.5,4:")
 BYTES_OF_ORDER = 32
 JOULES_PER_HUNDREDTH_KWH = 36e3
@@ -90,7 +90,7 @@ def _uart(source: Source, interface: Nextion) -> Uart:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """A speed that the display may have, and its divisor."""
+    """A baud rate that the display may have, and its divisor."""
 
     baud: int
     divisor: int
@@ -107,7 +107,7 @@ class FaultPage:
 
 @dataclass(frozen=True, slots=True)
 class DisplayNames:
-    """All that the templates of the display need to know."""
+    """The values for the templates of the display."""
 
     where: str
     turn_ms: int
@@ -172,7 +172,7 @@ def _context(source: Source, interface: Nextion) -> DisplayNames:
 
 
 def _speeds(source: Source, interface: Nextion) -> list[Speed]:
-    """The divisors of all speeds that the display may have, but for the line's own."""
+    """The divisors of all baud rates that the display may have, except the line's own."""
     clock_hz = source.controller.board.clock_hz
     others = {
         baud: baud_setting(clock_hz, baud)
@@ -194,7 +194,7 @@ def _fault_pages(source: Source) -> list[FaultPage]:
 
 
 def _headers(source: Source, interface: Nextion) -> list[Header]:
-    """Headers of what is shown, with the names they are included for."""
+    """The headers of the contents, with the names for which they are included."""
     name = interface.loop
     found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
     if source.controller.loops[name].response is not None:
@@ -207,20 +207,20 @@ def _headers(source: Source, interface: Nextion) -> list[Header]:
 
 def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
     yield source.baud("NEXTION_DIVISOR", interface.baud)
-    yield Constant("NEXTION_BAUD", f"{interface.baud}ul", "to which the display is brought")
-    turn = f"{quantity(TURN_S * 1e3, 'ms')} from one instruction to the next at least"
+    yield Constant("NEXTION_BAUD", f"{interface.baud}ul", "the display is set to it")
+    turn = f"{quantity(TURN_S * 1e3, 'ms')} at least between two instructions"
     yield Constant("NEXTION_TURN_TICKS", f"{ticks(TURN_S)}u", turn)
-    beat = f"{quantity(BEAT_S, 's')}: a pixel of the running chart"
+    beat = f"{quantity(BEAT_S, 's')}: a pixel of the chart of the last minutes"
     yield Constant("NEXTION_BEAT_TURNS", f"{ticks(BEAT_S) // ticks(TURN_S)}u", beat)
-    yield _beats("REFRESH", REFRESH_S, "until everything is said again")
-    yield _beats("SEARCH", SEARCH_S, "for an answer, until it is looked for at other speeds")
+    yield _beats("REFRESH", REFRESH_S, "until everything is sent again")
+    yield _beats("SEARCH", SEARCH_S, "without an answer, then other baud rates are tried")
     yield from _of_orders(source, interface)
     yield from _of_pages(display_pages(source.controller))
     yield from _of_charts(source)
 
 
 def _beats(name: str, time_s: float, what: str) -> Constant:
-    """A time in beats."""
+    """Make a constant of a time in beats."""
     beats = ticks(time_s) // ticks(BEAT_S)
     return Constant(f"NEXTION_{name}_BEATS", f"{beats}u", f"{quantity(time_s, 's')} {what}")
 
@@ -254,8 +254,8 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
         )
     for name, colour, what in (
         ("PLAIN", FIELD, "any segment"),
-        ("MARKED", AMBER, "the one touched last"),
-        ("RUNNING", GREEN, "the one that runs"),
+        ("MARKED", AMBER, "the segment touched last"),
+        ("RUNNING", GREEN, "the running segment"),
     ):
         yield Constant(f"NEXTION_{name}", f"{colour}", f"colour of {what}, 16 bits")
 
@@ -282,7 +282,7 @@ def _of_charts(source: Source) -> Iterable[Constant]:
     hours = quantity(width * CHART_EVERY_S / 3600, "h")
     yield Constant("NEXTION_CHART_COLUMNS", f"{width}u", f"pixels across, {hours}")
     yield Constant("NEXTION_CHART_HEIGHT", f"{height}u", "pixels")
-    yield _beats("CHART", CHART_EVERY_S, "a pixel")
+    yield _beats("CHART", CHART_EVERY_S, "per pixel")
     yield Constant("NEXTION_PIXELS_PER_K", c_float(height / top_c), f"{height} px for {top_c} degC")
 
 

@@ -1,4 +1,4 @@
-"""What a loop does, in a ring, read out over a serial port."""
+"""A log of a loop in a ring buffer, read over a serial port."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heatwright.spec.facts import facts_of
 
 
 def plan(source: Source, interface: SerialLog) -> Part:
-    """Plan the ring, its notes, and the commands that read it."""
+    """Plan the ring, its entries, and the commands that read it."""
     board = source.controller.board
     kept = interface.keep == "eeprom"
     context = {

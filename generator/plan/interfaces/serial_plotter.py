@@ -1,4 +1,4 @@
-"""One line of numbers a period for the program Serial Port Plotter."""
+"""One line of numbers per period, for the program Serial Port Plotter."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from heatwright.spec.facts import facts_of
 
 @dataclass(frozen=True, slots=True)
 class SerialNames:
-    """What the template of the transmitter needs to know."""
+    """The values for the template of the transmitter."""
 
     uart: UartRegisters
     setup: list[str]
@@ -24,7 +24,7 @@ class SerialNames:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A number of a line, as C, and the text before it."""
+    """A number in a line: its title, and its C expression."""
 
     title: str
     expression: str
@@ -32,7 +32,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class PlotterNames:
-    """What the template of the plotter needs to know."""
+    """The values for the template of the plotter."""
 
     where: str
     loop_name: str

@@ -10,7 +10,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import ModbusRtu
 
 FOLDER = "linuxcnc"
-"""In the project; its files are copied into LinuxCNC's configuration, or used where they are."""
+"""Folder in the project; copy its files into LinuxCNC's configuration, or use them there."""
 
 
 def files(source: Source, interface: ModbusRtu) -> tuple[File, ...]:

@@ -1,4 +1,4 @@
-"""The line, as mb2hal's configuration has it: format, how often it is used, how long to wait."""
+"""The line in mb2hal's configuration: format, rate of the transactions, time-out of answers."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, ModbusRtu
 
 ANSWER_S = 0.005
-"""Within this time after the silence the slave answers."""
+"""Longest time from the silence to the slave's answer."""
 MARGIN_S = 1.0
-"""For a PC without real time and a USB adapter that keeps bytes. Ample, for an answer that comes
-later is taken for that to the next request: RTU frames have no numbers."""
+"""Margin for a PC without real time and a USB adapter that buffers. It is ample, because a late
+answer is taken for the next request's: RTU frames have no numbers."""
 FASTEST_HZ = 5.0
-"""More does not show on a panel."""
+"""Highest rate of the rounds: a higher one is not visible on a panel."""
 MOST_LOAD = 0.5
-"""Share of the time for which the line may be busy."""
+"""Largest share of the time for which the line may be busy."""
 MOST_SILENCE = 0.25
-"""Share of the time after which the master counts as lost that may pass between two rounds."""
+"""Longest time between two rounds, as a share of that after which the master is lost."""
 HEARD_WITHIN_S = 5.0
-"""The exchange counts as lost after so long, if the spec does not say when a master is lost."""
+"""Time after which the exchange counts as lost, if the spec has no time for a lost master."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class BusTransaction:
 
 @dataclass(frozen=True, slots=True)
 class BusNames:
-    """All that mb2hal's configuration needs to know."""
+    """The values for mb2hal's configuration."""
 
     name: str
     where: str
@@ -57,7 +57,7 @@ class BusNames:
 
 
 def bus_names(source: Source, interface: ModbusRtu) -> BusNames:
-    """Find what mb2hal's configuration needs to know."""
+    """Compute the values for mb2hal's configuration."""
     round_ = transactions(source)
     return BusNames(
         name=controller_name(source.controller),
@@ -86,20 +86,20 @@ def bus_names(source: Source, interface: ModbusRtu) -> BusNames:
 
 
 def port_name(source: Source) -> str:
-    """Name of the link to the serial port that the user makes beside the configuration."""
+    """Name of the link to the serial port that the user creates beside the configuration."""
     return f"{source.controller.identity.name}_port"
 
 
 def round_s(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
-    """How long all transactions take, one after the other, s."""
+    """Time for all transactions, one after the other, s."""
     line_s = sum(each.line_bytes for each in round_) * _character_s(interface)
     return line_s + len(round_) * (2 * silence_s(interface) + ANSWER_S)
 
 
 def rate_hz(source: Source, interface: ModbusRtu) -> float:
-    """How often a round is made, rounded down: as often as the line bears it.
+    """Return the rate of the rounds, rounded down: the highest that the line allows.
 
-    On a slow line that may be so seldom that the master would count as lost: then more often.
+    If that is so slow that the master would count as lost, the rate is higher.
     """
     busy_s = round_s(interface, transactions(source))
     seldom_hz = 1 / (busy_s + MOST_SILENCE * lost_after_s(source.controller))
@@ -109,7 +109,7 @@ def rate_hz(source: Source, interface: ModbusRtu) -> float:
 
 
 def lost_after_s(controller: Controller) -> float:
-    """After so long without a request one of the loops counts its master as lost, s."""
+    """Shortest time without a request after which a loop counts its master as lost, s."""
     times = [loop.protection.master_lost_after_s for loop in controller.loops.values()]
     return min((time for time in times if time is not None), default=HEARD_WITHIN_S)
 
@@ -119,6 +119,6 @@ def _character_s(interface: ModbusRtu) -> float:
 
 
 def answer_within_s(interface: ModbusRtu) -> float:
-    """From the end of mb2hal's writing to the first byte of an answer; the line has to send all."""
+    """Longest time from the end of mb2hal's write call to an answer's first byte, s."""
     longest_request = 8 * _character_s(interface)
     return longest_request + silence_s(interface) + ANSWER_S + MARGIN_S

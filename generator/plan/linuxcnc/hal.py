@@ -1,4 +1,4 @@
-"""HAL of the loops: converters, the latch of ON, what shows that the slave is heard."""
+"""HAL of the loops: converters, the latch of ON, the test that the slave answers."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import ModbusRtu
 
 UPTIME_S = 1.0
-"""The slave's uptime counts in these steps: each is a sign of life."""
+"""Step of the slave's uptime, which shows that the slave answers."""
 ROUNDS, STEPS = 3, 2
-"""In so many rounds and control steps a command has arrived, and its effect has come back."""
+"""Rounds and control steps until a command has arrived and its effect can be read."""
 LOST_ANSWERS = 2
-"""Answers that may be lost on the way meanwhile: mb2hal waits for each as long as it may take."""
+"""Answers that may be lost meanwhile: mb2hal waits for each until the time-out."""
 DECIMALS = 3
 
 
 @dataclass(frozen=True, slots=True)
 class HalLoop:
-    """A loop as HAL has it."""
+    """A loop, with its names and numbers in HAL."""
 
     loop: str
     name: str
@@ -32,7 +32,7 @@ class HalLoop:
 
 @dataclass(frozen=True, slots=True)
 class HalNames:
-    """All that the HAL files need to know, the panel's aside."""
+    """The values for the HAL files, except the panel's."""
 
     name: str
     file: str
@@ -46,7 +46,7 @@ class HalNames:
 
 
 def hal_names(source: Source, interface: ModbusRtu) -> HalNames:
-    """Find what the HAL files need to know."""
+    """Compute the values for the HAL files."""
     controller, names = source.controller, loop_names(source.controller)
     round_s = 1 / rate_hz(source, interface)
     return HalNames(

@@ -1,4 +1,4 @@
-"""The PyVCP panel: what is shown and what can be pressed."""
+"""The PyVCP panel: its displays and buttons."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from heatwright.spec import Loop
 from heatwright.spec.breakable import rules_of
 
 RESOLUTION_K = 1.0
-"""A click on an arrow of the setpoint; its field takes tenths."""
+"""Change of the setpoint per click on its arrow; its field also accepts tenths."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,16 +47,16 @@ class PanelLoop:
     initial: str
     minimum: str
     maximum: str
-    """Green up to here, the highest setpoint."""
+    """The bar is green up to here, the highest setpoint."""
     limit: str
-    """Red from here on."""
+    """The bar is red from here on."""
     end: str
     resolution: str
 
 
 @dataclass(frozen=True, slots=True)
 class PanelRule:
-    """A rule, as the panel says it."""
+    """A rule, with its text on the panel."""
 
     code: int
     text: str
@@ -64,7 +64,7 @@ class PanelRule:
 
 @dataclass(frozen=True, slots=True)
 class PanelNames:
-    """All that the panel's HAL and XML need to know."""
+    """The values for the panel's HAL and XML."""
 
     name: str
     file: str
@@ -75,7 +75,7 @@ class PanelNames:
 
 
 def panel_names(source: Source) -> PanelNames:
-    """Find what the panel's HAL and XML need to know."""
+    """Compute the values for the panel's HAL and XML."""
     controller = source.controller
     identity = controller.identity
     return PanelNames(
@@ -115,7 +115,7 @@ def _number(value: float) -> str:
 
 
 def _text(text: str) -> str:
-    """A string as PyVCP reads it: Python's, inside XML."""
+    """A string for PyVCP: a Python literal inside XML."""
     shown = "".join(each if each.isprintable() else "?" for each in text)
     quoted = shown.replace("\\", "\\\\").replace('"', '\\"')
     return escape(f'"{quoted}"')

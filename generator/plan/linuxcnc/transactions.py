@@ -1,4 +1,4 @@
-"""What mb2hal reads and writes in one round."""
+"""The reads and writes of mb2hal in one round."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ READ_OF_THE_CONTROLLER = (
     "map_version", "digest", "fault", "fault_temperature", "fault_time", "uptime",
 )  # fmt: skip
 SHORT = {"setpoint_in_force": "in-force"}
-"""Names that would be too long in HAL."""
+"""Short forms of names that would be too long in HAL."""
 FRAME_BYTES = 8
 """Length of each request, and of the answer to a write: address, function, 2 + 2 bytes, CRC."""
 ANSWER_BYTES = 5
@@ -29,9 +29,9 @@ ANSWER_BYTES = 5
 
 @dataclass(frozen=True, slots=True)
 class Transaction:
-    """One request: registers of one table that stand side by side.
+    """One request: adjacent registers of one table.
 
-    name -- the middle of its pins' names, `CONTROLLER.name.PIN.bit` (or `.float` and `.int`).
+    name -- the middle part of its pins' names, `CONTROLLER.name.PIN.bit` (or `.float` and `.int`).
     """
 
     name: str
@@ -42,7 +42,7 @@ class Transaction:
 
     @property
     def function(self) -> str:
-        """As mb2hal calls it."""
+        """Its function, as mb2hal names it."""
         return FUNCTIONS[self.table]
 
     @property
@@ -56,10 +56,10 @@ class Transaction:
 
 
 def transactions(source: Source) -> tuple[Transaction, ...]:
-    """List one round: writings before readings.
+    """List one round: writes before reads.
 
-    So OFF has been written when the first reading shows the controller to be there: it switches a
-    loop on only after it has seen it off.
+    So OFF is written before the first read shows that the controller answers: the controller
+    switches a loop on only after an OFF.
     """
     registers = register_map(source.spec)
     return (*_writings(source, registers), *_readings(source, registers))

@@ -1,4 +1,4 @@
-"""Numbers of an algorithm that keys set: their ranges, and what templates call them."""
+"""Numbers of an algorithm that keys set: their ranges, and their names for the templates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from heatwright.spec.commands import keypad_of
 
 @dataclass(frozen=True, slots=True)
 class NumberNames:
-    """What a number of a loop and its constants are called, and where it stands."""
+    """The names of a loop's number and of its constants in C, and its place in the spec."""
 
     key: str
     member: str
@@ -49,7 +49,7 @@ def named(source: Source, name: str, prefix: str) -> list[NumberNames]:
 
 
 def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
-    """Return the ends of the ranges."""
+    """Return the constants with the ends of the ranges."""
     return [
         _at(source, each)
         .at(end)
@@ -60,7 +60,7 @@ def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
 
 
 def key_constants(source: Source, name: str) -> list[Constant]:
-    """Return what a press changes, and what the display shows."""
+    """Return the constants of the keys and the display: the step of a press, and the decimals."""
     found = []
     for each in numbers_of(source.controller, name):
         at = _at(source, each)
@@ -77,13 +77,13 @@ def key_constants(source: Source, name: str) -> list[Constant]:
 
 def _at(source: Source, each: Number) -> Source:
     keypad = keypad_of(source.controller)
-    assert keypad is not None  # noqa: S101 - what else has numbers?
+    assert keypad is not None  # noqa: S101 - only keys set numbers
     index = source.controller.interfaces.index(keypad)
     return Source(source.spec, ("interfaces", index, "adjust", each.kind.key))
 
 
 def _constant(prefix: str, each: Number, what: str) -> str:
-    """Name a constant: what it is of the number comes before the number's unit."""
+    """Name a constant: `what` stands before the number's unit."""
     unit = each.kind.field.removeprefix(each.kind.key)
     return f"{prefix}_{each.kind.key}{what}{unit}".upper()
 

@@ -1,4 +1,4 @@
-"""Finding the gains on the machine: files and numbers of the relay experiment."""
+"""Autotuning: the constants and C names of the relay experiment."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Autotune, Loop, Pid
 
 FILTERS_AND_PERIODS = 1.35
-"""The closed loop's time constant is at least so many times the derivative filter's and a period
+"""Least time constant of the closed loop, in multiples of derivative filter plus period
 (docs/control.md, "The rule")."""
 
 
 def constants(loop: Source, spec: Loop, prefix: str) -> list[Constant]:
-    """The numbers of a loop's experiment."""
+    """The constants of a loop's experiment."""
     pid, experiment = spec.algorithm.pid, spec.autotune
     assert pid is not None  # noqa: S101 - a loop that can be tuned
     assert experiment is not None  # noqa: S101 - and is
@@ -57,7 +57,7 @@ def _rule(source: Source, pid: Pid, prefix: str, loop: Loop) -> list[Constant]:
     start = source.at("integral").number(
         f"{prefix}_TUNING_START_PERCENT",
         min(max(0.0, limits.minimum_percent), limits.maximum_percent),
-        "what the integral begins with: 0 within its limits",
+        "initial integral: 0, within its limits",
     )
     return [
         source.at("derivative_filter").number(f"{prefix}_TUNING_FILTER_S", filter_s, shown),
@@ -71,14 +71,14 @@ def _rule(source: Source, pid: Pid, prefix: str, loop: Loop) -> list[Constant]:
 
 
 class NamesInForce(NamedTuple):
-    """The numbers of an experiment, in C: its swing, and where the integral begins."""
+    """C names of an experiment's numbers: its swing, and the initial integral."""
 
     swing: str
     start: str
 
 
 def names_in_force(pid: Pid, prefix: str, state: str) -> NamesInForce:
-    """Name them; `state` is that of the loop."""
+    """Name these numbers; `state` is the C name of the loop's state."""
     if not pid.limits_adjustable:
         return NamesInForce(f"{prefix}_TUNING_SWING_PERCENT", f"{prefix}_TUNING_START_PERCENT")
     limits = in_force(pid, prefix, state)

@@ -1,4 +1,4 @@
-"""The current of a heater: its limit, its rules, their numbers."""
+"""The current of a heater: its limit, its rules, and their constants."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from heatwright.spec import Current, Loop
 from heatwright.spec.sensing.circuits import reference_v
 
 RAMP_PERCENT = 25.0
-"""What the limit begins with and rises by in a step: a wire of a third of its resistance then shows
-under three quarters of its rated current, before it carries more."""
+"""Initial limit of the duty, and its rise per step: a wire with a third of its resistance is then
+noticed at three quarters of its rated current, before it carries more."""
 
 RULES_S = 0.5
-"""Time for which there must be too much or too little current."""
+"""Time for which the current must be too high or too low to trip a rule."""
 
 LEAST_PERCENT = 0.1
-"""The least that a limit is: that of a wire which trips comes later, and squares stay numbers."""
+"""Least limit of the duty: a wire that needs less trips anyway; squares stay normal numbers."""
 
 FEWEST_STEPS = 5
-"""Least control steps in this time: the filter's time constant may be one control step, so after
-four steps less than 2 % of an old value is left."""
+"""Least number of control steps in this time: with a filter time constant of up to one step, less
+than 2 % of an old value is left after four steps."""
 
 IDLE_SHARE = 0.05
 """Share of the mean nominal current at full duty below which a reading counts as no current."""
 
 IDLE_CODES = 3
-"""Steps of the ADC that are none either: its offset and linearity (data sheets, ADC
-characteristics) are within that."""
+"""ADC steps that also count as no current: its offset and linearity errors are within them (data
+sheets, ADC characteristics)."""
 
 
 def plan_current(source: Source, name: str, loop: Loop) -> Part:
-    """Plan what is done about the current of the heater of loop `name`, if it is measured."""
+    """Plan limit and rules for the current of loop `name`'s heater, if it is measured."""
     current = source.controller.outputs[loop.heater].current
     if current is None:
         return Part()
@@ -71,9 +71,9 @@ def _constants(at: Source, loop: Loop, current: Current, prefix: str) -> list[Co
         limit = [
             at.at("limit").number(f"{prefix}_LIMIT_A", current.limit_a * factor, shown),
             at.at("limit").number(
-                f"{prefix}_RAMP_PERCENT", RAMP_PERCENT, "begins with it, rises by it in a step"
+                f"{prefix}_RAMP_PERCENT", RAMP_PERCENT, "initial limit, and its rise per step"
             ),
-            at.at("limit").number(f"{prefix}_LEAST_PERCENT", LEAST_PERCENT, "not less than this"),
+            at.at("limit").number(f"{prefix}_LEAST_PERCENT", LEAST_PERCENT, "the least limit"),
         ]
     over = f"{quantity(current.over_a, 'A')}{mean or ' rms'}: its mean at full duty"
     return [
@@ -95,13 +95,13 @@ def _idle(at: Source, current: Current, factor: float, mean: str) -> tuple[float
     full_v = reference_v(sensor, at.controller.board.mcu)
     codes_a = IDLE_CODES * full_v / 1024 / sensor.scale_v_per_a
     if codes_a > share_a:
-        return codes_a, f"{IDLE_CODES} steps of the ADC: less is none"
+        return codes_a, f"{IDLE_CODES} steps of the ADC: less counts as no current"
     nominal = quantity(current.nominal_a, "A") + mean
-    return share_a, f"{IDLE_SHARE:.0%} of {nominal}: less is none"
+    return share_a, f"{IDLE_SHARE:.0%} of {nominal}: less counts as no current"
 
 
 def _steps(loop: Loop) -> tuple[int, str]:
     enough = steps(RULES_S, loop)
     if enough < FEWEST_STEPS:
-        return FEWEST_STEPS, f"the current may lag by one of {loop.period_ticks * TICK_MS} ms"
+        return FEWEST_STEPS, f"its filter may lag by a step of {loop.period_ticks * TICK_MS} ms"
     return enough, in_periods(RULES_S, loop)

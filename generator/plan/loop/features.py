@@ -1,7 +1,7 @@
-"""The features of a loop: what each adds to its control step, and to its commands.
+"""The features of a loop: what each adds to the loop's control step, and to its commands.
 
-Those that add to one stage act in the order in which they stand here; docs/control.md has it in
-words.
+Features that add to the same stage run in the order of this file; docs/control.md describes that
+order.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from heatwright.generator.plan.loop.steps import Feature
 SETTINGS = (
     Feature(
         begin="const bool {settings_sound} = settings_are_sound();"
-        " /* else others are taken, before one of them counts */",
+        " /* if not, they are replaced, before one is used */",
         names={"settings_sound": "sound"},
         includes={"config.h": "{prefix}_*", "settings.h": "settings, settings_are_sound"},
     ),
@@ -28,7 +28,7 @@ SETTINGS = (
         begin="guard_{name}.maximum_c = settings.{name}_maximum_c;",
     ),
 )
-"""What was set since the last step."""
+"""Use the values set since the last step."""
 
 SWITCHES = (
     Feature(
@@ -69,7 +69,7 @@ SWITCHES = (
         names={"idle": "loop_{name}.paused || is_off()", "idle_words": "it is switched off, or "},
     ),
 )
-"""Whether it is on, and in which mode: what was commanded since the last step."""
+"""Use the commands since the last step: on or off, and the mode."""
 
 READING = (
     Feature(
@@ -96,7 +96,7 @@ READING = (
     Feature(read="const struct reading now = convert_reading();"),
     Feature(
         when=lambda loop: loop.averaged,
-        read="/* The protections go by every single reading. */\n"
+        read="/* The protections use each single reading, not the mean. */\n"
         "const float reading_change_k ="
         " had_reading ? loop_{name}.reading_c - reading_last_c : 0.0f;",
     ),
@@ -109,7 +109,7 @@ PROGRAM = (
         includes={"program.h": "program_step"},
         program="program_step(now.ok);\nfollow_program();",
         refuse="program.state != PROGRAM_IDLE",
-        disable="(void)program_stop(); /* or the start that waits for a reading */",
+        disable="(void)program_stop(); /* also a start that waits for a reading */",
     ),
 )
 
@@ -164,7 +164,7 @@ DUTY = (
         helpers=("limits",),
         start="take_limits();",
         decide="take_limits(); "
-        "/* behind the guard: full power is what was so when the last step asked for it */",
+        "/* after the guard, which judges the last duty by the limits that it had */",
     ),
     Feature(names={"heats": "algorithm_{name}_step", "decides": "algorithm_{name}_step"}),
     Feature(
@@ -293,7 +293,7 @@ COMMANDS = (
     Feature(when=lambda loop: loop.hosted and loop.autotune, public=("hosted_tuning",)),
     Feature(when=lambda loop: loop.lasting, public=("lasting",)),
 )
-"""What a host, a master or a person asks of it."""
+"""Commands of a host, a master or a person."""
 
 FEATURES = (
     *SETTINGS, *SWITCHES, *READING, *PROGRAM, *PROTECTIONS, *SELF_CHECKS, *DUTY,

@@ -31,19 +31,19 @@ RULES_OF_LOOP = (
     "maximum_adjustable", "rise_rate", "runaway", "heating", "frozen", "rising_while_off",
     "effort", "master_lost_after", "on_for_at_most", "agreement",
 )  # fmt: skip
-"""The keys of `protection` that guard.c names."""
+"""The keys of `protection` whose places guard.c names."""
 
 READY_WITHIN_K = 1.0
-"""Where the spec does not say it: what Marlin's `M109` waits for (TEMP_WINDOW)."""
+"""Default of `ready_within`: the window of Marlin's `M109` (TEMP_WINDOW)."""
 
 RARE_S = 1.0
-"""With longer steps the display does not wait for a step to show what is latched."""
+"""Longest period with which the display may show a fault only after a step."""
 
 
 def told_between_steps(controller: Controller, loop: Loop) -> bool:
-    """Return whether the display shows a fault, or its end, before the loop's next step.
+    """Return whether the display must show a fault, or its end, before the loop's next step.
 
-    It has to where others find faults or acknowledge them, and where the steps are rare.
+    It must if something else finds or acknowledges faults, or if the steps are rare.
     """
     others = gcode_of(controller), modbus_of(controller), nextion_of(controller)
     return len(controller.loops) > 1 or any(others) or loop.periods_in(RARE_S) < 1
@@ -56,15 +56,15 @@ class GuardNames:
     where: str
     where_of: dict[str, str]
     t: str
-    """The temperature that the rules use, in C."""
+    """C expression of the temperature that the rules use."""
     runaway: bool
     runaway_below: bool
     heating: bool
     full: str
-    """The duty that is full power, in C."""
+    """C expression of the duty that is full power."""
     swing: str
     other_full: bool
-    """In a tuning another duty is full power: `swing`."""
+    """True if full power in a tuning is another duty, `swing`."""
     frozen: bool
     holding: bool
     rising: bool
@@ -91,7 +91,7 @@ class ResponseNames:
 
 
 def plan_loop(source: Source, name: str, loop: Loop) -> Part:
-    """Plan everything of one loop but its sensor and its heater."""
+    """Plan everything of one loop except its sensor and its heater."""
     prefix = prefix_of(name)
     kind = import_module(module_of("algorithm", "plan", loop.algorithm.kind))
     algorithm: AlgorithmPlan = kind.plan(source.at("algorithm"), name, loop, prefix)
@@ -130,7 +130,7 @@ def plan_loop(source: Source, name: str, loop: Loop) -> Part:
 
 
 def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterator[File]:
-    """Header and source of the step, and of each part of it that has its own."""
+    """List header and source of the step, and of each part of it with files of its own."""
     loop, name = source.controller.loops[told.name], told.name
     step = put_together(told, FEATURES)
     yield File(f"src/loop_{name}.h", "loop/loop.h.j2", told)
@@ -177,14 +177,14 @@ def _guard_names(source: Source, loop: Loop, told: LoopNames) -> GuardNames:
 
 
 def _full_duty(loop: Loop, name: str, prefix: str) -> str:
-    """Name the duty that is full power in C."""
+    """Return the C expression of the duty that is full power."""
     if loop.algorithm.pid and loop.algorithm.limits_adjustable:
         return in_force(loop.algorithm.pid, prefix, f"loop_{name}").output_maximum
     return f"{prefix}_FULL_DUTY_PERCENT"
 
 
 def _response(source: Source, response: Response, loop: Loop, prefix: str) -> list[Constant]:
-    """What counts as settled."""
+    """Return the constants that define "settled"."""
     at = source.at("response")
     return [
         at.at("within").given(f"{prefix}_RESPONSE_WITHIN_K", response.within_k, "K"),
@@ -194,7 +194,7 @@ def _response(source: Source, response: Response, loop: Loop, prefix: str) -> li
 
 
 def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constant]:
-    """Period and setpoints; its bounds only where keys or a stored value could leave them."""
+    """Period and setpoints; the bounds only if keys or a stored value could exceed them."""
     bounded = told.commanded or told.adjustable or told.keyed or told.stored
     setpoint = source.at("setpoint")
     bounds = (("minimum", loop.setpoint.minimum_c), ("maximum", loop.setpoint.maximum_c))
@@ -210,7 +210,7 @@ def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constan
 
 
 def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """What is asked for, and borne, at most while a type is chosen that bears less."""
+    """Highest setpoint and maximum for each selectable type that bears less than the spec's."""
     sensor = source.controller.sensors[loop.sensor]
     setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c
     at = Source(source.spec, ("sensors", loop.sensor, "selectable"))
@@ -219,16 +219,16 @@ def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
         hottest_c = highest_c + (maximum_c - setpoint_c)
         constants += [
             at.number(f"{prefix}_SETPOINT_MAXIMUM_{letter}_C", highest_c, f"a type {letter}"),
-            at.number(f"{prefix}_MAXIMUM_{letter}_C", hottest_c, "as far above it as ever"),
+            at.number(f"{prefix}_MAXIMUM_{letter}_C", hottest_c, "as far above it as usual"),
         ]
     return constants
 
 
 def _average(source: Source, told: LoopNames) -> list[Constant]:
-    """How many readings are in the mean that the control uses."""
+    """Constants of the moving average that the control uses."""
     at = Source(source.spec, ("sensors", told.sensor, "moving_average"))
     return [
-        at.count(f"{told.prefix}_READINGS", told.readings, "whose mean the control goes by"),
+        at.count(f"{told.prefix}_READINGS", told.readings, "in the mean that the control uses"),
         at.number(f"{told.prefix}_SHARE", 1.0 / told.readings, f"1 / {told.readings}"),
     ]
 
@@ -243,7 +243,7 @@ def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 
 def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """How near to the setpoint is warm, where no host asks whether the loop is ready."""
+    """How near to the setpoint counts as warm, if no host waits for the loop to be ready."""
     at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
     if within_k is None:
         at, within_k = source.at("ready_within"), _ready_within_k(loop)

@@ -1,4 +1,4 @@
-"""The values for the templates of a loop: facts and places of the spec, and names in C."""
+"""The values for the templates of a loop: facts, places in the spec, and names in C."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from heatwright.spec.sensing.max31856 import TYPE_CODES, lowered
 
 
 def prefix_of(name: str) -> str:
-    """Begin the constants of loop `name` with this."""
+    """Return the prefix of the constants of loop `name`."""
     return f"LOOP_{name.upper()}"
 
 
@@ -29,7 +29,7 @@ class CodedType:
 
 @dataclass(frozen=True, slots=True)
 class Types:
-    """Types of thermocouple, told apart by what they bear."""
+    """Types of thermocouple, grouped by the temperature that they bear."""
 
     least: CodedType
     others: list[CodedType]
@@ -39,7 +39,7 @@ class Types:
 
 @dataclass(frozen=True, slots=True)
 class LoopSummary(LoopFacts):
-    """What gate, fault, settings and the program need to know of a loop."""
+    """The values of a loop for the templates of gate, fault, settings and program."""
 
     prefix: str
     where: str
@@ -51,19 +51,19 @@ class LoopSummary(LoopFacts):
 
 @dataclass(frozen=True, slots=True)
 class LoopNames(LoopSummary):
-    """Further values for the templates of a loop."""
+    """All values for the templates of a loop."""
 
     NAME: str
     SENSOR: str
     raw: str
-    """The C type of its sensor's readings."""
+    """C type of the sensor's readings."""
     averaged: bool
     limited: bool
-    """The heater's current is kept below a limit."""
+    """True if the heater's current is limited."""
     can_idle: bool
-    """There are times in which it does not heat."""
+    """True if there are times in which the loop must not heat."""
     idle_call: str
-    """Whether it does not heat now, in C."""
+    """C expression that is true while the loop must not heat."""
     warm_within: str
     ready_within: str
     also_where: str
@@ -78,7 +78,7 @@ class LoopNames(LoopSummary):
 
 
 def summary(source: Source, name: str) -> LoopSummary:
-    """Say what gate, fault and settings need to know of each loop."""
+    """Return a loop's values for gate, fault, settings and program."""
     return LoopSummary(
         **names(facts_of(source.controller, name)),
         prefix=prefix_of(name),
@@ -91,7 +91,7 @@ def summary(source: Source, name: str) -> LoopSummary:
 
 
 def loop_names(source: Source, name: str, ready_within: str) -> LoopNames:
-    """Name what the templates of a loop need."""
+    """Return the values for the templates of a loop."""
     told = summary(source, name)
     root, heater = Source(source.spec, ()), Source(source.spec, ("outputs", told.heater))
     return LoopNames(

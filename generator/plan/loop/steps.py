@@ -1,4 +1,4 @@
-"""How the C of a loop is put together: features add calls to places, and functions around them."""
+"""Builds the C of a loop: features add statements at places, and functions."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from heatwright.generator.plan.loop.names import LoopNames
 from heatwright.generator.plan.parts import Header, names
 
 STAGES = ("begin", "read", "program", "guard", "decide", "limit", "drive", "report")
-"""Those of a control step, in order."""
+"""The stages of a control step, in order."""
 PLACES = (*STAGES, "start", "tick", "follow", "set", "refuse", "switch_off", "disable")
-"""Where features add statements."""
+"""The places where features add statements."""
 
 
 def always(_: LoopNames) -> bool:
-    """Return True: every loop has it."""
+    """Return True: every loop has the feature."""
     return True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feature:
-    """What one feature of a loop adds to its C; `{name}` stands for what templates call so."""
+    """What one feature adds to a loop's C; `{name}` is replaced by that value of the templates."""
 
     when: Callable[[LoopNames], object] = always
-    """Whether a loop has it."""
+    """Whether a loop has the feature."""
     each: Callable[[LoopNames], Iterable[str]] = lambda _: ("",)
-    """It is added once for each of these, as `{each}`."""
+    """The feature is added once for each of these, as `{each}`."""
     names: Mapping[str, str] = field(default_factory=dict)
     """Values for templates and statements; they replace those of the same name set earlier."""
     includes: Mapping[str, str] = field(default_factory=dict)
-    """Headers, and the symbols that they are for."""
+    """Headers, and the symbols for which they are included."""
     helpers: tuple[str, ...] = ()
     """Templates, in loop/step, of functions that the step calls."""
     public: tuple[str, ...] = ()
     """Templates, in loop/public, of functions that others call."""
     begin: str = ""
-    """Takes over what was set and commanded since the last step."""
+    """At the start of a step: use what was set and commanded since the last step."""
     read: str = ""
     program: str = ""
     guard: str = ""
@@ -46,24 +46,24 @@ class Feature:
     drive: str = ""
     report: str = ""
     start: str = ""
-    """At the start of the firmware."""
+    """Runs at the start of the firmware."""
     tick: str = ""
-    """Behind the step."""
+    """Runs after the step."""
     follow: str = ""
-    """In each step in which a program runs."""
+    """Runs in each step in which a program runs."""
     set: str = ""
-    """Where a host sets a setpoint."""
+    """Runs when a host sets a setpoint."""
     refuse: str = ""
-    """A condition in which a setpoint is refused."""
+    """A condition under which a setpoint is refused."""
     switch_off: str = ""
-    """Where the loop goes off, for whatever reason."""
+    """Runs when the loop goes off, for any reason."""
     disable: str = ""
-    """Where somebody switches it off."""
+    """Runs when the loop is switched off by a command."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoopFile:
-    """What the features of a loop make of its C file."""
+    """The contents of a loop's C file, from its features."""
 
     includes: list[Header]
     helpers: list[str]
@@ -75,7 +75,7 @@ class LoopFile:
 
 
 def put_together(loop: LoopNames, features: Iterable[Feature]) -> LoopFile:
-    """Collect what the features that a loop has add, in their order."""
+    """Collect what the loop's features add, in their order."""
     had = [each for each in features if each.when(loop)]
     known = names(loop)
     named = {key: text.format(**known) for each in had for key, text in each.names.items()}

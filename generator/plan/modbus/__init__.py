@@ -1,1 +1,1 @@
-"""What becomes of the register map: the C of the firmware, and what its master is given."""
+"""Outputs from the register map: the firmware's C, and the documents for its master."""

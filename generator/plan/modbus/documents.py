@@ -1,4 +1,4 @@
-"""The register map for those who write the master: Markdown, CSV, a Python client."""
+"""The register map for the author of the master: Markdown, CSV, a Python client."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class DocumentTable:
 
 @dataclass(frozen=True, slots=True)
 class MapDocument:
-    """What all documents of the map say."""
+    """The values for all documents of the map."""
 
     title: str
     name: str
@@ -202,7 +202,7 @@ def _client(source: Source, registers: RegisterMap) -> Client:
 
 
 def _title(name: str) -> str:
-    """A class of its own for each name: `hot_end` and `hotend` are two."""
+    """Return a class name; it differs for different names, such as `hot_end` and `hotend`."""
     return "_".join(word.capitalize() for word in name.split("_"))
 
 

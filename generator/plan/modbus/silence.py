@@ -5,9 +5,9 @@ from __future__ import annotations
 from heatwright.spec import ModbusRtu
 
 SILENT_CHARACTERS = 3.5
-"""End a frame (MODBUS over serial line 1.02, section 2.5.1.1)."""
+"""Silence that ends a frame (MODBUS over serial line 1.02, section 2.5.1.1)."""
 FASTEST_COUNTED_BAUD = 19_200
-"""Faster than this the silence is fixed, as the same section recommends."""
+"""Above this baud rate the silence is a fixed time, as the same section recommends."""
 FIXED_SILENCE_S = 0.00175
 
 

@@ -1,4 +1,4 @@
-"""The register map as the C of the firmware has it."""
+"""The register map in the C of the firmware."""
 
 from __future__ import annotations
 
@@ -41,21 +41,21 @@ class MapTable:
 
 @dataclass(frozen=True, slots=True)
 class MapLoop:
-    """A loop as the map has it."""
+    """A loop in the map."""
 
     name: str
     prefix: str
     block: int
-    """Where its registers begin."""
+    """First address of its registers."""
     tunable: bool
     cycles: int | None
-    """How many a tuning takes if nobody says it; None without one."""
+    """Default number of cycles of a tuning; None without one."""
     cycles_where: str
 
 
 @dataclass(frozen=True, slots=True)
 class MapNames:
-    """All that the templates of the map need to know."""
+    """The values for the templates of the map."""
 
     where: str
     lockout: str
@@ -71,7 +71,7 @@ class MapNames:
 
 
 def map_names(source: Source) -> MapNames:
-    """Find what the templates of the map need to know."""
+    """Compute the values for the templates of the map."""
     registers, controller = register_map(source.spec), source.controller
     tables = [
         MapTable(name, [row for each in registers.table(name) for row in _rows(each)])
@@ -126,7 +126,7 @@ def _row(register: Register, offset: int, of: str, half: str) -> Row:
 
 
 def _headers(source: Source) -> list[Header]:
-    """The headers of what is in the map, each with a name that it is for."""
+    """The headers of the variables in the map, each with a name for which it is included."""
     controller = source.controller
     headers = {"fault.h": "fault", "settings.h": "settings"}
     for name, loop in controller.loops.items():

@@ -1,1 +1,1 @@
-"""The touch display: what its components show, and the documents for its editor."""
+"""The touch display: the contents of its components, and the documents for its editor."""

@@ -1,7 +1,7 @@
-"""What is to be typed into the editor: how a component or a page differs from an earlier one.
+"""Finds what must be typed into the editor: the differences from an earlier component or page.
 
-The editor imports no text, but copies components and pages with all that they hold. So whatever is
-like something earlier is made of a copy of it, and only what differs is typed.
+The editor cannot import text, but copies components and pages with their contents. So a component
+or page is made from a copy of a similar earlier one, and only the differences are typed.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ Value = int | str
 class Step:
     """How one component is made.
 
-    of -- whose copy it is, as its page and itself; none: a new one, or that of a copied page. set
-    -- what is typed; code -- events whose code is replaced; without lines it is deleted.
+    of -- the copied component with its page; none: a new component, or one of a copied page. set
+    -- values to type; code -- events whose code is replaced, or deleted if there are no lines.
     """
 
     component: Component
@@ -30,13 +30,13 @@ class Step:
 
     @property
     def typed(self) -> int:
-        """Values and events that are typed."""
+        """Number of values and events that are typed."""
         return len(self.set) + len(self.code)
 
 
 @dataclass(frozen=True, slots=True)
 class Making:
-    """How a page is made. of -- whose copy it is; steps -- what is made, or changed in the copy."""
+    """How a page is made. of -- the copied page; steps -- components to make, or to change."""
 
     page: Page
     of: Page | None
@@ -54,7 +54,7 @@ def makings(pages: Iterable[Page]) -> list[Making]:
 
 
 def values(component: Component) -> dict[str, Value]:
-    """List all that the editor's table of attributes shows of a component, but its number."""
+    """List the attributes of a component as the editor's table shows them, without its number."""
     placed = {"x": component.x, "y": component.y, "w": component.w, "h": component.h}
     scope = "global" if component.shared else "local"
     return {
@@ -70,7 +70,7 @@ def _shape(page: Page) -> list[tuple[str, str]]:
 
 
 def _copied(page: Page, like: Page) -> Making:
-    """Change what differs in a copied page, whose components are where they were."""
+    """Return the changes to a copied page, whose components keep their places."""
     steps = (
         Step(new, None, _differs(new, old), _code(new, old))
         for new, old in zip(page.components, like.components, strict=True)
@@ -91,12 +91,12 @@ def _built(page: Page, earlier: list[Page]) -> Making:
 
 
 def _can_be(new: Component, old: Component) -> bool:
-    """Return whether one can be a copy: a component has the attributes of its kind."""
+    """Return whether `new` can be a copy of `old`: same kind, same attributes."""
     return old.kind == new.kind and values(old).keys() == values(new).keys()
 
 
 def _differs(new: Component, old: Component, *, moved: bool = False) -> dict[str, Value]:
-    """List what differs. moved -- a copy lies where the editor puts it, with a name of its own."""
+    """List the differences. moved -- the editor gives the copy another place and name."""
     had = values(old)
     again = {"objname", "x", "y"} if moved else set()
     return {

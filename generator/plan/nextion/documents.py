@@ -1,4 +1,4 @@
-"""The pages for those who build them in the Nextion editor: Markdown to read, JSON to compare."""
+"""The pages for the person who makes them in the Nextion editor: Markdown, and JSON to compare."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def documents(source: Source, interface: Nextion) -> Iterable[File]:
 
 
 def _all(page: Page) -> int:
-    """Count what would be typed without copies."""
+    """Count the values and events that would be typed without copies."""
     return sum(
         len(values(each)) + sum(map(bool, (each.press, each.release, each.timer)))
         for each in page.components
@@ -77,7 +77,7 @@ class Code:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """A component: how it is made, and what is set in it."""
+    """A component: how it is made, and the values to set."""
 
     id: int
     name: str
@@ -87,7 +87,7 @@ class Made:
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A table of components, and the code that is put in behind it."""
+    """A table of components, and the code to enter after it."""
 
     steps: list[Made]
     codes: list[Code]
@@ -95,7 +95,7 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class PageDocument:
-    """A page, as people build it."""
+    """A page, in the order in which it is made."""
 
     number: int
     name: str
@@ -123,7 +123,7 @@ def _page(making: Making) -> PageDocument:
 
 
 def _blocks(making: Making) -> list[Block]:
-    """Have a table end where code is to be put in: what is copied later has it, too."""
+    """Split the steps into tables, each before code is entered: later copies then have the code."""
     blocks: list[Block] = []
     for step in making.steps:
         if not blocks or blocks[-1].codes:

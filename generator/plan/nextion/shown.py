@@ -1,4 +1,4 @@
-"""What the components of the touch display's pages show, as C."""
+"""The contents of the components of the touch display's pages, as C."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heatwright.spec.nextion import Page, display_pages, selectable_types
 
 @dataclass(frozen=True, slots=True)
 class What:
-    """One thing that can be shown: its C name, the form, and the number that stands for it."""
+    """One content: its C name, its form, and the C expression of its number."""
 
     macro: str
     form: str
@@ -23,7 +23,7 @@ class What:
 
 @dataclass(frozen=True, slots=True)
 class Shows:
-    """A component that shows something: its name without its row, its row, and what it shows."""
+    """A component with a content: its name without its row, its row, and the content."""
 
     stem: str
     row: int
@@ -32,7 +32,7 @@ class Shows:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """The same as C has it: its name by number."""
+    """The same for C: its name as a number."""
 
     stem: int
     row: int
@@ -41,7 +41,7 @@ class Placed:
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """Where the components of a page begin."""
+    """A page, and the index of its first component."""
 
     name: str
     first: int
@@ -102,11 +102,11 @@ _SHOWN = {
     "faults": {"l": "LISTED"},
     "fault": {"t": "FAULT_TEMPERATURE"},
 }
-"""By page and component; rows of components have a number behind their name."""
+"""Contents by page and component; a component of a row has the row's number behind its name."""
 
 
 def whats(source: Source, interface: Nextion) -> list[What]:
-    """List what can be shown on the pages of this controller, each once."""
+    """List the contents on the pages of this controller, each once."""
     known = _known(source, interface)
     used = {each.what for _, rows in _by_page(source, known) for each in rows}
     return [what for what in known if what.macro in used]
@@ -126,7 +126,7 @@ def components(source: Source, shown: list[What]) -> tuple[list[str], list[Place
 
 
 def _known(source: Source, interface: Nextion) -> list[What]:
-    """All that there is to be shown; a machine without programs has less."""
+    """List all contents; a machine without programs has fewer."""
     known = [*_control(source, interface), *_settings(source, interface)]
     if facts_of(source.controller, interface.loop).programmed:
         known += _program()
@@ -137,7 +137,7 @@ def _known(source: Source, interface: Nextion) -> list[What]:
 
 
 def _by_page(source: Source, known: list[What]) -> Iterable[tuple[str, list[Shows]]]:
-    """Each page with its components that show something; the faults' pages are all alike."""
+    """Return each page with its components that have a content; all fault pages are alike."""
     macros = {what.macro for what in known}
     faults_are_done = False
     for page in display_pages(source.controller):

@@ -23,7 +23,7 @@ _KINDS = ("", "time", "K/h", "fast", "hold", "until")
 
 
 def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
-    """Return all words, and the numbers of those that C calls by a name."""
+    """Return all words, and the numbers of those that have a name in C."""
     groups = {
         "OFF": _OFF,
         "ON": ("on",),
@@ -46,11 +46,11 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
 
 
 def _faults(controller: Controller) -> list[str]:
-    """By their codes, from 1 on; a code that this controller has not says no more than itself."""
+    """Words by fault code, from 1 on; only the code if this controller does not have the rule."""
     known = {rule.code: f" {rule.display}" for rule in rules_of(controller)}
     return [f"E{code:02d}{known.get(code, '')}" for code in range(1, max(RULES) + 1)]
 
 
 def _warnings(controller: Controller) -> tuple[str, ...]:
-    """By the monitors' numbers; a name leaves this much of the line."""
+    """Words by the monitor's number, cut to the line beside its name."""
     return tuple(f"warm: {name}" for name in controller.monitors)

@@ -1,4 +1,4 @@
-"""What the plans of all outputs share."""
+"""Common parts of the plans of all outputs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from heatwright.spec.self_checks import read_back, self_checked
 
 @dataclass(frozen=True, slots=True)
 class UseOfOutput:
-    """What the firmware does with an output, and what makes it."""
+    """How the firmware uses an output, and the timer that drives it."""
 
     heats: bool
     """True if it is the heater of a loop, so that the gate switches it."""
@@ -43,7 +43,7 @@ class UseOfOutput:
     cools: bool = False
     """True if it is the cooler of a loop, which the gate switches after the heater."""
     watched: bool = False
-    """True if somebody asks whether it is on."""
+    """True if code asks whether it is on."""
 
     @property
     def gated(self) -> bool:
@@ -107,7 +107,7 @@ def output_files(name: str, template: str, told: object, header: str = "") -> tu
     )
 
 
-def output_part(  # noqa: PLR0913 - one part, said once
+def output_part(  # noqa: PLR0913 - all values of one part
     source: Source,
     name: str,
     output: Switch,
@@ -124,11 +124,11 @@ def output_part(  # noqa: PLR0913 - one part, said once
 ) -> Part:
     """Plan an output of one pin.
 
-    told -- what the templates are told besides.
-    header -- the header's template, if it is not the source's.
-    wired -- what else the README says of it.
-    connected -- statements that take the pin from whatever else might drive it: a program started
-    again without a reset finds its timers as it left them.
+    told -- further values for the templates.
+    header -- the header's template, if it differs from the source's.
+    wired -- further text for the README.
+    connected -- statements that disconnect the pin from timers: after a restart without a reset,
+    the timers are as the program left them.
     """
     pin = source.controller.board.pins[output.pin]
     stem = f"pin_output_{name}"
@@ -154,7 +154,7 @@ def output_part(  # noqa: PLR0913 - one part, said once
 
 
 def wiring(source: Source, name: str, output: Switch, wired: str = "") -> Wiring:
-    """Say how an output of one pin is connected."""
+    """Describe how an output of one pin is connected."""
     power = f", {quantity(output.power_w, 'W')}" if output.power_w is not None else ""
     pull: Literal["up", "down"] = "down" if output.active == "high" else "up"
     return Wiring(
@@ -167,7 +167,7 @@ def wiring(source: Source, name: str, output: Switch, wired: str = "") -> Wiring
 
 
 def _load(controller: Controller, name: str, output: Switch, power: str) -> Iterator[Symbol]:
-    """Draw a load from its switch on: what measures its current, a fuse and relay of a heater."""
+    """Draw a load from its switch on: its current sensor, and a heater's fuse and relay."""
     if output.frequency_hz > 0:
         yield along("transistor")
     else:

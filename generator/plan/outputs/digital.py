@@ -10,7 +10,7 @@ from heatwright.spec import DigitalOutput
 
 
 def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> Part:
-    """Plan a heater, a cooler, a fan that runs always, or one that the host commands."""
+    """Plan a heater, a cooler, a fan that always runs, or one that the host commands."""
     start = Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();")
     if output.is_held:
         return _held(source, name, output, use, () if use.gated else (start,))
@@ -27,7 +27,7 @@ def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> 
 def _held(
     source: Source, name: str, output: DigitalOutput, use: UseOfOutput, start: tuple[Call, ...]
 ) -> Part:
-    """Plan an output that stays on, and off, for a while at least."""
+    """Plan an output with a minimum on or off time."""
     least = {"minimum_on": output.minimum_on_s, "minimum_off": output.minimum_off_s}
     tick = Call(Stage.STORE, f"output_{name}.h", f"output_{name}_tick(true);")
     return output_part(

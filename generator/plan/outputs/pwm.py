@@ -1,4 +1,4 @@
-"""PWM outputs: by the timer that the pin belongs to, or by interrupts of a free-running one."""
+"""PWM outputs: by the timer of the pin, or by interrupts of a free-running timer."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class PwmNames:
 
 @dataclass(frozen=True, slots=True)
 class ByTimer:
-    """What makes it by a timer, in C."""
+    """C names and statements for PWM by a timer."""
 
     setup: list[str]
     disconnect: str
@@ -38,7 +38,7 @@ class ByTimer:
 
 @dataclass(frozen=True, slots=True)
 class ByInterrupts:
-    """What makes it by interrupts, in C, and why it is made so."""
+    """C names and statements for PWM by interrupts, and the reason for it."""
 
     setup: list[str]
     reason: str
@@ -65,7 +65,7 @@ def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part
             Constant(
                 f"{prefix}_MINIMUM_COUNTS",
                 f"{least}u",
-                f"{LATEST_INTERRUPT_S * 1e6:g} us: an interrupt may come so late",
+                f"{LATEST_INTERRUPT_S * 1e6:g} us: the latest interrupt",
             )
         )
         by = f"by interrupts of timer {channel.timer}"
@@ -108,13 +108,13 @@ def _constants(
 
 
 def _connection(output: PwmOutput, number: int, letter: str) -> str:
-    """Bits that connect a pin; both invert it, as a load needs that is on at low level."""
+    """Bits that connect a pin to its timer; both bits invert it, for a load that is on at low."""
     first = f"(1u << COM{number}{letter}1)"
     return first if output.active == "high" else f"{first} | (1u << COM{number}{letter}0)"
 
 
 def _connections(controller: Controller, number: int) -> str:
-    """All those of a timer's outputs."""
+    """The connecting bits of all outputs of a timer."""
     pins = controller.board.pins
     found = [
         _connection(output, number, pwm[1])

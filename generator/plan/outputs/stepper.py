@@ -1,4 +1,4 @@
-"""Steppers: a driver with step, direction and enable, a step at a time from a timer of its own."""
+"""Steppers: a driver with step, direction and enable; a timer of its own makes each step."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from heatwright.generator.plan.timers import counting_to_compare, halted, regist
 from heatwright.spec import Board, Stepper
 
 PULSE_US = 2
-"""High time of STEP: 1 us at least for an A4988 (data sheet, figure 1), 1.9 us for a DRV8825."""
+"""High time of STEP: at least 1 us for an A4988 (data sheet, figure 1), 1.9 us for a DRV8825."""
 
 SLOWEST_STEPS_PER_S = 1.0
 FINEST_COUNTS_PER_S = 2_500_000
-"""So that an interval of the slowest speed, in 1/256 counts, is held by 32 bits."""
+"""Highest count rate: the slowest speed's interval, in 1/256 counts, must fit in 32 bits."""
 
 TICK_S = TICK_MS / 1000
 
@@ -51,7 +51,7 @@ class StepperNames:
 
 
 def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
-    """Plan a stepper that the host feeds with."""
+    """Plan a stepper with which the host feeds."""
     assert use.timer is not None  # noqa: S101 - the allocation gave every stepper one
     controller = source.controller
     board, number = controller.board, use.timer
@@ -86,7 +86,7 @@ def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
 
 
 def _prescaler(board: Board, number: int, fastest_steps_per_s: float) -> int:
-    """The finest that holds an interval of the fastest speed in one part; else the coarsest."""
+    """The finest prescaler for which the fastest interval is one part; else the coarsest."""
     timer = board.timers[number]
     for prescaler in timer.prescalers:
         counts_per_s = board.clock_hz / prescaler
@@ -119,7 +119,7 @@ def _constants(
             output.maximum_mm_per_s * steps_per_mm,
             f"{quantity(output.maximum_mm_per_s, 'mm/s')} x {quantity(steps_per_mm, 'steps/mm')}",
         ),
-        Constant(f"{prefix}_SLOWEST_STEPS_PER_S", "1.0f", "slower is not worth a counter"),
+        Constant(f"{prefix}_SLOWEST_STEPS_PER_S", "1.0f", "the slowest speed"),
         acceleration.number(
             f"{prefix}_STEPS_PER_S_PER_TICK", per_s2 * TICK_S, f"{shown} x {TICK_MS} ms"
         ),
@@ -140,7 +140,7 @@ def _constants(
         Constant(
             f"{prefix}_MOST_COUNTS_256",
             f"{256 * most}UL",
-            f"256 x {most}: an interval longer than that is made of parts",
+            f"256 x {most}: a longer interval is divided into parts",
         ),
     )
 

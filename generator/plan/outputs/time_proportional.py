@@ -79,5 +79,5 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
 
 
 def _smallest(most: int) -> str:
-    """Name the type that counts up to a number with the fewest cycles."""
+    """Return the C type that counts up to this number with the fewest cycles."""
     return "uint8_t" if most <= UINT8_MAX else "uint16_t"

@@ -1,4 +1,4 @@
-"""The menu of the LCD keypad shield for a loop with programs: screens, texts, what is changed."""
+"""The menu of the LCD keypad shield for a loop with programs: screens, texts, changes."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from heatwright.spec.loops import Loop
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 PARTS = ("run", "edit", "values")
-"""The menu's files beside panel.c."""
+"""The menu's files in addition to panel.c."""
 
 WIDE_C = 1000.0
-"""From here on temperatures are shown without decimals: two of them fill a line."""
+"""From here on temperatures are shown without decimals, so that two fit in a line."""
 
 JOULE_PER_KWH = 3.6e6
 TENTHS_PER_DUTY = 1000
-"""The energy counter's sum for one step at full power."""
+"""What the energy counter adds per step at full power."""
 
 
 class Shown(NamedTuple):
-    """What the display shows: files, their constants, and what each tick does for them."""
+    """The files of a display, with their constants and calls."""
 
     files: tuple[File, ...]
     constants: tuple[Constant, ...]

@@ -24,14 +24,14 @@ from heatwright.spec.quantity import duration
 KINDS = {kind: f"PROGRAM_{kind.upper()}" for kind in ("over", "rate", "fast", "hold", "until")}
 UINT16_MAX = 0xFFFF
 PER_KELVIN = 10
-"""Temperatures of a program are whole tenths, and so are its rates."""
+"""Temperatures and rates of a program are whole tenths."""
 FLOAT_ERROR = 1e-6
-"""Far below a tenth of a tenth, far above what single decimals lose in binary."""
+"""Far below a hundredth, far above the rounding errors of binary numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class CodedSegment:
-    """A segment as C has it."""
+    """A segment, as it is written in C."""
 
     kind: str
     to_dc: int
@@ -41,7 +41,7 @@ class CodedSegment:
 
 @dataclass(frozen=True, slots=True)
 class StoredProgram:
-    """A program that the firmware comes with."""
+    """A program of the spec, which the firmware contains."""
 
     where: str
     name: str
@@ -49,7 +49,7 @@ class StoredProgram:
 
 
 def programs(root: Source) -> Part:
-    """Plan where programs are kept, and where the one that runs notes how far it is."""
+    """Plan where programs are stored, and where the running one saves its progress."""
     given = root.controller.programs
     if given is None:
         return Part()
@@ -81,7 +81,7 @@ def programs(root: Source) -> Part:
 
 
 def in_words(controller: Controller) -> dict[str, str] | None:
-    """What the README says of programs; None if there are none."""
+    """The README's values about programs; None if there are none."""
     given = controller.programs
     if given is None:
         return None
@@ -104,10 +104,10 @@ def _on_fault(programs: Programs) -> str:
     within = quantity(programs.after_power_loss.resume_within_k, "K")
     otherwise = {
         "stop": "ends",
-        "pause": "is an ordinary pause, which can be resumed from anywhere",
+        "pause": "is paused, and can be resumed at any temperature",
     }
     return (
-        "A fault interrupts it. Once that is acknowledged somebody may resume it: it goes on if "
+        "A fault interrupts it. After acknowledging, it can be resumed: it continues if "
         f"the temperature has changed by no more than {within}, else it "
         f"{otherwise[programs.after_power_loss.otherwise]}."
     )
@@ -119,7 +119,7 @@ def _after_power_loss(power: AfterPowerLoss) -> str:
         return f"it {otherwise}"
     within = quantity(power.resume_within_k, "K")
     return (
-        f"it goes on if the temperature has changed by no more than {within}, else it {otherwise}"
+        f"it continues if the temperature has changed by no more than {within}, else it {otherwise}"
     )
 
 
@@ -129,7 +129,7 @@ def _program(source: Source, program: Program) -> StoredProgram:
 
 
 def _segment(segment: Segment) -> CodedSegment:
-    """A segment as C, and in the words of the spec."""
+    """A segment as C, and as the spec says it."""
     amount, how = _amount(segment)
     what = "hold" if segment.to_c is None else f"to {quantity(segment.to_c, 'degC')}"
     return CodedSegment(
@@ -149,7 +149,7 @@ def _amount(segment: Segment) -> tuple[int, str]:
         return round(segment.at_k_per_h * PER_KELVIN), f"at {rate}"
     if segment.hold_s is not None:
         return round(segment.hold_s), duration(segment.hold_s)
-    return 0, "as fast as possible" if segment.fast else "until the operator goes on"
+    return 0, "as fast as possible" if segment.fast else "until the operator continues"
 
 
 def _constants(source: Source) -> tuple[Constant, ...]:
@@ -193,13 +193,13 @@ def _where_they_are(source: Source) -> tuple[Constant, ...]:
         Constant("PROGRAMS_EEPROM", f"{programs.start}u", _extent(programs)),
         Constant(
             "PROGRAMS_SLOT_BYTES", f"{programs.slot_bytes}u",
-            f"{source.at('points').where}: {given.points} segments; two slots to a program",
+            f"{source.at('points').where}: {given.points} segments; two slots per program",
         ),
         Constant("PROGRESS_EEPROM", f"{progress.start}u", _extent(progress)),
-        Constant("PROGRESS_SLOT_BYTES", f"{progress.slot_bytes}u", "a record, and its frame"),
+        Constant("PROGRESS_SLOT_BYTES", f"{progress.slot_bytes}u", "a record with its frame"),
         Constant(
             "PROGRESS_SLOTS", f"{progress.slots}u",
-            f"{source.at('save_every').where}: {every}; {saves}, {years} years day and night",
+            f"{source.at('save_every').where}: {every}; {saves}, {years} years of running",
         ),
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The list of the last faults, for the displays that show it."""
+"""The list of the last faults, for displays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers of a loop's protections."""
+"""The constants of a loop's protections."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
 
 
 def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """For how long the loop goes on without who asks for it."""
+    """How long the loop may be on without its host or master, and in total."""
     lost_s, most_s = loop.protection.master_lost_after_s, loop.protection.on_for_at_most_s
     constants = []
     if lost_s is not None:
@@ -89,7 +89,7 @@ def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 @dataclass(frozen=True, slots=True)
 class LineNames:
-    """A limit of the power in C: at 0 degC, and what a kelvin adds."""
+    """A line of the power's limits in C: its value at 0 degC, and its slope per kelvin."""
 
     percent: str
     per_k: str
@@ -97,7 +97,7 @@ class LineNames:
 
 @dataclass(frozen=True, slots=True)
 class EffortNames:
-    """The band of the power as C has it: in a table if it bends."""
+    """The band of the power in C: constants, or a table if it has several lines."""
 
     columns: list[str]
     lines: list[list[str]]
@@ -135,35 +135,33 @@ def effort_names(loop: Loop, prefix: str) -> EffortNames | None:
 
 
 def _ends(effort: Effort) -> dict[str, tuple[float, str]]:
-    """Return the ends that the band has: their shares of what the plant takes, and when."""
+    """Return the ends of the band: the share of the plant's power, and the season."""
     ends = {"high": (effort.high_percent, "winter"), "low": (effort.low_percent, "summer")}
     return {end: (share, season) for end, (share, season) in ends.items() if share is not None}
 
 
 def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Constant]:
-    """The band of the power, and the time beyond it; lines that bend stand in a table."""
+    """Constants of the band of the power, and of the time outside it; several lines are a table."""
     band, (line, *bent) = effort.band, effort.band.lines
     limits = []
     for end, (share, season) in _ends(effort).items() if not bent else ():
         words = (
-            f"{quantity(share, '%')} of what the plant takes in {season}, % of power for a kelvin"
+            f"{quantity(share, '%')} of the plant's power in {season}, % of full power per K"
             f"{_words(effort.derived.get(end))}"
         )
         name, at = f"{prefix}_EFFORT_{end.upper()}", source.at(end)
         limits += [
             at.number(f"{name}_PER_K", getattr(line, f"{end}_per_k"), words),
-            at.number(f"{name}_PERCENT", getattr(line, f"{end}_percent"), "the same, at 0 degC"),
+            at.number(f"{name}_PERCENT", getattr(line, f"{end}_percent"), "the same at 0 degC, %"),
         ]
     return [
         *limits,
         source.number(
             f"{prefix}_EFFORT_SHARE",
             filter_share(band.filter_s, loop),
-            f"of a step; the plant feels a power for {about(band.filter_s)} s",
+            f"of a step in the mean of the power, over {about(band.filter_s)} s",
         ),
-        source.number(
-            f"{prefix}_EFFORT_MOVE_K", band.move_k, "a reading that moves by less stands"
-        ),
+        source.number(f"{prefix}_EFFORT_MOVE_K", band.move_k, "a smaller move counts as constant"),
         source.at("for").steps(
             f"{prefix}_EFFORT_STEPS", effort.for_s, loop, _words(effort.derived.get("for"))
         ),
@@ -171,7 +169,7 @@ def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Con
 
 
 def _holding(source: Source, frozen: Frozen, prefix: str) -> list[Constant]:
-    """The duty that holding may need, where any is said."""
+    """The duty that holding the temperature may need, if the spec has one."""
     if frozen.holding_percent == 0:
         return []
     derivation = quantity(frozen.holding_percent, "%") + _words(frozen.derived.get("holding"))
@@ -180,7 +178,7 @@ def _holding(source: Source, frozen: Frozen, prefix: str) -> list[Constant]:
 
 
 def _from_plant(protection: Protection, path: tuple[str, ...]) -> str:
-    """How a number was derived from the plant, if it was."""
+    """Say how a number was derived from the plant; empty if it was not."""
     limits = getattr(protection, path[0], None)
     return _words(limits.derived.get(path[-1])) if isinstance(limits, Limits) else ""
 

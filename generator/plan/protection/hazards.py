@@ -1,4 +1,4 @@
-"""What can go wrong with a machine, what sees it and how soon, and what remains."""
+"""The hazards of a machine: the rules that detect each, how soon, and the remaining risk."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ TICK_S = TICK_MS / 1000
 MAIN_PERMIT_S = GATE_MAIN_PERMIT_TICKS * TICK_S
 CONTACT_S = CONTACT_TICKS * TICK_S
 FLASH_ROUNDS = 2
-"""A bit that flips behind the place that is looked at is seen in the round after."""
+"""A bit that flips where the present round has already been is found in the next round."""
 
 
 @dataclass(frozen=True)
 class Hazard:
-    """One cause, the rules that see it, and what no rule does about it.
+    """One cause, the rules that detect it, and the risk that remains.
 
-    remains -- text, or a function of the controller that gives it; concerns -- whether the machine
-    has what is meant, though no rule looks at it.
+    remains -- the risk, or a function that gives it for a controller; concerns -- whether a
+    controller without these rules has the hazard.
     """
 
     cause: str
@@ -41,20 +41,20 @@ class Hazard:
 
 def _dead_switch(controller: Controller) -> str:
     if controller.safety.relay is None:
-        return "**The heat goes on**: only the thermal fuse ends it"
+        return "**The heater stays on**: only the thermal fuse switches it off"
     if controller.safety.relay_feedback is None:
-        return "a relay that has welded too, which nothing tells: the thermal fuse"
-    return "a relay that welds in the same moment: the thermal fuse"
+        return "a relay that is welded too, which no rule detects: the thermal fuse"
+    return "a relay that welds at the same time: the thermal fuse"
 
 
 def _drift(controller: Controller) -> str:
     known = {rule.id for rule in rules_of(controller)}
     if "sensors_disagree" in known:
-        return "what moves both sensors alike"
+        return "a cause that shifts both sensors alike"
     if "effort_high" in known:
-        return "less than the plant's tolerance hides: the machine gets hotter by as much"
-    untold = "One that reads too low" if "effort_low" in known else "It"
-    return f"**{untold} is told by nothing**: the machine gets hotter by as much"
+        return "an error within the plant's tolerance: the machine gets hotter by it"
+    untold = "a reading that is too low" if "effort_low" in known else "it"
+    return f"**No rule detects {untold}**: the machine gets hotter by the error"
 
 
 def _has_fan(controller: Controller) -> bool:
@@ -63,20 +63,20 @@ def _has_fan(controller: Controller) -> bool:
 
 def _standing_fan(controller: Controller) -> str:
     if any(rule.id == "fan_stopped" for rule in rules_of(controller)):
-        return "a fan that turns and moves no air: the fuse at the element"
-    return "**Nothing proves that the fan turns**: the fuse at the element"
+        return "a fan that turns but moves no air: the thermal fuse at the element"
+    return "**Nothing proves that the fan turns**: the thermal fuse at the element"
 
 
 def _held_pin(controller: Controller) -> str:
     if controller.safety.relay is None:
-        return "**one that is held at on heats on**: only the thermal fuse ends it"
-    return "the relay's and a heater's pin at once: the thermal fuse"
+        return "**a pin stuck at on keeps heating**: only the thermal fuse ends it"
+    return "the relay's and a heater's pin at the same time: the thermal fuse"
 
 
 def _wrong_clock(controller: Controller) -> str:
     if any(rule.id == "clock_wrong" for rule in rules_of(controller)):
         return "a clock that changes after the start, or by less than a quarter"
-    return "**All times are longer by as much**, those of the rules, too"
+    return "**All times are wrong by as much**, also those of the rules"
 
 
 HAZARDS = (
@@ -100,12 +100,12 @@ HAZARDS = (
             "runaway_above",
             "over_temperature",
         ),
-        "a leak that heats by less than the rules ask for goes on",
+        "a leak that heats too little to trip a rule",
     ),
     Hazard(
         "The safety relay's contact welds, or does not close",
         ("relay_welded", "relay_open"),
-        "a mirror contact that has welded, too",
+        "a mirror contact that is welded, too",
     ),
     Hazard(
         "The sensor falls out of its place",
@@ -117,7 +117,7 @@ HAZARDS = (
             "runaway_below",
             "program_lags",
         ),
-        "the heat given until then; one that is half out and still follows is not seen",
+        "the heat given until then; a sensor that is half out and still follows is not detected",
     ),
     Hazard(
         "The sensor drifts, creeps out of its place, or is of another kind",
@@ -128,44 +128,44 @@ HAZARDS = (
     Hazard(
         "The reading stands still",
         ("sensor_frozen", "heating_failed", "runaway_below", "program_lags"),
-        "one that stands at or above the setpoint: the heater is off then",
+        "a reading that stands at or above the setpoint: then the heater is off",
     ),
     Hazard("The sensor is torn, shorted, dead or disturbed", READINGS, "–"),
     Hazard(
-        "The sensor jumps, or reads what cannot be",
+        "The reading jumps, or is impossible",
         ("rise_rate", "over_temperature", "under_temperature"),
-        "a reading that is wrong and moves plausibly: the machine gets hotter by as much",
+        "a wrong reading that moves plausibly: the machine gets hotter by the error",
     ),
     Hazard(
         "Heater, fuse, wire or supply is dead or weak",
         ("heating_failed", "runaway_below", "no_current", "effort_high", "program_lags"),
-        "nothing that heats",
+        "no heat: no danger",
     ),
     Hazard(
-        "Turns of the heater are shorted, or a wrong one is fitted",
+        "Turns of the heater are shorted, or a wrong heater is fitted",
         ("over_current", "over_temperature", "runaway_above"),
-        "without a measured current the supply's own fuse",
+        "without a measured current: the supply's own fuse",
     ),
     Hazard("A fan that a heater needs stands still", ("fan_stopped",), _standing_fan, _has_fan),
     Hazard(
         "A part that no loop controls gets too hot",
         ("monitor_limit",),
-        "heat that comes from another source than the heaters",
+        "heat from another source than the heaters",
     ),
     Hazard(
         "The program hangs",
         ("watchdog_reset",),
-        "behind some bootloaders a hang with interrupts off is told as a plain reset",
+        "with some boot loaders, a hang with interrupts off is reported as a plain reset",
     ),
     Hazard(
         "The controller's supply breaks down",
         ("brown_out", "settings_corrupt"),
-        "a chip whose fuses leave its brown-out detector off",
+        "a chip whose fuses leave the brown-out detector off",
     ),
     Hazard(
-        "The processor leaves out work, or its stack grows into the variables",
+        "The processor skips work, or its stack grows into the variables",
         ("sequence_broken", "stack_overrun"),
-        "a jump that leaves out no duty of a control step",
+        "a jump that skips no task of a control step",
     ),
     Hazard(
         "A heater's or the relay's pin is shorted, or its driver in the chip is dead",
@@ -175,21 +175,21 @@ HAZARDS = (
     Hazard(
         "The chip ages: a cell of RAM or EEPROM is stuck",
         ("ram_damaged", "eeprom_worn"),
-        "cells that disturb others far away",
+        "cells that disturb distant cells",
     ),
     Hazard(
-        "The clock is off, or the watchdog does not reset any more",
+        "The clock is wrong, or the watchdog no longer resets",
         ("clock_wrong",),
         _wrong_clock,
         concerns=lambda _: True,
     ),
     Hazard(
-        "The ADC or its reference is off",
+        "The ADC or its reference is wrong",
         ("adc_wrong",),
-        "less than a quarter; of an internal reference, what it shares with the chip's own voltage",
+        "an error below a quarter, or one that internal reference and the chip's own voltage share",
     ),
     Hazard(
-        "A bit of RAM, flash or EEPROM flips, or the program came without its checksum",
+        "A bit of RAM, flash or EEPROM flips, or the program has no checksum",
         ("memory_damaged", "flash_damaged", "settings_corrupt", "flash_unsealed"),
         "bits that no check covers: heatwright's `docs/safety.md`",
     ),
@@ -201,24 +201,24 @@ HAZARDS = (
     Hazard(
         "Nobody switches the heater off",
         ("on_too_long",),
-        "what a machine without a limit of that time heats, it heats for ever",
+        "without a limit of that time the machine heats for ever",
     ),
     Hazard(
-        "The host or the master is gone",
+        "The host or the master is lost",
         ("master_lost",),
-        "one that goes on asking and no longer thinks",
+        "a host or master that hangs but keeps sending requests",
     ),
     Hazard(
-        "The machine does what nobody wants, and somebody sees it",
+        "The operator sees the machine do something wrong",
         ("emergency_stop",),
-        "a line that is torn: the mains switch",
+        "a broken line to the host: the mains switch",
     ),
 )
 
 
 @dataclass(frozen=True, slots=True)
 class HazardRow:
-    """A hazard of a controller: what sees it, and when; what remains."""
+    """A hazard of a controller: the rules that detect it, how soon, and the remaining risk."""
 
     cause: str
     seen: str
@@ -226,9 +226,9 @@ class HazardRow:
 
 
 def hazards(controller: Controller) -> list[HazardRow]:
-    """List the hazards that this controller has a rule for.
+    """List the hazards that a rule of this controller detects.
 
-    A hazard without a rule is listed, too, where the controller has what it concerns.
+    A hazard without a rule is also listed, if it concerns this controller.
     """
     known = {rule.id: rule for rule in rules_of(controller)}
     rows = []
@@ -249,7 +249,7 @@ def hazards(controller: Controller) -> list[HazardRow]:
 
 
 def within(controller: Controller, rule: Rule) -> str:
-    """Say how long after its condition begins a rule has switched the heater off, at the latest."""
+    """Return the longest time from the start of a rule's condition until the heater is off."""
     if rule.id in {"brown_out", "settings_corrupt", "flash_unsealed", "clock_wrong"}:
         return "at the next start"
     slowest_s = max(_off_after(controller, name, rule.id) for name in controller.loops)
@@ -262,7 +262,7 @@ def within(controller: Controller, rule: Rule) -> str:
 
 
 def _off_after(controller: Controller, name: str, rule: str) -> float:
-    """Bound on that in a loop, s, as docs/safety.md derives it; of what lasts from its start on."""
+    """Bound on that time in one loop, s, as docs/safety.md derives it, for a lasting condition."""
     at_once = {
         "emergency_stop": TICK_S,
         "input_open": 2 * TICK_S,
@@ -286,9 +286,9 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
 
 
 def _asked_within_s(controller: Controller) -> float:
-    """How long it takes at most until a pin was asked often enough for the other level, s.
+    """Longest time until a pin was driven to the other level often enough for rule pin_held, s.
 
-    Each window has a pulse and a pause, and both a step of the window at least.
+    Each window has a pulse and a pause; each lasts at least one step of the window.
     """
     asked_s = [0.0]
     for name in read_back(controller):
@@ -300,7 +300,7 @@ def _asked_within_s(controller: Controller) -> float:
 
 
 def _lasting(loop: Loop) -> dict[str, float]:
-    """How long the conditions of a loop's rules must last, s; counted in steps."""
+    """How long the conditions of a loop's rules must last before they trip, s; counted in steps."""
     protection = loop.protection
     found = dict.fromkeys(READINGS, protection.stale_after_s)
     if protection.heating is not None:
@@ -320,7 +320,7 @@ def _lasting(loop: Loop) -> dict[str, float]:
 
 
 def _waits(controller: Controller, loop: Loop) -> dict[str, float]:
-    """Time until a step can see it, s, for what is counted in ticks."""
+    """Time before a control step can trip the rules that count in ticks, s."""
     found = {"relay_welded": CONTACT_S, "relay_open": CONTACT_S}
     if loop.protection.master_lost_after_s is not None:
         found["master_lost"] = loop.protection.master_lost_after_s

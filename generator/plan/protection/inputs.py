@@ -1,4 +1,4 @@
-"""Inputs of the machine: contacts without which nothing heats."""
+"""Inputs of the machine: contacts that must be closed for heat."""
 
 from __future__ import annotations
 
@@ -22,9 +22,7 @@ def plan_inputs(root: Source) -> list[Part]:
     ]
     slowest = max(inputs, key=lambda name: inputs[name].for_s)
     closed = section.at(slowest, "for")
-    constants.append(
-        closed.ticks("GATE_INPUT_TICKS", inputs[slowest].for_s, " closed before any heat")
-    )
+    constants.append(closed.ticks("GATE_INPUT_TICKS", inputs[slowest].for_s, " closed before heat"))
     return [
         Part(
             files=tuple(

@@ -1,4 +1,4 @@
-"""What trips each rule, in the words of a project's README."""
+"""The condition that trips each rule, as a project's README says it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from heatwright.spec.inputs import tripping
 READINGS = tuple(
     f"sensor_{cause}" for cause in ("no_answer", "short", "crc", "stale", "reset", "open", "range")
 )
-"""The rules of a sensor that gives no good reading."""
+"""The rules that trip if a sensor gives no good reading."""
 
 
 def limit(spec: Spec, rule: str) -> str:
-    """What trips `rule`: once if all loops agree, else loop by loop."""
+    """The condition that trips `rule`: once if it is the same for all loops, else loop by loop."""
     loops = spec.controller.loops
     anywhere = _limits_of_the_controller(spec)
     if rule in anywhere:
@@ -30,7 +30,7 @@ def limit(spec: Spec, rule: str) -> str:
 
 
 def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
-    """What trips the rules that belong to no loop, by the rule's id."""
+    """The conditions of the rules that belong to no loop, by the rule's id."""
     controller = spec.controller
     stop = {"emergency_stop": "`M112`"} if gcode_of(controller) else {}
     return (
@@ -42,22 +42,22 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
         | _of_inputs(controller)
         | {
             "watchdog_reset": f"a reset after {quantity(controller.safety.watchdog_s, 's')} "
-            "without the main loop",
+            "in which the main loop has not run",
             "brown_out": "a reset by the brown-out detector",
-            "settings_corrupt": "records in the EEPROM, and none of them valid",
-            "memory_damaged": "a flipped bit of the latch, of a setpoint or of a limit; it is seen "
-            "in the next control step",
-            "ram_damaged": "a cell of the RAM, or its neighbour, does not keep what is written",
-            "clock_wrong": "three times in turn the watchdog, set to 16 ms, has not reset within "
-            "12 to 24 ms, at the start",
-            "eeprom_worn": "the cell written or read last now reads as something else",
-            "adc_wrong": "the chip's own voltage is measured more than a quarter off for a second",
-            "flash_damaged": "its CRC is another one, at the start or in the background",
-            "sequence_broken": "a control step without all its duties in order, or ticks in which "
-            "the heaters' gate has not run",
-            "stack_overrun": "the bytes between stack and variables have changed",
-            "flash_unsealed": "no checksum in the program, at the start",
-            "pin_held": "a pin that is not at its level, at three looks in turn at that level",
+            "settings_corrupt": "the EEPROM has records, but no valid one",
+            "memory_damaged": "a flipped bit in the latched fault, a setpoint or a limit; it is "
+            "found in the next control step",
+            "ram_damaged": "a cell of the RAM, or its neighbour, does not keep a written value",
+            "clock_wrong": "at the start, the watchdog, set to 16 ms, has three times in a row "
+            "not reset within 12 to 24 ms",
+            "eeprom_worn": "the cell that was last written or read now has another value",
+            "adc_wrong": "the chip's own voltage reads more than a quarter wrong for a second",
+            "flash_damaged": "its CRC is wrong, at the start or in the background",
+            "sequence_broken": "a control step without all its tasks in their order, or ticks in "
+            "which the heater gate has not run",
+            "stack_overrun": "the guard bytes between stack and variables have changed",
+            "flash_unsealed": "the program has no checksum, at the start",
+            "pin_held": "a pin does not have its level, in three tests of that level in a row",
         }
     )
 
@@ -67,7 +67,7 @@ def _of_programs(controller: Controller) -> dict[str, str]:
     if programs is None or programs.hold_back is None:
         return {}
     waited = quantity(programs.hold_back.limit_s, "s")
-    return {"program_lags": f"a segment has waited {waited} in all for a machine that is too cold"}
+    return {"program_lags": f"a segment has waited {waited} in total for a too cold machine"}
 
 
 def _of_relay(controller: Controller) -> dict[str, str]:
@@ -75,14 +75,14 @@ def _of_relay(controller: Controller) -> dict[str, str]:
         return {}
     late = f"{CONTACT_TICKS * TICK_MS} ms"
     return {
-        "relay_welded": f"the contact says closed {late} after it was opened, and at the start",
-        "relay_open": f"the contact says open {late} after it was closed",
+        "relay_welded": f"the contact reads closed {late} after the relay opened, or at the start",
+        "relay_open": f"the contact reads open {late} after the relay closed",
     }
 
 
 def _of_proofs(controller: Controller) -> dict[str, str]:
     limits = [
-        f"nothing proves for {quantity(proof.within_s, 's')} that {name} turns{_speeds(proof)}"
+        f"no proof for {quantity(proof.within_s, 's')} that {name} turns{_speeds(proof)}"
         for name, proof in proofs(controller).items()
     ]
     return {"fan_stopped": "; ".join(limits)} if limits else {}
@@ -107,14 +107,14 @@ def _of_monitors(controller: Controller) -> dict[str, str]:
 
 
 def _of_current(spec: Spec, heater: str) -> dict[str, str]:
-    """What trips the rules of a heater's current, by the rule's id."""
+    """The conditions of the rules for a heater's current, by the rule's id."""
     current = getattr(spec.controller.outputs[heater], "current", None)
     if current is None:
         return {}
     return {
-        "over_current": f"{quantity(current.over_a, 'A')} or more, in the mean",
-        "current_while_off": "a current for half a second, or five steps, after it went off",
-        "no_current": "less than half of the current that its duty must bring, for as long",
+        "over_current": f"{quantity(current.over_a, 'A')} or more (mean)",
+        "current_while_off": "a current for half a second, or five steps, while the heater is off",
+        "no_current": "less than half of the current that fits its duty, for the same time",
     }
 
 
@@ -123,22 +123,22 @@ def _more_heat(holding_percent: float) -> str:
 
 
 def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
-    """What trips each rule of a loop, by the rule's id; the readings' rules share one limit."""
+    """The condition of each rule of a loop, by the rule's id; all rules of readings share one."""
     stale = f"no good reading for {quantity(protection.stale_after_s, 's')}"
     limits = dict.fromkeys(READINGS, stale) | {
         "over_temperature": f"{protection.maximum_c:g} °C or more"
-        + (", or what the operator has lowered it to" if protection.maximum_adjustable else ""),
+        + (", or a lower limit set by the operator" if protection.maximum_adjustable else ""),
         "under_temperature": f"{protection.minimum_c:g} °C or less",
         "rise_rate": f"a change of more than {quantity(protection.rise_rate_k_per_s, 'K/s')}",
     }
     if protection.frozen is not None:
         limits["sensor_frozen"] = (
-            f"one and the same reading for {quantity(protection.frozen.for_s, 's')} of "
+            f"exactly the same reading for {quantity(protection.frozen.for_s, 's')} of "
             f"{_more_heat(protection.frozen.holding_percent)} below the setpoint"
         )
     if protection.heating is not None:
         limits["heating_failed"] = (
-            f"less than {quantity(protection.heating.rise_k, 'K')} in "
+            f"a rise of less than {quantity(protection.heating.rise_k, 'K')} in "
             f"{quantity(protection.heating.within_s, 's')} of full heat"
         )
     if protection.runaway is not None:
@@ -160,7 +160,7 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
 
 
 def _of_people(spec: Spec, protection: Protection) -> dict[str, str]:
-    """What trips the rules about who asks for heat."""
+    """The conditions of the rules about the host or master, and about the time on."""
     limits = {}
     if protection.master_lost_after_s is not None:
         silence = quantity(protection.master_lost_after_s, "s")
@@ -174,11 +174,11 @@ def _of_people(spec: Spec, protection: Protection) -> dict[str, str]:
 
 
 def _of_second(protection: Protection) -> dict[str, str]:
-    """What trips the rules that compare the reading with something else: a sensor, the power."""
+    """The conditions of the rules that compare the reading with a second sensor or the power."""
     limits = {}
     if protection.agreement is not None:
         limits["sensors_disagree"] = (
-            f"more than {quantity(protection.agreement.within_k, 'K')} apart for "
+            f"the sensors differ by more than {quantity(protection.agreement.within_k, 'K')} for "
             f"{quantity(protection.agreement.for_s, 's')}"
         )
     effort = protection.effort
@@ -189,7 +189,7 @@ def _of_second(protection: Protection) -> dict[str, str]:
         ):
             if share is not None:
                 limits[rule] = (
-                    f"{bound} than {quantity(share, '%')} of the power that the plant takes for a "
-                    f"reading in {season}, for {quantity(effort.for_s, 's')} in which that stands"
+                    f"{bound} than {quantity(share, '%')} of the power that the plant needs for a "
+                    f"reading in {season}, for {quantity(effort.for_s, 's')} of constant reading"
                 )
     return limits

@@ -1,4 +1,4 @@
-"""Monitors: sensors of no loop, their limits, and what tells people of them."""
+"""Monitors: sensors of no loop, their limits, and their display."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from heatwright.spec import Loop, Monitor, monitors_of
 
 MOST_TURN_STEPS = 128
 TURN_S = 2.0
-"""A warning on a small display takes turns with what else is there, each so long or a step."""
+"""Least time for which a small display shows a warning, and its other text, in turn."""
 
 
 def plan_monitors(root: Source, loop_name: str, loop: Loop) -> Part:
-    """Plan the monitors that are judged in the steps of a loop."""
+    """Plan the monitors that are checked in the steps of a loop."""
     found = monitors_of(root.controller, loop_name)
     return Part(
         files=tuple(

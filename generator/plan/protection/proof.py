@@ -1,4 +1,4 @@
-"""What says that a fan turns: a contact in its air, or the pulses of its tachometer."""
+"""The proof that a fan turns: a contact in its air, or the pulses of its tachometer."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _proof(source: Source, name: str) -> Part:
 
 
 def _counts(source: Source, name: str, fan: Tachometer | None) -> tuple[Constant, ...]:
-    """Bound the pulses of a window: what the slowest speed makes at least, the fastest at most."""
+    """Bound the pulses in a window: the least at the slowest speed, the most at the fastest."""
     if fan is None:
         return ()
     prefix, at = f"PROOF_{name.upper()}", source.at("tachometer")
@@ -75,7 +75,7 @@ def _counts(source: Source, name: str, fan: Tachometer | None) -> tuple[Constant
     slow, fast = quantity(fan.slowest_rpm, "rpm"), quantity(fan.fastest_rpm, "rpm")
     window = f"{quantity(fan.window_s, 's')}: {least} pulses at {slow}"
     return (
-        at.count(f"{prefix}_WINDOW_LOOKS", looks, f"{window}, {each_us:g} us from look to look"),
-        at.at("minimum").count(f"{prefix}_LEAST", least, f"{slow}, {fan.pulses} in a revolution"),
-        at.at("maximum").count(f"{prefix}_MOST", most, f"{fast}, {fan.pulses} in a revolution"),
+        at.count(f"{prefix}_WINDOW_LOOKS", looks, f"{window}, {each_us:g} us per sample"),
+        at.at("minimum").count(f"{prefix}_LEAST", least, f"{slow}, {fan.pulses} per revolution"),
+        at.at("maximum").count(f"{prefix}_MOST", most, f"{fast}, {fan.pulses} per revolution"),
     )

@@ -1,4 +1,4 @@
-"""The safety relay in series with the heaters, and the contact that says what it does."""
+"""The safety relay in series with the heaters, and the contact that shows its state."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec.self_checks import self_checked
 
 SETTLE_TICKS = 5
-"""A power relay has closed after 15 ms, bouncing included (TE T9A, data sheet); a contactor of 9 A
-with a coil for 24 V DC after 35 ms to 60 ms (Siemens 3RT201, system manual of 2011)."""
+"""A power relay closes within 15 ms with bouncing (TE T9A, data sheet); a contactor of 9 A with a
+24 V DC coil within 35 ms to 60 ms (Siemens 3RT201, system manual of 2011)."""
 CONTACT_TICKS = 10
 """The next larger contactor, of 25 A, closes within 90 ms (3RT202)."""
 
@@ -66,7 +66,7 @@ def _constants(relay: Source, contact: Source) -> tuple[Constant, ...]:
     settle = Constant(
         "RELAY_SETTLE_TICKS",
         f"{SETTLE_TICKS}u",
-        f"{relay.where}: closed for {SETTLE_TICKS * TICK_MS} ms before a heater comes on",
+        f"{relay.where}: closed for {SETTLE_TICKS * TICK_MS} ms before a heater goes on",
     )
     look = Constant(
         "RELAY_CONTACT_TICKS",

@@ -1,4 +1,4 @@
-"""Sensor that gives a voltage, on the ADC."""
+"""Sensor that gives a voltage, read by the ADC."""
 
 from __future__ import annotations
 

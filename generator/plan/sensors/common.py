@@ -1,4 +1,4 @@
-"""What the plans of all sensors get."""
+"""Common parts of the plans of all sensors."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from heatwright.spec.sensors import Thermometer
 
 @dataclass(frozen=True, slots=True)
 class UseOfSensor:
-    """What the firmware does with a sensor."""
+    """How the firmware uses a sensor."""
 
     loop: Loop
     """Of the loops that read it, be it their monitor's, the one with the shortest period."""
     timer: int | None
-    """Number of the timer that is its own; None for a sensor that needs none."""
+    """Number of its own timer; None for a sensor that needs none."""
 
 
 def summed(source: Source, prefix: str, oversample: int, use: UseOfSensor) -> tuple[Constant, ...]:
-    """How many codes of the ADC a reading is, and when it is begun."""
+    """Return how many ADC codes a reading has, and how long to wait before the first."""
     spare = max(0, use.loop.period_ticks - oversample - 1)
-    last = f"the last {oversample * TICK_MS} ms when the step comes"
+    last = f"the last {oversample * TICK_MS} ms before the step"
     return (
         source.at("oversample").count(f"{prefix}_OVERSAMPLE", oversample, "codes in a reading"),
-        Constant(f"{prefix}_START_TICKS", f"{spare}u", f"wait, so that the reading is of {last}"),
+        Constant(f"{prefix}_START_TICKS", f"{spare}u", f"wait: the reading covers {last}"),
     )
 
 

@@ -79,7 +79,7 @@ def _constants(
 
 
 def _filter(controller: Controller, name: str, use: UseOfSensor) -> str:
-    """Say what has to be between the sensor and the pin, if its heater pulses."""
+    """Return the filter needed between the sensor and the pin, if its heater is pulsed."""
     for loop in controller.loops.values():
         heater = controller.outputs[loop.heater]
         if heater.frequency_hz and heater.current and heater.current.sensor == name:
@@ -90,5 +90,5 @@ def _filter(controller: Controller, name: str, use: UseOfSensor) -> str:
 
 
 def _rounded_down(seconds: float) -> float:
-    """Round down to tenths of a millisecond, so that the printed time is at most the allowed."""
+    """Round down to tenths of a millisecond, so that the printed time is within the allowed."""
     return math.floor(round(seconds * 1e4, 6)) / 1e4

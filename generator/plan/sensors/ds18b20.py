@@ -13,14 +13,14 @@ from heatwright.generator.plan.timers import compare_match, halted, registers, s
 from heatwright.spec import Ds18b20, Loop
 
 SLOT_US = 64
-"""A slot lasts 60 us at least (data sheet, t_SLOT); the rest is its recovery and our latency."""
+"""A slot lasts at least 60 us (data sheet, t_SLOT); the rest is recovery and interrupt latency."""
 
 PRESENCE_US = 61
-"""From the end of the reset pulse to the look at the answer, before the interrupt's latency: the
-chip pulls low 60 us after it at the latest and lets go 75 us after it at the earliest."""
+"""From the end of the reset pulse to reading the answer, without the interrupt's latency: the chip
+pulls low at most 60 us after that end, and releases the line at least 75 us after it."""
 
 TRANSFER_TICKS = 5
-"""Ticks of a period that are not conversion: set-up, command, its end, reading, judgement."""
+"""Ticks of a period besides the conversion: set-up, command, its end, reading, checking."""
 
 
 def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
@@ -57,12 +57,12 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
         Constant(
             f"{bus}_COMPARE",
             f"{interval.counts - 1}u",
-            f"timer {timer}: {interval.counts} x {1 / counts_per_us:g} us, {slot_us:g} us a slot",
+            f"timer {timer}: {interval.counts} x {1 / counts_per_us:g} us, {slot_us:g} us per slot",
         ),
         Constant(
             f"{bus}_PRESENCE_COUNT",
             f"{interval.counts - math.ceil(PRESENCE_US * counts_per_us)}u",
-            f"the answer is looked for {PRESENCE_US} us after the reset pulse",
+            f"the answer is read {PRESENCE_US} us after the reset pulse",
         ),
     )
     return Part(
@@ -104,7 +104,7 @@ def _constants(source: Source, sensor: Ds18b20, prefix: str, loop: Loop) -> tupl
         Constant(
             f"{prefix}_RAW_MASK",
             f"0x{0xFFFF & -(1 << (12 - bits)):04X}u",
-            f"{resolution.where}: {bits} bit, lower ones are undefined",
+            f"{resolution.where}: {bits} bit, lower bits are undefined",
         ),
         Constant(
             f"{prefix}_SETTINGS",
@@ -114,11 +114,11 @@ def _constants(source: Source, sensor: Ds18b20, prefix: str, loop: Loop) -> tupl
         resolution.count(
             f"{prefix}_CONVERSION_TICKS",
             conversion,
-            f"{quantity(sensor.conversion_s * 1000, 'ms')} at most at {bits} bit",
+            f"at most {quantity(sensor.conversion_s * 1000, 'ms')} at {bits} bit",
         ),
         Constant(
             f"{prefix}_START_TICKS",
             f"{start}u",
-            "wait, so that the reading is fresh when the step comes",
+            "wait, so that the reading is new at the step",
         ),
     )

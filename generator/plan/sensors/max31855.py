@@ -1,4 +1,4 @@
-"""MAX31855: a thermocouple of the type it is made for, 14 bit, with faults of the thermocouple."""
+"""MAX31855: a thermocouple of the chip's type, 14 bit, with faults of the thermocouple."""
 
 from __future__ import annotations
 

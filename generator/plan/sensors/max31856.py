@@ -25,12 +25,12 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 OPEN_TEST = 0x10
-"""CR0, OCFAULT: look for an open thermocouple, with less than 5 kΩ in its wires."""
+"""CR0, OCFAULT: test for an open thermocouple, for less than 5 kΩ in its wires."""
 FIFTY_HZ = 0x01
 REGISTERS, NEAR_A_TICK, FAR_A_TICK = 16, 4, 3
-"""Both divide 12, the number of those before the temperature's."""
+"""Both numbers per tick divide 12, the number of registers before the temperature."""
 AVERAGING_AT = 4
-"""Lowest bit of CR1's AVGSEL: the power of two that is averaged."""
+"""Lowest bit of CR1's AVGSEL: the power of two of the averaged conversions."""
 SHIFT = " through a level shifter to 3.3 V"
 SUPPLY = "3.3 V, with 100 nF; T+ and T- with 100 nF between them and 10 nF each to ground"
 
@@ -111,7 +111,7 @@ def _constants(
         Constant(
             f"{prefix}_PERIOD_TICKS",
             f"{use.loop.period_ticks}u",
-            f"it is read once every {told_period(use.loop)}, in the ticks up to the step's",
+            f"read every {told_period(use.loop)}, in the ticks up to the step's",
         ),
         Constant(
             f"{prefix}_SETTINGS",
@@ -131,18 +131,18 @@ def _constants(
         Constant(
             f"{prefix}_READ_TICKS",
             f"{math.ceil(REGISTERS / read_a_tick) + 1}u",
-            f"to read all {REGISTERS} registers and judge, after the tick in which it is selected",
+            f"to read and check all {REGISTERS} registers, after the tick that selects it",
         ),
         Constant(
             f"{prefix}_FIRST_TICKS",
             f"{math.ceil(first_ms / TICK_MS)}u",
-            f"its first conversion takes {quantity(first_ms, 'ms')} at most",
+            f"its first conversion takes at most {quantity(first_ms, 'ms')}",
         ),
     )
 
 
 def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
-    """Return the type's code; where others may be chosen that is among the settings' constants."""
+    """Return the type's code; if types can be chosen, the settings' constants have it instead."""
     return Constant(
         f"{prefix}_TYPE",
         f"{TYPE_CODES.index(sensor.thermocouple)}u",

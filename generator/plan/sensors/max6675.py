@@ -9,7 +9,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Max6675
 
 POWER_UP_S = 0.0
-"""The data sheet gives none: it converts as soon as it is not selected."""
+"""The data sheet has no time: the chip converts as soon as it is not selected."""
 SUPPLY = "5 V, with 100 nF; T- to its ground, or a broken thermocouple is not seen"
 
 

@@ -1,4 +1,4 @@
-/* G0, G1 and what belongs to them: the feed's length in millimetres as its steps. */
+/* G0, G1 and related commands: converts the feed's millimetres to motor steps. */
 #ifndef GCODE_FEED_H
 #define GCODE_FEED_H
 
@@ -7,27 +7,27 @@
 
 enum { FEED_DONE, FEED_WAITS, FEED_BAD_NUMBER, FEED_LIMITS, FEED_HEATER_OFF };
 
-/* G0, G1: move as the present line says; FEED_WAITS when the last move must end before. */
+/* G0, G1: make the line's move; FEED_WAITS if the last move must end first. */
 uint8_t feed_move(void);
 
-/* G92: call the present place what the present line says. False when it is no number. */
+/* G92: give the present position the line's number. False if it is not a number. */
 bool feed_rename_place(void);
 
-/* M82, M83: whether a length is a place, or a distance from where the feed is. */
+/* M82, M83: a length is a position (`yes`), or a distance from the present position. */
 void feed_use_places(bool yes);
 
-/* M400, M18: wait for the end of all moves, and then perhaps let the motor go. */
+/* M400, M18: wait for the end of all moves; then, if `disable`, switch the motor's current off. */
 void feed_finish(bool disable);
 
-/* Try again what waits; true while it does. */
+/* Try again to make the waiting move; true while it still waits. */
 bool feed_is_waiting(void);
 
 void feed_forget_waiting(void);
 
-/* M410: slow down, stop, and forget the rest. */
+/* M410: slow down, stop, and cancel the rest. */
 void feed_rest(void);
 
-/* The same when a loop is off that it waits for. */
+/* The same, if a loop that must be ready for the feed is off. */
 void feed_rest_if_off(void);
 
 float feed_position_mm(void);

@@ -1,6 +1,6 @@
-/* Lines from the host: put together, checked by number and checksum.
+/* Assembles lines from the host, and checks their number and checksum.
  *
- * A numbered line is `N12 M105*36`: behind the star is the exclusive or of all bytes before it.
+ * A numbered line is `N12 M105*36`: the number behind the star is the XOR of all bytes before it.
  */
 #include "gcode_line.h"
 
@@ -9,13 +9,13 @@
 #include "host.h"        /* host_take */
 
 enum {
-    LINE_SIZE = 96,       /* Marlin's */
-    BYTES_PER_TICK = 128, /* more than a line; 0.7 ms at 16 MHz */
-    MOST_REPEATED = 32,   /* lines that a host may have on the way */
+    LINE_SIZE = 96,       /* as in Marlin */
+    BYTES_PER_TICK = 128, /* more than a line; takes 0.7 ms at 16 MHz */
+    MOST_REPEATED = 32,   /* most lines that a host may have sent ahead */
     NO_STAR = UINT8_MAX
 };
 
-/* So that no number has more than seven digits: reports hold them. */
+/* No number has more than seven digits: reports have room for no more. */
 static const int32_t MOST_BEFORE_DIGIT = 1000000;
 static const int32_t UNKNOWN = INT32_MAX;
 
@@ -26,14 +26,14 @@ static uint8_t length;
 static bool too_long;
 static bool damaged;
 static uint8_t sum;         /* of all bytes so far */
-static uint8_t star;        /* where the last star is in `text`, LINE_SIZE if beyond, or NO_STAR */
+static uint8_t star;        /* index of the last star in `text`, LINE_SIZE if beyond, or NO_STAR */
 static uint8_t sum_at_star; /* of the bytes before it */
-static int32_t claimed_sum; /* the number behind it; -1 when there is none */
+static int32_t claimed_sum; /* the number behind the star; -1 if there is none */
 static bool behind_claim;
 
-static bool skipping;  /* to the end of a line whose beginning was dropped */
-static bool numbering; /* the host has numbered a line */
-static bool anew;      /* a damaged M110 has come: the next number is taken as it is */
+static bool skipping;  /* true: ignore bytes up to the next end of line */
+static bool numbering; /* true: the host numbers its lines */
+static bool anew;      /* true: after a damaged M110, accept any next number */
 static uint8_t repeats_left;
 static uint16_t silent_ticks;
 static uint8_t reminders;
@@ -57,7 +57,7 @@ void line_start(void)
     star = NO_STAR;
 }
 
-/* The checksum is followed as it comes, so that it is known of a line of any length. */
+/* Updates the checksum with each byte, so that it is known for a line of any length. */
 static void follow_sum(char byte)
 {
     if (byte == '*') {
@@ -87,7 +87,7 @@ static void take_byte(char byte)
     text[length++] = byte;
 }
 
-/* Put received bytes together; true at the end of a line that is not empty. */
+/* Assembles received bytes; true at the end of a line that is not empty. */
 static bool assemble(void)
 {
     char byte;
@@ -109,7 +109,7 @@ static bool assemble(void)
     return false;
 }
 
-/* Read the whole number at `*from`, and go behind it. */
+/* Reads the integer at `*from`, and moves `*from` behind it. */
 static int32_t take_number(char **from)
 {
     const bool negative = **from == '-';
@@ -124,7 +124,7 @@ static int32_t take_number(char **from)
     return negative ? -number : number;
 }
 
-/* M110 sets the number, by its own N or that of its line. */
+/* M110 sets the line number: to its parameter N, or to the number of its own line. */
 static bool is_renumbering(int32_t number)
 {
     float wanted;
@@ -154,7 +154,7 @@ static uint8_t judge_number(int32_t number)
         return too_long ? LINE_TOO_LONG : LINE_COMMAND;
     }
     if (repeats_left != 0 && number <= line_last && number > line_last - MOST_REPEATED) {
-        return LINE_REPEATED; /* asked for twice, because answers and lines had crossed */
+        return LINE_REPEATED; /* the host sends it twice: our request and its line crossed */
     }
     return LINE_OUT_OF_ORDER;
 }
@@ -191,7 +191,7 @@ static uint8_t judge(void)
 {
     char *start = text;
 
-    if (star < LINE_SIZE) { /* at LINE_SIZE there is a zero already */
+    if (star < LINE_SIZE) { /* text[LINE_SIZE] is 0 already */
         text[star] = '\0';
     }
     if (damaged) {
@@ -203,16 +203,16 @@ static uint8_t judge(void)
     return *start == 'N' || *start == 'n' ? judge_numbered(start + 1) : judge_plain(start);
 }
 
-/* True if the word at `from`, behind the first one, is the line's last and has this number. */
+/* True if the word at `from`, not the first of the line, is its last and has this number. */
 static bool ends_with(const char *from, const char *behind, int32_t number, int32_t wanted)
 {
     return from[-1] == ' ' && *behind == '\0' && number == wanted;
 }
 
-/* What is left of a damaged line may be of M110: it says so, it ends with its own number, as
- * OctoPrint's `N0 M110 N0`, or that is -1, as Printrun's. Then the host counts anew and knows no
- * line of before; asked for one, OctoPrint ends the print. So the number is set already, and the
- * next one taken as it is. Hosts begin at 0: of two numbers the smaller one is sound. */
+/* A damaged line may have been M110: it contains M110, it ends with its own number, as OctoPrint's
+ * `N0 M110 N0`, or its number is -1, as Printrun's. Then the host restarts its numbers, and cannot
+ * repeat older lines: a request for one makes OctoPrint end the print. So set the number now, and
+ * accept any next one. Hosts restart at 0: of two numbers the smaller one is right. */
 static void save_renumbering(void)
 {
     int32_t own = UNKNOWN;
@@ -230,7 +230,7 @@ static void save_renumbering(void)
     }
     const int32_t number = own < last ? own : last;
     if (!is_found || number == line_last + 1) {
-        return; /* as any other line it will come again */
+        return; /* the host will send it again, like any other line */
     }
     if (number != UNKNOWN) {
         line_last = number;

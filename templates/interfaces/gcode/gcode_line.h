@@ -1,4 +1,4 @@
-/* Lines from the host: put together, checked by number and checksum. */
+/* Assembles lines from the host, and checks their number and checksum. */
 #ifndef GCODE_LINE_H
 #define GCODE_LINE_H
 
@@ -7,11 +7,11 @@
 
 enum {
     LINE_NONE,        /* nothing complete yet, or nothing to do */
-    LINE_COMMAND,     /* gcode_words holds it */
-    LINE_REPEATED,    /* done before, and sent again: only the answer is due */
-    LINE_TOO_LONG,    /* intact, but longer than any command known here */
-    LINE_UNREADABLE,  /* damaged, in a conversation without numbers */
-    LINE_WRONG_FIRST, /* from here on: the host must send again from line_last + 1 on */
+    LINE_COMMAND,     /* a command, now in gcode_words */
+    LINE_REPEATED,    /* executed before, and sent again: only answer it */
+    LINE_TOO_LONG,    /* intact, but longer than any known command */
+    LINE_UNREADABLE,  /* damaged, and the host does not number its lines */
+    LINE_WRONG_FIRST, /* from here on: the host must resend, beginning with line_last + 1 */
     LINE_DAMAGED = LINE_WRONG_FIRST,
     LINE_CHECKSUM,
     LINE_NO_CHECKSUM,
@@ -19,17 +19,17 @@ enum {
     LINE_OUT_OF_ORDER
 };
 
-/* Number of the last line taken. */
+/* Number of the last line accepted. */
 extern int32_t line_last;
 
 void line_start(void);
 
-/* Take what was received since the last call, up to the end of a line at most, and say what it is.
- * After a wrong one everything else that was received is forgotten: it follows a gap. */
+/* Process the received bytes, at most up to the end of a line, and return the kind of line. After a
+ * wrong line, all other bytes received so far are dropped: they follow a gap. */
 uint8_t line_tick(void);
 
-/* True now and then while a host that numbers its lines says nothing: it may have missed an "ok",
- * or we the end of its line, and then each waits for the other. */
+/* True from time to time while a host that numbers its lines is silent: it may have missed an "ok",
+ * or we the end of its line; then each would wait for the other. */
 bool line_asks_for_more(void);
 
 #endif

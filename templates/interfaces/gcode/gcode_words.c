@@ -1,4 +1,4 @@
-/* The words of one line of G-code: a letter and a number, such as S200. */
+/* Reads the words of one line of G-code: a letter and a number, such as S200. */
 #include "gcode_words.h"
 
 #include <avr/pgmspace.h> /* PROGMEM */
@@ -10,10 +10,10 @@ static const char *parameters = "";
 
 static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };
 
-/* Further decimals are read, and left out. */
+/* Further decimals are read, but ignored. */
 enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1 };
 
-/* One more digit, and a command has four. */
+/* With one more digit, a command number has four: the most allowed. */
 enum { MOST_BEFORE_DIGIT = 999 };
 
 static bool is_digit(char character)
@@ -31,11 +31,11 @@ static bool is_letter(char character)
     return character >= 'A' && character <= 'Z';
 }
 
-/* In place: capitals; comments of both kinds gone. */
+/* Converts to upper case and removes both kinds of comment, in place. */
 static void tidy(char *text)
 {
     char *to = text;
-    bool inside = false; /* parentheses */
+    bool inside = false; /* true: inside a comment in parentheses */
 
     for (const char *from = text; *from != '\0' && (inside || *from != ';'); from++) {
         if (inside) {
@@ -83,18 +83,18 @@ bool words_take(char *text)
         }
     }
     if (*rest == '.') {
-        words_command = WORDS_NO_COMMAND; /* a variant, such as M105.5, that is not known here */
+        words_command = WORDS_NO_COMMAND; /* a variant, such as M105.5: not supported */
     }
     parameters = rest;
     return true;
 }
 
-/* The number at `text`, which ends where a number does. */
+/* Reads the number at `text`. */
 static uint8_t read_number(const char *text, float *number)
 {
     uint32_t digits = 0;
-    uint8_t whole = 0;    /* digits before the point, leading zeros left out */
-    uint8_t decimals = 0; /* of those taken */
+    uint8_t whole = 0;    /* digits before the point, without leading zeros */
+    uint8_t decimals = 0; /* decimals used */
     bool any = false;
     bool behind_point = false;
     const bool negative = *text == '-';
@@ -122,13 +122,13 @@ static uint8_t read_number(const char *text, float *number)
         }
     }
     if (words_letter == 'M' && *text == 'E') {
-        return WORD_BAD; /* 1E-5 must not be taken for 1; of G0 and G1, E is an axis */
+        return WORD_BAD; /* 1E-5 must not be read as 1; but in G0 and G1, E is an axis */
     }
     text = skip_blanks(text);
     if (!any || (*text != '\0' && !is_letter(*text))) {
         return WORD_BAD;
     }
-    /* One rounding, as in any other reader of decimals, while there are no more than seven. */
+    /* With up to seven digits there is only this one rounding, as in any other reader of decimals. */
     *number = (float)digits / pgm_read_float(&TENS[decimals]);
     if (negative) {
         *number = -*number;

@@ -1,20 +1,20 @@
-/* The menu's screens of the program that runs, and those that start, pause and end it. */
+/* The menu's screens that show, start, pause and end a program. */
 #ifndef MENU_RUN_H
 #define MENU_RUN_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
 
-/* Temperature, setpoint and what the program does. */
+/* Show temperature, setpoint and the program's state. */
 void menu_show_state(void);
 
-/* How long program and segment have run. */
+/* Show how long program and segment have run. */
 void menu_show_times(void);
 
-/* Start a program, or say what the one that runs shall do. */
+/* Show the screen that starts a program, or gives orders to the running one. */
 void menu_run_show(void);
 
-/* True if the screen had a use for the key. */
+/* True if the screen has used the key. */
 bool menu_run_key(uint8_t key);
 
 /* End a hold that waits for the operator; false if there is none. */

@@ -7,7 +7,7 @@
 
 void menu_values_show(void);
 
-/* True if the screen had a use for the key. */
+/* True if the screen has used the key. */
 bool menu_values_key(uint8_t key);
 
 #endif

@@ -1,11 +1,11 @@
-/* What the display shows and the keys do. */
+/* Contents of the display, and functions of the keys. */
 #ifndef PANEL_H
 #define PANEL_H
 
-/* The loop has made a step: show what is new. */
+/* After a step of the loop: show its new state. */
 void panel_refresh(void);
 
-/* Once a tick: keys. */
+/* Once per tick: read the keys and act. */
 void panel_tick(void);
 
 #endif

@@ -1,6 +1,6 @@
-/* The Modbus slave: what each function does (Modbus Application Protocol 1.1b3, section 6).
+/* The Modbus slave: executes the functions (Modbus Application Protocol 1.1b3, section 6).
  *
- * A request is checked whole before anything of it is done; its answer is written over it.
+ * A request is checked completely before any part of it is executed; the answer overwrites it.
  */
 #include "modbus.h"
 
@@ -9,7 +9,7 @@
 #include "modbus_map.h"      /* map_write */
 #include "modbus_values.h"   /* map_find */
 
-enum { /* functions */
+enum { /* function codes */
     READ_COILS = 1,
     READ_DISCRETE_INPUTS = 2,
     READ_HOLDING_REGISTERS = 3,
@@ -25,7 +25,7 @@ enum { /* functions */
     EXCEPTION = 0x80 /* added to the function in an answer */
 };
 
-enum { /* most of a request */
+enum { /* most coils or registers in a request */
     MOST_BITS_READ = 2000,
     MOST_WORDS_READ = 125,
     MOST_BITS_WRITTEN = 1968,
@@ -33,14 +33,14 @@ enum { /* most of a request */
     MOST_WORDS_WRITTEN_AND_READ = 121
 };
 
-/* Places in a frame: address, function, and words from there on. */
+/* Offsets in a frame: address, function, then words. */
 enum { FUNCTION = 1, FIRST = 2, COUNT = 4, VALUE = 4, OR_MASK = 6, BYTES = 6, DATA = 7 };
 enum { SECOND_FIRST = 6, SECOND_COUNT = 8, SECOND_BYTES = 10, SECOND_DATA = 11 };
 
 static const uint16_t COIL_OFF = 0x0000;
 static const uint16_t COIL_ON = 0xFF00;
 
-static uint16_t length; /* of the request */
+static uint16_t length; /* length of the request */
 static uint8_t answer_length;
 static uint16_t silent_ticks;
 static bool heard;
@@ -67,7 +67,7 @@ static uint8_t read_bits(const struct map_entry *table, uint8_t size)
         return MODBUS_BAD_ADDRESS;
     }
     uint8_t bits = 0;
-    for (uint8_t i = 0; i < count; i++) { /* no block has more than eight */
+    for (uint8_t i = 0; i < count; i++) { /* no block has more than eight coils */
         if (map_bit(&table[entry])) {
             bits = (uint8_t)(bits | 1u << i);
         }
@@ -170,7 +170,7 @@ static uint8_t write_registers(void)
     return write_words(FIRST, count, DATA);
 }
 
-/* New = (old AND this) OR (that AND NOT this). The answer repeats the request. */
+/* New value = (old AND and_mask) OR (or_mask AND NOT and_mask). The answer repeats the request. */
 static uint8_t mask_write_register(void)
 {
     if (length != OR_MASK + 2) {
@@ -190,7 +190,7 @@ static uint8_t mask_write_register(void)
     return map_write(first, 1, bytes) ? MODBUS_DONE : MODBUS_BAD_VALUE;
 }
 
-/* It writes first, and reads what is then. */
+/* Writes first, then reads the new values. */
 static uint8_t read_and_write_registers(void)
 {
     const uint16_t count = word_at(COUNT);
@@ -223,7 +223,7 @@ static uint8_t report_identity(void)
     return MODBUS_DONE;
 }
 
-/* What all slaves may be told at once; MODBUS_DONE, or an exception's code. */
+/* Executes a request that may be a broadcast; returns MODBUS_DONE or an exception code. */
 static uint8_t write(void)
 {
     switch (modbus_frame[FUNCTION]) {
@@ -242,7 +242,7 @@ static uint8_t write(void)
     }
 }
 
-/* The same of what one slave is asked. */
+/* Executes a request to this slave; returns MODBUS_DONE or an exception code. */
 static uint8_t serve(void)
 {
     switch (modbus_frame[FUNCTION]) {
@@ -279,7 +279,7 @@ void modbus_answer(void)
     map_look();
     if (modbus_frame[0] == MODBUS_TO_ALL) {
         (void)write();
-        modbus_counters.unanswered++; /* it is done */
+        modbus_counters.unanswered++; /* executed, but a broadcast gets no answer */
         modbus_line_answer(0);
         return;
     }

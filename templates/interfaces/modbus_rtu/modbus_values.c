@@ -1,4 +1,4 @@
-/* Find an entry of the register map, and make the words and bits that a master reads. */
+/* Finds entries of the register map, and makes the words and bits that a master reads. */
 #include "modbus_values.h"
 
 #include <avr/pgmspace.h> /* pgm_read_* */
@@ -31,7 +31,7 @@ int16_t map_scaled(float value, float per_unit)
     if (steps >= LARGEST) {
         return (int16_t)LARGEST;
     }
-    return steps > -LARGEST ? (int16_t)steps : (int16_t)-LARGEST; /* what is no number is least */
+    return steps > -LARGEST ? (int16_t)steps : (int16_t)-LARGEST; /* NaN becomes the least value */
 }
 
 uint16_t map_word(const struct map_entry *entry)
@@ -49,7 +49,7 @@ uint16_t map_word(const struct map_entry *entry)
     case MAP_HUNDREDTHS:
         return (uint16_t)map_scaled(*(const float *)place, HUNDREDTHS);
     default:
-        ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* an interrupt may count it */
+        ATOMIC_BLOCK(ATOMIC_RESTORESTATE) /* an interrupt may change it */
         {
             memcpy(&word, place, sizeof word);
         }

@@ -1,4 +1,4 @@
-/* A touch display: what comes is heard in every tick, what is to be said goes out in turns. */
+/* A touch display: bytes from it are read in each tick, instructions to it are sent in turns. */
 #include "nextion.h"
 
 #include <stdint.h> /* uint8_t */

@@ -1,10 +1,10 @@
-/* A touch display: what it shows, and what a finger on it orders. */
+/* A touch display: what it shows, and the orders of the operator's touches. */
 #ifndef NEXTION_H
 #define NEXTION_H
 
 void nextion_start(void);
 
-/* Once a tick: do at most one order, say at most one thing. */
+/* Once per tick: execute at most one order, send at most one instruction. */
 void nextion_tick(void);
 
 #endif

@@ -1,7 +1,7 @@
-/* What a touch display sends, put together.
+/* Assembles the bytes from a touch display to orders and answers.
  *
- * An order is `#`, printable characters, `;`. Anything else in it, or too much of it, and the whole
- * is dropped; the next `#` begins anew. The display's own answers end with three bytes of 0xFF.
+ * An order is `#`, printable characters, `;`. With any other byte, or too many, it is dropped; the
+ * next `#` begins a new one. The display's own answers end with three bytes of 0xFF.
  */
 #include "nextion_frame.h"
 
@@ -11,7 +11,7 @@
 #include "config.h" /* NEXTION_ORDER_SIZE */
 
 enum {
-    ANSWER_SIZE = 6, /* the longest that matters, its end included */
+    ANSWER_SIZE = 6, /* the longest answer in use, with its end */
     ANSWER_PAGE = 0x66,
     ANSWER_LOST = 0x24,
     END = 0xFF
@@ -22,9 +22,9 @@ uint8_t frame_page;
 
 static uint16_t length;
 static bool inside;
-static uint8_t answer[ANSWER_SIZE] = { 1, 1, 1, 1, 1, 1 }; /* the last bytes; at first no answer */
+static uint8_t answer[ANSWER_SIZE] = { 1, 1, 1, 1, 1, 1 }; /* the last bytes; initially no answer */
 
-/* Three ends are in: look at what is before them. */
+/* Called after three bytes of 0xFF: evaluates the bytes before them. */
 static uint8_t judge_answer(void)
 {
     const uint8_t *const end = answer + ANSWER_SIZE - 3;

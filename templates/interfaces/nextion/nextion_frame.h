@@ -1,4 +1,4 @@
-/* What a touch display sends, put together: orders of ours, and answers of its own. */
+/* Assembles the bytes from a touch display to orders of its pages, and its own answers. */
 #ifndef NEXTION_FRAME_H
 #define NEXTION_FRAME_H
 
@@ -6,17 +6,17 @@
 
 enum {
     FRAME_NOTHING = 0,
-    FRAME_ORDER = 1,   /* it is in frame_text */
-    FRAME_STARTED = 2, /* the display has, and knows nothing yet */
-    FRAME_PAGE = 3,    /* it shows frame_page */
-    FRAME_LOST = 4     /* it has lost some of what was sent */
+    FRAME_ORDER = 1,   /* an order, in frame_text */
+    FRAME_STARTED = 2, /* the display has started: send everything */
+    FRAME_PAGE = 3,    /* the display shows page frame_page */
+    FRAME_LOST = 4     /* the display has lost bytes */
 };
 
-/* What stood between `#` and `;`, a 0 behind it. */
+/* The text between `#` and `;`, with a closing 0. */
 extern char frame_text[];
 extern uint8_t frame_page;
 
-/* Take one byte; tells what it has completed. */
+/* Process one byte; returns the FRAME_* that it has completed. */
 uint8_t frame_take(uint8_t byte);
 
 #endif

@@ -1,16 +1,16 @@
-/* Numbers in what a touch display sends: digits, perhaps a point, nothing else. */
+/* Reads numbers in the orders of a touch display: digits, perhaps a point, nothing else. */
 #include "nextion_numbers.h"
 
 #include <avr/pgmspace.h> /* PROGMEM */
 
-/* So that one more digit still fits 32 bits, with its sign. */
+/* Largest number to which one more digit can be appended within 32 bits, with its sign. */
 static const uint32_t MOST_BEFORE_DIGIT = 99999999UL;
 
 static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };
 
 enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1 };
 
-/* A number as it stands: `digits` without its point, `decimals` of them behind it. */
+/* A number as written: its digits without the point, `decimals` of them behind the point. */
 struct written {
     uint32_t digits;
     uint8_t decimals;
@@ -22,7 +22,7 @@ static bool is_digit(char character)
     return character >= '0' && character <= '9';
 }
 
-/* At most `decimals` digits behind the point are taken, and rounded by the one that follows. */
+/* Reads a number with at most `decimals` digits behind the point, rounded by the next digit. */
 static bool read(const char **text, uint8_t decimals, struct written *number)
 {
     const char *at = *text;
@@ -104,7 +104,7 @@ bool number_float(const char **text, float *number)
     if (!read(text, MOST_DECIMALS, &written)) {
         return false;
     }
-    /* One rounding, as in any other reader of decimals, while there are no more than seven. */
+    /* With up to seven digits there is only this one rounding, as in any other reader of decimals. */
     *number = (float)written.digits / pgm_read_float(&TENS[written.decimals]);
     if (written.negative) {
         *number = -*number;

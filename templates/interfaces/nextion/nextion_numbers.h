@@ -1,20 +1,20 @@
-/* Numbers in what a touch display sends: digits, perhaps a point, nothing else. */
+/* Reads numbers in the orders of a touch display: digits, perhaps a point, nothing else. */
 #ifndef NEXTION_NUMBERS_H
 #define NEXTION_NUMBERS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int32_t */
 
-/* Each reads a number at `*text` and goes behind it; false: there is none, or it is too large, and
- * what was to be set means nothing. */
+/* Each function reads a number at `*text`, and moves `*text` behind it. False: there is no number, or
+ * it is too large; then the result means nothing. */
 
 /* A whole number from 0 to `most`. */
 bool number_whole(const char **text, uint8_t most, uint8_t *number);
 
-/* A number with a sign or not, in steps of 10^-decimals, further digits rounded to nearest. */
+/* A number, with or without sign, in steps of 10^-decimals; further digits are rounded to nearest. */
 bool number_scaled(const char **text, uint8_t decimals, int32_t *steps);
 
-/* The same as a float; further digits than it holds are left out. */
+/* The same as a float; digits beyond its precision are ignored. */
 bool number_float(const char **text, float *number);
 
 #endif

@@ -1,11 +1,11 @@
-/* What a finger on a touch display orders. */
+/* Orders from the pages of a touch display. */
 #ifndef NEXTION_ORDERS_H
 #define NEXTION_ORDERS_H
 
 #include <stdbool.h> /* bool */
 
-/* Do the order that stands in `text`; false: there is none such, it is malformed or cannot be done
- * now, and nothing has changed. */
+/* Execute the order in `text`; false: it is unknown, malformed or refused now, and nothing has
+ * changed. */
 bool orders_do(const char *text);
 
 #endif

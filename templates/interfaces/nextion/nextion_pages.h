@@ -1,4 +1,4 @@
-/* Which page a touch display shows, and which it should. */
+/* The page that a touch display shows, and the page that it should show. */
 #ifndef NEXTION_PAGES_H
 #define NEXTION_PAGES_H
 
@@ -7,28 +7,28 @@
 
 extern uint8_t pages_shown;
 
-/* The display has started: it shows its first page, and knows nothing. */
+/* The display has started: it shows its first page, without any data. */
 void pages_start(void);
 
-/* The display says that it shows this page, whose components begin anew. */
+/* The display reports that it shows this page: its components have their initial values. */
 void pages_note(uint8_t page);
 
-/* It should show this page. */
+/* Order the display to show this page. */
 void pages_want(uint8_t page);
 
-/* In a turn: a fault has a page of its own, which goes when it is acknowledged. */
+/* In each turn: show the page of a new fault, and leave it when the fault is acknowledged. */
 void pages_turn(void);
 
-/* Once a second. */
+/* Once per second: count the time between two orders for a page. */
 void pages_beat(void);
 
-/* Ask again for a page that has not been seen. */
+/* Order an unconfirmed page again. */
 void pages_retry(void);
 
-/* A page was ordered and may be on its way: the one that goes takes nothing any more. */
+/* True while an ordered page is not confirmed: nothing may be sent for the old page. */
 bool pages_are_turning(void);
 
-/* Say that another page is wanted; false if there is nothing to say. */
+/* Send the order for a page; false if none is due. */
 bool pages_say(void);
 
 #endif

@@ -1,4 +1,4 @@
-/* The program that a touch display shows, and what is changed in it. */
+/* The program that a touch display shows, and the changes to it. */
 #ifndef NEXTION_POINTS_H
 #define NEXTION_POINTS_H
 
@@ -8,28 +8,28 @@
 #include "programs.h" /* struct stored_program */
 
 extern struct stored_program points_shown;
-extern uint8_t points_number;   /* its place */
+extern uint8_t points_number;   /* the place of the program */
 extern uint8_t points_marked;   /* the segment that was touched last; 0: none */
-extern uint8_t points_revision; /* another one after every change, wraps */
+extern uint8_t points_revision; /* changes after every change, wraps */
 
 void points_start(void);
 
 /* Show the program at a place. */
 bool points_show(uint8_t number);
 
-/* Change segments: `n,minutes,temperature[,kind]:` and so on. All of it, or nothing. */
+/* Change segments: `n,minutes,temperature[,kind]:` and so on; all of them, or none. */
 bool points_change(const char *text);
 
-/* Call it so. */
+/* Change the program's name. */
 bool points_rename(const char *text);
 
-/* A change has not begun to be written yet. */
+/* True while a change waits to be written. */
 bool points_are_waiting(void);
 
-/* Time of a segment in hundredths of a minute. */
+/* Convert the time of a segment to hundredths of a minute. */
 int32_t points_minutes(uint32_t seconds);
 
-/* In every turn: have a change written, then show what was asked for meanwhile. */
+/* In each turn: have a change written; then show the program that was requested meanwhile. */
 void points_turn(void);
 
 #endif

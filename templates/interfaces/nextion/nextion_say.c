@@ -1,4 +1,4 @@
-/* Instructions to a touch display, put together piece by piece, ended by three bytes of 0xFF. */
+/* Builds instructions to a touch display piece by piece; three bytes of 0xFF end each one. */
 #include "nextion_say.h"
 
 #include <avr/pgmspace.h> /* pgm_read_byte */
@@ -26,7 +26,7 @@ void say_words(const char *words)
     }
 }
 
-/* At least `places` digits. */
+/* Appends a number with at least `places` digits. */
 static void say_digits(uint32_t count, uint8_t places)
 {
     char digits[DIGITS];
@@ -47,7 +47,7 @@ void say_count(uint32_t count)
     say_digits(count, 1);
 }
 
-/* Its sign, and what is left without it. */
+/* Appends the sign, and returns the number without it. */
 static uint32_t say_sign(int32_t number)
 {
     if (number < 0) {

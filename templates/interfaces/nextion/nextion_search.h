@@ -1,16 +1,16 @@
-/* A touch display at another speed is brought to that of this line. */
+/* Sets a touch display with another baud rate to the baud rate of this line. */
 #ifndef NEXTION_SEARCH_H
 #define NEXTION_SEARCH_H
 
 #include <stdbool.h> /* bool */
 
-/* Nobody answers: order the display to this line's speed, at each of its speeds. */
+/* Start the search, when the display does not answer: send the instruction at each baud rate. */
 void search_begin(void);
 
-/* True while the line has another speed, or noise on it. */
+/* True while the search uses the line. */
 bool search_is_on(void);
 
-/* A turn of it; true while it has the line. In its last turn it ends what it has left half said. */
+/* One turn of the search; true while it uses the line. The last turn restores the baud rate. */
 bool search_turn(void);
 
 #endif

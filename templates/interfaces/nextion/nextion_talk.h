@@ -1,13 +1,13 @@
-/* What is heard from a touch display, and the turns in which something is said to it. */
+/* The dialogue with a touch display: bytes from it, and instructions to it, sent in turns. */
 #ifndef NEXTION_TALK_H
 #define NEXTION_TALK_H
 
 void talk_start(void);
 
-/* Take what has come, up to the first thing that matters. */
+/* Process the received bytes, up to the first order or answer. */
 void talk_hear(void);
 
-/* Say at most one thing. */
+/* Send at most one instruction. */
 void talk_turn(void);
 
 #endif

@@ -1,8 +1,8 @@
-/* An entry of the log. */
+/* Adds entries to the log. */
 #ifndef LOG_NOTE_H
 #define LOG_NOTE_H
 
-/* Put what the loop reads, and what it shall, into the ring. */
+/* Add an entry with the loop's temperature and setpoint to the ring. */
 void log_note(void);
 
 #endif

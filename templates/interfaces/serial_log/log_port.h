@@ -7,21 +7,21 @@
 
 enum { LOG_PORT_SIZE = 32 };
 
-/* Stands in the place of bytes that were damaged on the line, or for which there was no room. */
+/* Replaces a byte that was damaged on the line, or for which there was no room. */
 enum { LOG_PORT_DAMAGED = 0 };
 
 void log_port_start(void);
 
-/* True if there is a byte to be taken. */
+/* True if a received byte waits. */
 bool log_port_has_received(void);
 
 /* The next byte received; false when there is none. */
 bool log_port_take(char *byte);
 
-/* True when all that was sent has been handed to the transmitter. */
+/* True when all bytes have been handed to the transmitter. */
 bool log_port_is_empty(void);
 
-/* Send `size` bytes, at most LOG_PORT_SIZE; only while it is empty. */
+/* Send `size` bytes, at most LOG_PORT_SIZE; only while the port is empty. */
 void log_port_send(const char *text, uint8_t size);
 
 #endif

@@ -4,10 +4,10 @@
 
 #include <stdbool.h> /* bool */
 
-/* True if something has been received, or is to be sent. */
+/* True if a byte has been received, or something must be sent. */
 bool log_talk_is_due(void);
 
-/* Hear commands, and send the next line of an answer. */
+/* Read commands, and send the next line of an answer. */
 void log_talk(void);
 
 #endif

@@ -1,11 +1,11 @@
-/* One line a control step for the program Serial Port Plotter: `$` fields `;`. */
+/* Sends one line per control step to the program Serial Port Plotter: `$` fields `;`. */
 #ifndef PLOTTER_H
 #define PLOTTER_H
 
-/* Begin a line; one that is still being sent goes on. */
+/* Begin a line; if the last one is still being sent, it continues instead. */
 void plotter_send(void);
 
-/* Once a tick: send the next field. */
+/* Once per tick: send the next field. */
 void plotter_tick(void);
 
 #endif
