@@ -122,7 +122,7 @@ def _judge(programs: Programs) -> Judge:
 
 
 def _kept(world: World, programs: Programs) -> str:
-    """Check that the program waits for the operator with the heater off, then goes on as it must."""
+    """Check that the program waits for an operator with the heater off, then goes on as it must."""
     state, *place = _place(world)
     if state != INTERRUPTED:
         return f"the program is in state {state}, not interrupted by the fault"
