@@ -1,4 +1,4 @@
-"""What a campaign varies: the language of its file, and what is varied where there is none."""
+"""The language of a campaign's file, and what is varied without one."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from heatwright.spec.units import (
 )
 
 ALL = "all"
-"""In the place of a name: every other of them."""
+"""In place of a name: all that are not named."""
 LEAST_CAPACITY, LEAST_RESISTANCE = 0.001, 1e-6
-"""As in a spec, J/K and K/W."""
+"""The least values in a spec, J/K and K/W."""
 MOST_SUPPLY_PERCENT = 200.0
 
 _Chance = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
@@ -36,7 +36,7 @@ _Noise = Annotated[Spread, Spreads(DIFFERENCE, least=0.0)]
 
 
 class Ask(Model):
-    """An operator asks for a setpoint, in the way of the spec's interface."""
+    """An operator sets a setpoint, through the spec's interface."""
 
     loop: Reference = Field(description="Loop whose setpoint is asked for.")
     at_s: _At = Field(alias="at", description="When.")
@@ -47,7 +47,7 @@ class Ask(Model):
 
 
 class Upset(Model):
-    """Something happens to the machine, or to its controller's supply."""
+    """A disturbance of the machine, or a loss of the controller's power."""
 
     at_s: _At = Field(alias="at", description="When.")
     node: Reference | None = Field(
@@ -124,7 +124,7 @@ class Vary(Model):
     faults: Faults | None = Field(None, description="What breaks.")
 
     def lines(self) -> Iterator[tuple[str, str]]:
-        """Yield what is varied and how, a few words each, for people."""
+        """Yield each varied quantity and its distribution, in a few words."""
         told: tuple[tuple[str, Mapping[str, Spread]], ...] = (
             ("capacities", self.capacities), ("resistances", self.resistances),
             ("ambient", _alone(self.ambient_c)), ("supply", _alone(self.supply_percent)),
@@ -158,10 +158,10 @@ def _in(chance_percent: float) -> str:
 
 
 def spread_of(spreads: Mapping[str, Spread], name: str) -> Spread | None:
-    """Return the distribution of one of several, by its own name or by `all`."""
+    """Return the distribution for a name, or that for `all`."""
     return spreads.get(name, spreads.get(ALL))
 
 
 def vary_of(entries: Mapping[str, Any]) -> Vary:
-    """Make one of what would be in its file."""
+    """Return a Vary from the entries of its file."""
     return Vary.model_validate(dict(entries))

@@ -1,4 +1,4 @@
-"""What the record tells of each parameter, and what it cannot tell."""
+"""Which parameters the record determines, and which it cannot."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from heatwright.sim.trace import Series
 from heatwright.spec.quantity import about
 
 FIRST = 5
-"""Rows whose median is where the record begins."""
+"""Number of rows whose median is the temperature at the record's beginning."""
 COLDER_K = 2.0
-"""A machine this much colder than its surroundings is not one that had been off for long."""
+"""A machine this much colder than the ambient cannot simply have been off for long."""
 
 
 class Found(NamedTuple):
-    """A parameter, its 95 % interval, and whether the record tells it."""
+    """A parameter, its 95 % interval, and whether the record determines it."""
 
     parameter: Parameter
     value: float
     low: float
     high: float
-    """Infinite where the record sets no end."""
+    """Infinite if the record sets no upper limit."""
     told: bool
     given: bool = False
-    """By the user; not looked for."""
+    """Given by the user, not fitted."""
 
 
 def findings(
@@ -60,10 +60,10 @@ def _ends(parameter: Parameter, value: float, half: float) -> tuple[float, float
 
 
 def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool:
-    """Return whether the record sets the parameter apart from none.
+    """Return whether the record determines the parameter.
 
-    Heat capacity and conductance: a change of 100 % of it is outside of the interval. Lag and dead
-    time: 0 is. Ambient: it is known better than from a look at the record.
+    Heat capacity and conductance: a change by 100 % is outside the interval. Lag and dead time: 0
+    is outside. Ambient: the interval is narrower than the movement of the record.
     """
     if parameter.logarithmic:
         return half < 1
@@ -73,7 +73,7 @@ def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool
 def warnings(
     found: tuple[Found, ...], residuals_k: Series, record: Record, structure: Structure
 ) -> tuple[str, ...]:
-    """Say what the user should know before believing the numbers."""
+    """Yield what the user should know before trusting the numbers."""
     said = [_untold(each) for each in found if not each.told]
     begins_c = float(np.median(record.readings_c[:FIRST]))
     said += [
