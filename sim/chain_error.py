@@ -44,7 +44,7 @@ class ChainError:
         return self.table_steps < TABLE_BOUND_STEPS and self.chain_steps <= CHAIN_BOUND_STEPS
 
     def as_json(self) -> dict[str, Any]:
-        """Return the errors as JSON data; temperatures in °C, differences in K (currents: A), steps."""
+        """Return the result as JSON data: temperatures in °C, errors in K (A) and steps."""
         unit = "k" if self.measures == "temperature" else "a"
         return {
             "sensor": self.sensor,

@@ -245,12 +245,12 @@ class AvrDevice:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle of the next act of a part: it reads the records and talks, or a key is released."""
+        """The cycle at which a part next reads the records and acts, or a key is released."""
         return _first_wake(self._wakers)
 
     @property
     def wakes(self) -> tuple[int | None, Look]:
-        """The same, without a part that waits for a message of the board, and when that part looks."""
+        """The same, without a part that waits for the board's message; and how that part looks."""
         for part in self._lookers:
             if (look := part.look) is not None:
                 return _first_wake(each for each in self._wakers if each is not part), look
@@ -385,7 +385,7 @@ class AvrDevice:
             self.outputs[name].log_edges()
 
     def take_resets(self) -> NDArray[Any]:
-        """Return the resets since the last call (RESET_EVENT), without those that a start-up provokes."""
+        """Return the resets since the last call (RESET_EVENT), without the start-up test's own."""
         resets = self.avr.take_resets()
         proof = [each for each in self.elf.functions if each.name == PROOF]
         awaited = [any(each.start <= place < each.end for each in proof) for place in resets["pc"]]

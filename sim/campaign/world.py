@@ -29,7 +29,7 @@ LATCHED = OfState(lambda now: now.fault != 0)
 
 
 class _Due(NamedTuple):
-    """An event and its time; text -- for a plot's legend; disturbs -- whether it acts on the machine."""
+    """An event and its time; text -- for a plot's legend; disturbs -- it acts on the machine."""
 
     at_s: float
     act: Callable[[], None]

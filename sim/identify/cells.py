@@ -48,7 +48,7 @@ def unstamped(line: str) -> tuple[float | None, str]:
 
 
 def fields(line: str, dialect: Dialect) -> list[str]:
-    """Split a line into fields; `$1.00 2.00;` of Serial Port Plotter has the fields 1.00 and 2.00."""
+    """Split a line into fields; `$1.00 2.00;` of Serial Port Plotter gives 1.00 and 2.00."""
     bare = line.strip()
     if bare.startswith("$"):
         bare = bare[1:].rstrip(";").strip()

@@ -104,7 +104,7 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
 
 
 def _best(setting: Setting, cold: bool, progress: Progress | None) -> Solution:
-    """Fit from every start value and keep the best; assume a machine at rest if that fits as well."""
+    """Fit from every start value and keep the best; assume a start at rest if that fits as well."""
     starts = list(_starts(setting, cold))
     if not starts:
         raise Unusable(
@@ -134,7 +134,7 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
     for before_w in (0.0,) if cold else sorted({0.0, first_w}):
         for rest in (True,) if cold else (True, False):
             if before_w > 0 and rest and not moves:
-                continue  # without power it would be at rest for ever
+                continue  # at rest under constant power nothing would ever move
             each = replace(setting, before_w=before_w, rest=rest)
             for start in beginnings(each):
                 yield each, start

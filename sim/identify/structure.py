@@ -97,6 +97,6 @@ class Structure:
         return self.bodies + 1
 
     def cooling_s(self, values: Series) -> float:
-        """Return the time constant of the whole plant: all heat capacity times all resistance, s."""
+        """Return the plant's time constant: all heat capacity times all resistance, s."""
         size = 2 * self.bodies
         return float(np.sum(values[0:size:2]) * np.sum(values[1:size:2]))

@@ -1,6 +1,6 @@
 """Why a heater is off at this moment: which permit of the gate is missing (templates/src/gate.c).
 
-It is read from the running binary, and from the pins that the gate itself reads.
+This is read from the running binary, and from the pins that the gate itself reads.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from heatwright.spec.rules import RULES
 
 
 class Missing(NamedTuple):
-    """One reason for which a heater is off: a name for programs, and a sentence for people."""
+    """One reason why a heater is off: an id, and a sentence for the user."""
 
     id: str
     text: str
 
 
 def missing(device: AvrDevice, controller: Controller, loop_name: str) -> tuple[Missing, ...]:
-    """Return why the heater of a loop is off now; nothing while it is on."""
+    """Return the reasons why the heater of a loop is off now; none while it is on."""
     if device.outputs[controller.loops[loop_name].heater].on:
         return ()
     found = [*_of_all(device), *_of_loop(device, controller, loop_name)]
@@ -29,7 +29,7 @@ def missing(device: AvrDevice, controller: Controller, loop_name: str) -> tuple[
 
 
 def _of_all(device: AvrDevice) -> Iterator[Missing]:
-    """Yield what no heater may be on without."""
+    """Yield the missing permits of all heaters."""
     code = int(device.read("fault.code"))
     if code:
         rule = RULES.get(code)
@@ -45,7 +45,7 @@ def _of_all(device: AvrDevice) -> Iterator[Missing]:
 
 
 def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Iterator[Missing]:
-    """Yield what the heater of this loop may not be on without."""
+    """Yield the missing permits of this loop's heater."""
     loop = controller.loops[loop_name]
     enabled = f"loop_{loop_name}.enabled"
     if enabled in device.variables and not device.read(enabled):
@@ -63,7 +63,7 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
 
 
 def _left(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
-    """Say what is left where nothing is wrong: the duty, the relay, or a pulse's pause."""
+    """Return the reason if all permits are there: the duty, the relay, or the pause of a pulse."""
     if not device.read(f"gate.c:{loop_name}_sensor_ticks"):
         return Missing("step", "No control step with a reading has renewed its permit.")
     duty_percent = float(device.read(f"loop_{loop_name}.duty_percent"))
