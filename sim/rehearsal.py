@@ -202,13 +202,13 @@ def _finding(controller: Controller, tripped: Sequence[Tripped]) -> tuple[Findin
     path = numbers[0].path(first.loop) if numbers else _path(first)
     where = "in the scenario, although nothing is broken"
     if first.machine is not None:
-        where = f"on a machine that is well ({first.machine.what})"
+        where = f"on a healthy machine ({first.machine.what})"
     if first.part not in {first.loop, None}:
         where += f", while {first.part} is taken through its setpoints"
     if first.setting:
         where += f", with {words(first.setting)}, as keys may set it"
     has_margin = numbers and first.rule != NO_MARGIN
-    trips = f"trips, or has less than {100 * MARGIN:.0f} % to spare," if has_margin else "trips"
+    trips = f"trips, or keeps less than {100 * MARGIN:.0f} % margin," if has_margin else "trips"
     reason = (
         f"{first.rule} {trips} {where}: {duration(round(first.time_s, 1))} after the start, at "
         f"{first.reading_c:.1f} °C with a setpoint of {first.setpoint_c:.1f} °C"

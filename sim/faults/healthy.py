@@ -64,7 +64,7 @@ def machines(site: Place) -> Iterator[Healthy]:
         name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:.3g}degC"
         what = (
             f"{capacity:g} times the heat capacities of the plant, {resistance:g} times its "
-            f"resistances, {ambient_c:.3g} °C around"
+            f"resistances, {ambient_c:.3g} °C ambient"
         )
         yield from reachable(site, name, what, network, ambient_c)
     what = "the most noise at its sensor that its rules bear"
