@@ -1,4 +1,4 @@
-/* Logs, timers, and what Python asks of the processor. */
+/* Logs, timers, and Python's access to the processor. */
 #include <stdio.h>
 #include <stdlib.h>
 #include "hw.h"
@@ -64,14 +64,14 @@ void timer_stop(struct timer *t) {
     avr_cycle_timer_cancel(t->h->avr, on_due, t);
 }
 
-/* Go on elsewhere, and not asleep. */
+/* Continue at another address, awake. */
 void hw_jump(hw *h, uint32_t pc) {
     h->avr->pc = pc;
     if (h->avr->state == cpu_Sleeping)
         h->avr->state = cpu_Running;
 }
 
-/* As an instruction would: registers act, and their pins follow. */
+/* Write a byte as an instruction would: registers take effect, and their pins follow. */
 void hw_poke(hw *h, uint16_t address, uint8_t value) {
     avr_t *avr = h->avr;
     avr_io_addr_t a = AVR_DATA_TO_IO(address);

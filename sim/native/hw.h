@@ -1,4 +1,4 @@
-/* The shim's own structures. */
+/* The shim's internal structures. */
 #ifndef HEATWRIGHT_HW_H
 #define HEATWRIGHT_HW_H
 
@@ -25,9 +25,9 @@
 #define HW_RELAYS 4
 #define HW_FANS 4
 #define HW_TIMERS 40
-#define HW_LOG_FULL (1u << 20)  /* bytes in a log before hw_run returns to have it emptied */
+#define HW_LOG_FULL (1u << 20)  /* size of a log, bytes, at which hw_run returns to have it emptied */
 
-/* In Python, see callbacks.h. */
+/* Implemented in Python, see callbacks.h. */
 void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits, uint64_t cycle);
 void hw_spi_selected(void *handle, uint64_t cycle);
 void hw_spi_released(void *handle, uint64_t cycle);
@@ -43,7 +43,7 @@ struct log {
 };
 void *log_add(hw *h, int log);
 
-/* A callback at a cycle. Unlike simavr's it survives a reset of the processor. */
+/* A callback at a cycle; unlike simavr's timers it survives a reset of the processor. */
 typedef void (*timer_fn)(hw *h, void *param, uint64_t when);
 struct timer {
     hw *h;
@@ -56,7 +56,7 @@ struct timer *timer_new(hw *h, timer_fn fire, void *param);
 void timer_set(struct timer *t, uint64_t due);
 void timer_stop(struct timer *t);
 
-/* Code of ours that runs after simavr's own handler of a register. */
+/* A function of the shim that runs after simavr's own handler of a register. */
 struct tap {
     avr_io_write_t write;
     void *write_param;
@@ -76,14 +76,14 @@ struct wire_listener {
 struct pin {
     uint8_t watched, logged;
     uint8_t drive, pull;        /* HW_NONE, HW_LOW, HW_HIGH from outside */
-    uint8_t held[2];            /* chips that hold it low now, and high */
+    uint8_t held[2];            /* number of chips that hold it low, and high */
     uint8_t state;              /* level | source << 1 */
-    uint8_t line_low;           /* low by anyone but a chip */
-    uint8_t compare, compare_level;     /* a timer's output has taken the pin */
+    uint8_t line_low;           /* held low by anything but a chip */
+    uint8_t compare, compare_level;     /* a timer's output drives the pin */
     uint8_t contention;
     uint64_t since, high_cycles, contention_cycles, rises;
-    hw_relay *relay;            /* whose coil it drives */
-    hw_fan *fan;                /* whose motor it drives */
+    hw_relay *relay;            /* the relay whose coil it drives */
+    hw_fan *fan;                /* the fan whose motor it drives */
     struct wire_listener listeners[HW_WIRES];
     int listener_count;
 };
@@ -93,12 +93,12 @@ struct port {
     int index;
     avr_ioport_t *io;           /* NULL: this part has no such port */
     uint8_t watched;            /* bits */
-    uint8_t sampled;            /* bits whose reads are of interest */
+    uint8_t sampled;            /* bits whose reads are checked */
     uint8_t ddr, port;          /* as last seen */
     struct tap tap_pin;
 };
 
-/* What comes to a UART: each character's bits, the start bit first, and when. */
+/* A character to a UART: its bits, the start bit first, and its time. */
 struct character {
     double start, bit;          /* cycles */
     uint16_t levels;
@@ -107,7 +107,7 @@ struct character {
 struct line {
     struct character *queue;
     size_t first, count;
-    double free;                /* the cycle from which on another may be sent */
+    double free;                /* the cycle from which the next may be sent */
 };
 
 #define RECEIVED 3              /* two in the buffer, and one in the shift register */
@@ -118,8 +118,8 @@ struct received {
 struct receiver {
     int on, count, overrun;
     struct received buffer[RECEIVED];
-    double from, first;         /* looks for a start bit since; its first low sample */
-    int samples, period, data, parity;  /* of the character that arrives */
+    double from, first;         /* searches a start bit since; its first low sample */
+    int samples, period, data, parity;  /* of the arriving character */
     struct timer *timer;
 };
 
@@ -128,7 +128,7 @@ struct uart {
     int index;
     avr_uart_t *io;
     uint8_t format, divisor_high;       /* UCSRC, UBRRH */
-    uint64_t shared_read;               /* the cycle they were last read where they share one */
+    uint64_t shared_read;               /* the cycle of their last read if they share an address */
     uint64_t begins, ends, overruns;    /* of the last character sent */
     struct timer *buffer_free, *all_sent;
     struct line line;
@@ -150,7 +150,7 @@ struct snapshot {
     uint32_t last;
 };
 
-/* Millivolts at equal distances of what is felt. */
+/* Millivolts at equal distances of the sensor's value. */
 struct curve {
     const double *millivolts;   /* NULL: none */
     size_t count;
@@ -164,13 +164,13 @@ struct hw {
     avr_t *avr;
     char message[256];
     int limit;
-    uint64_t sleep_cycles, until;       /* in hw_run: the cycle it ends at */
+    uint64_t sleep_cycles, until;       /* in hw_run: its end cycle */
     int dead_sleep;             /* asleep with interrupts off */
     uint16_t sleep_register;
     uint8_t sleep_enable, sleep_mode;
     int entry_cycles;
     struct fast *fast;
-    int reference;              /* run simavr's core instead of ours */
+    int reference;              /* use simavr's core, not ours */
     struct timer *stop;
     struct timer timers[HW_TIMERS];
     int timer_count;
@@ -188,9 +188,9 @@ struct hw {
     struct curve curves[HW_CHANNELS];
     uint16_t adc_pending, adc_result;
     int adc_locked, adc_hung, adc_stuck;
-    uint16_t adc_codes[HW_CHANNELS];    /* last of each */
+    uint16_t adc_codes[HW_CHANNELS];    /* last code of each channel */
     uint8_t adc_mux5;           /* its bit in ADCSRB; 0: no channels 8 to 15 */
-    uint8_t adc_known;          /* ADMUX of the band gap's voltage */
+    uint8_t adc_known;          /* ADMUX code of the band gap */
     double known_mv;
     uint64_t adc_conversions;
 
@@ -220,7 +220,7 @@ struct hw {
     struct profile *profile;
 };
 
-/* As avr_raise_irq, but without its call where no hook waits for the value. */
+/* As avr_raise_irq, but without the call if no hook is registered. */
 static inline void raise_irq(avr_irq_t *irq, uint32_t value) {
     if (irq->flags & IRQ_FLAG_NOT) {
         avr_raise_irq(irq, value);
@@ -233,7 +233,7 @@ static inline void raise_irq(avr_irq_t *irq, uint32_t value) {
     }
 }
 
-/* The IRQs of a register, where it has some: one for each bit, and one for the whole. */
+/* Raise the IRQs of a register, if any: one for each bit, and one for the whole register. */
 static inline void raise_register(avr_t *avr, avr_io_addr_t address, uint8_t value) {
     avr_irq_t *irq = avr->io[AVR_DATA_TO_IO(address)].irq;
     if (!irq)
@@ -243,8 +243,8 @@ static inline void raise_register(avr_t *avr, avr_io_addr_t address, uint8_t val
         raise_irq(irq + bit, value >> bit & 1);
 }
 
-/* As avr_cycle_timer_process, but without its call where no timer is due: returns the cycles to the
-   next one. */
+/* As avr_cycle_timer_process, but without the call if no timer is due; returns the cycles to the
+   next timer. */
 static inline avr_cycle_count_t pass_timers(avr_t *avr) {
     const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
     if (!next || next->when <= avr->cycle)
@@ -263,7 +263,7 @@ avr_io_t *io_find(hw *h, const char *kind, int nth);
 void limit(hw *h, const char *format, ...);
 void crash(hw *h, const char *why);
 
-/* Each part: set up once, and put right after every reset. */
+/* The peripherals: set up once, and corrected after every reset. */
 int pins_init(hw *h);
 void pins_reset(hw *h);
 void pin_update(hw *h, int pin);
@@ -288,7 +288,7 @@ void relay_coil(hw_relay *r, int high);
 void relay_free(hw *h);
 void fan_driven(hw_fan *f, int high);
 void fan_free(hw *h);
-#define BURST 100000            /* cycles run without looking up: under 1 ms of wall time */
+#define BURST 100000            /* cycles without a check of the wall clock: under 1 ms */
 void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);
