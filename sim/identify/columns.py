@@ -90,7 +90,7 @@ def named_roles(names: Sequence[str], loop: str = "") -> Roles:
     """
     if not names:
         raise Unusable(
-            "does not name its columns; say what they are, such as --columns time,temperature,duty"
+            "does not name its columns; name them, such as --columns time,temperature,duty"
         )
     found = {role: _one(role, names, loop) for role in ROLES}
     stamps = [place for place, name in enumerate(names) if name == STAMP]

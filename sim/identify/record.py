@@ -124,7 +124,7 @@ def _celsius(values: Series, column: Column) -> Series:
 def _times(values: Series, column: Column | None, scales: Scales) -> Series:
     if column is None:
         if scales.period_s is None:
-            raise Unusable("has no times; say how far its lines are apart, such as --period 1s")
+            raise Unusable("has no times; give the time between its lines, such as --period 1s")
         return np.arange(len(values), dtype=np.float64) * scales.period_s
     seconds = _SECONDS.get(column.unit)
     if seconds is None:
@@ -197,8 +197,8 @@ def _check(record: Record) -> None:
         )
     if record.powers_w.max() == 0:
         raise Unusable(
-            "never has the heater on, and a machine that only cools does not tell its heat "
-            "capacity. Record a step: heater off, then on"
+            "never has the heater on, and cooling alone does not show the heat capacity. "
+            "Record a step: heater off, then on"
         )
     if np.ptp(record.readings_c) == 0:
         raise Unusable(

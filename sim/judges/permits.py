@@ -41,7 +41,7 @@ def _of_all(device: AvrDevice) -> Iterator[Missing]:
     for name in opened:
         yield Missing("input", f"The contact {name} is open.")
     if device.contacts and not opened and device.read("gate.c:input_ticks"):
-        yield Missing("input", "A contact was open a moment ago.")
+        yield Missing("input", "A contact was open until a moment ago.")
 
 
 def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Iterator[Missing]:
@@ -51,13 +51,13 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
     if enabled in device.variables and not device.read(enabled):
         yield Missing("switched_off", f"{loop_name} is switched off.")
     elif not device.read(f"gate.c:{loop_name}_ticks"):
-        yield Missing("step", "No control step has renewed its permit.")
+        yield Missing("step", "No control step has renewed the loop's permit.")
     if device.read(f"loop_{loop_name}.missing"):
         yield Missing("reading", f"There is no fresh reading of {loop.sensor}.")
     if loop.fan is not None and not device.outputs[loop.fan].on:
         yield Missing("fan", f"The fan {loop.fan} is off.")
     if loop.fan in device.proofs and device.read(f"proof_{loop.fan}.c:still_ticks"):
-        yield Missing("fan", f"Nothing proves that the fan {loop.fan} turns.")
+        yield Missing("fan", f"The proof that fan {loop.fan} turns is missing.")
     if loop.cooler is not None and device.outputs[loop.cooler].on:
         yield Missing("cooler", f"The cooler {loop.cooler} is on.")
 
@@ -65,10 +65,10 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
 def _left(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
     """Return the reason if all permits are there: the duty, the relay, or the pause of a pulse."""
     if not device.read(f"gate.c:{loop_name}_sensor_ticks"):
-        return Missing("step", "No control step with a reading has renewed its permit.")
+        return Missing("step", "No control step with a reading has renewed the loop's permit.")
     duty_percent = float(device.read(f"loop_{loop_name}.duty_percent"))
     if not duty_percent > 0:
         return Missing("duty", "The control asks for no heat: every permit is there.")
     if device.relay is not None and not device.relay.closed:
         return Missing("relay", f"The safety relay {controller.safety.relay} is open.")
-    return Missing("pause", f"It is on for {duty_percent:.0f} % of the time, and now it pauses.")
+    return Missing("pause", f"The duty is {duty_percent:.0f} %: the heater is between two pulses.")

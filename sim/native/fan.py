@@ -31,7 +31,7 @@ class Fan:
         speeds = full_hz / hw.clock_hz, lag_s * hw.clock_hz
         self._fan: Any = hw.lib.hw_fan_new(hw.pointer, motor, active_high, line, *speeds)
         if not self._fan:
-            raise ValueError("Too many fans on this processor, or a pin that it does not have.")
+            raise ValueError("There are too many fans on this processor, or it lacks a pin.")
 
     def fail(
         self,

@@ -49,7 +49,7 @@ class Relay:
         number = -1 if contact is None else contact
         self.pointer: Any = hw.lib.hw_relay_new(hw.pointer, coil, active_high, number, *times)
         if not self.pointer:
-            raise ValueError("Too many relays on this processor, or a pin that it does not have.")
+            raise ValueError("There are too many relays on this processor, or it lacks a pin.")
 
     def fail(self, armature: Armature, wire: Wire) -> None:
         """Set the faults of armature and wire from now on, or repair them."""

@@ -28,6 +28,6 @@ def snapshots(hw: Hw, counter: Range, ram: Range) -> tuple[Snapshots, Log]:
     """Start recording; see Avr.snapshots."""
     number = hw.lib.hw_snapshot(hw.pointer, *counter, *ram)
     if number < 0:
-        raise ValueError("Too many snapshots, or their range is not in RAM.")
+        raise ValueError("There are too many snapshots, or their range is not in RAM.")
     log = Log(hw, number, np.dtype([("cycle", "<u8"), ("image", "u1", (ram[1],))]))
     return Snapshots(log), log

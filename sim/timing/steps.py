@@ -40,7 +40,7 @@ def jitter(
     Details: the drift is the slope of a line through the deviations, the spread the difference
     between the latest and the earliest.
     """
-    what = f"{loop}: control step off its time"
+    what = f"{loop}: jitter of the control step"
     if len(entries) < 2:
         return Figure(what, "µs", None, limit_us, details={"steps": len(entries)})
     late_us = deviations_us(entries, period_s, clock_hz)
