@@ -56,7 +56,7 @@ class Device(Protocol):
         """Return the mean active fraction (0..1) of an output since the last call."""
 
     def travel_mm(self, output: str) -> float:
-        """Return what a stepper has fed since the last call, mm."""
+        """Return a stepper's feed since the last call, mm."""
 
     def steps(self, loop: str) -> StepLog:
         """Return a row for every control step so far."""
@@ -82,12 +82,12 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
 ) -> Trace:
     """Run a device against a machine and an operator.
 
-    The run goes on one time step beyond the end of the scenario, so that what is due at the end
-    is done.
+    The run has one more time step after the end of the scenario, so that steps and events at the
+    end are done.
 
     Args:
         controller: the specification.
-        device: what is tested.
+        device: the device under test.
         scenario: the operator's events; the specification's if None.
         plant: the machine; the specification's if None.
         step_s: time step of the machine, s; what suits the loops if None.

@@ -18,7 +18,7 @@ class Driver(Protocol):
         """Return the mean active fraction (0..1) of an output since the last call."""
 
     def travel_mm(self, output: str) -> float:
-        """Return what a stepper has fed since the last call, mm."""
+        """Return a stepper's feed since the last call, mm."""
 
     def relay_fraction(self) -> float:
         """Return the share of time (0..1) the safety relay has conducted since the last call."""

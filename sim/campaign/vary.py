@@ -38,12 +38,12 @@ _Noise = Annotated[Spread, Spreads(DIFFERENCE, least=0.0)]
 class Ask(Model):
     """An operator sets a setpoint, through the spec's interface."""
 
-    loop: Reference = Field(description="Loop whose setpoint is asked for.")
+    loop: Reference = Field(description="Loop whose setpoint is set.")
     at_s: _At = Field(alias="at", description="When.")
     setpoint_c: Annotated[Spread, Spreads(TEMPERATURE, own=False)] = Field(
-        alias="setpoint", description="What for; keys come as near as their steps allow."
+        alias="setpoint", description="The setpoint; keys set the nearest one of their steps."
     )
-    chance_percent: _Chance = Field(100.0, alias="chance", description="In so many of the runs.")
+    chance_percent: _Chance = Field(100.0, alias="chance", description="Share of the runs with it.")
 
 
 class Upset(Model):
@@ -54,12 +54,12 @@ class Upset(Model):
         None, description="Node whose temperature jumps: a door opens, cold work is put in."
     )
     by_k: Annotated[Spread, Spreads(DIFFERENCE, own=False)] | None = Field(
-        None, alias="by", description="By how much it jumps, such as -30 K .. -10 K."
+        None, alias="by", description="How much it jumps, such as -30 K .. -10 K."
     )
     power_cut_s: Annotated[Spread, Spreads(DURATION, least=0.01, own=False)] | None = Field(
-        None, alias="power_cut", description="So long the controller has no power."
+        None, alias="power_cut", description="How long the controller has no power."
     )
-    chance_percent: _Chance = Field(100.0, alias="chance", description="In so many of the runs.")
+    chance_percent: _Chance = Field(100.0, alias="chance", description="Share of the runs with it.")
 
     @model_validator(mode="after")
     def _one_thing(self) -> Upset:
@@ -76,9 +76,9 @@ class Upset(Model):
 class Faults(Model):
     """At most one part of the machine breaks in a run."""
 
-    chance_percent: _Chance = Field(alias="chance", description="In so many of the runs.")
+    chance_percent: _Chance = Field(alias="chance", description="Share of the runs with it.")
     of: tuple[Reference, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="Which there are; left out: all that apply."
+        (), max_length=MOST_ENTRIES, description="Faults to choose from; left out: all that apply."
     )
     at_s: _At | None = Field(
         None, alias="at", description="When; left out: in the first six tenths of the scenario."
@@ -89,10 +89,10 @@ class Vary(Model):
     """A file that says what a campaign varies."""
 
     capacities: Annotated[Mapping[str, _Capacity], ReadOnly] = Field(
-        {}, description="Of nodes, by name.", validate_default=True
+        {}, description="Heat capacities of nodes, by name.", validate_default=True
     )
     resistances: Annotated[Mapping[str, _Resistance], ReadOnly] = Field(
-        {}, description="Of links, by their ends, such as air-walls.", validate_default=True
+        {}, description="Resistances of links, by their ends, as air-walls.", validate_default=True
     )
     ambient_c: _Ambient | None = Field(
         None, alias="ambient", description="Temperature around the machine."
@@ -100,12 +100,12 @@ class Vary(Model):
     supply_percent: Annotated[Spread, Spreads(PERCENT, least=0.0)] | None = Field(
         None,
         alias="supply",
-        description="Voltage of what all loads are driven from, of its own; heat goes by its "
-        "square.",
+        description="Supply voltage of all loads, relative to its nominal value; heat goes with "
+        "its square.",
     )
     errors: Annotated[Mapping[str, _Error], ReadOnly] = Field(
         {},
-        description="By sensor, what its tip is wrong by all the time; of a current, a share.",
+        description="By sensor, its constant error; for a current sensor, a share.",
         validate_default=True,
     )
     noise_k: Annotated[Mapping[str, _Noise], ReadOnly] = Field(
@@ -113,15 +113,15 @@ class Vary(Model):
         validate_default=True,
     )  # fmt: skip
     late_s: Annotated[Spread, Spreads(DURATION, least=0.0, own=False)] | None = Field(
-        None, alias="late", description="So much later each event of the scenario comes."
+        None, alias="late", description="Delay of each event of the scenario."
     )
     asks: tuple[Ask, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="Setpoints that operators ask for."
+        (), max_length=MOST_ENTRIES, description="Setpoints that operators set."
     )
     upsets: tuple[Upset, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="What happens to the machine."
+        (), max_length=MOST_ENTRIES, description="Disturbances of the machine."
     )
-    faults: Faults | None = Field(None, description="What breaks.")
+    faults: Faults | None = Field(None, description="Parts that break.")
 
     def lines(self) -> Iterator[tuple[str, str]]:
         """Yield each varied quantity and its distribution, in a few words."""

@@ -282,7 +282,7 @@ class ReferenceDevice:
         return 1.0
 
     def travel_mm(self, output: str) -> float:
-        """Return what a stepper has fed since the last call, mm."""
+        """Return a stepper's feed since the last call, mm."""
         return self._feeds[output].travel_mm()
 
     def steps(self, loop: str) -> StepLog:
