@@ -1,4 +1,4 @@
-"""A simulated AVR: libsimavr behind a shim that makes it behave as the part does.
+"""A simulated AVR: libsimavr behind a shim that makes it behave like the real part.
 
 The run loop is in C and does not hold Python's lock, so processors run in threads side by side;
 each is independent and deterministic. See docs/simulator.md for what is and is not simulated.
@@ -31,7 +31,7 @@ from heatwright.sim.native.snapshots import Snapshots, snapshots
 from heatwright.sim.native.uart import Uarts
 
 RAM_FILL = 0xC5
-"""What RAM holds at power-on. The part's is arbitrary; zero would hide a missing initialisation."""
+"""Contents of RAM at power-on: arbitrary in a real part; 0 would hide a missing initialisation."""
 
 RESET_EVENT = np.dtype(
     {
@@ -40,20 +40,20 @@ RESET_EVENT = np.dtype(
         "itemsize": 16,
     }
 )
-"""A reset: its cycle, where the program was (flash byte), which of CAUSES, MCUSR after it."""
+"""A reset: cycle, program counter before it (flash byte), number in CAUSES, MCUSR after it."""
 
 CAUSES = ("power_on", "external", "brown_out", "watchdog")
 
 
 Core = Literal["own", "simavr"]
-"""Whose core runs the instructions: ours, or simavr's (Avr.use_simavrs_core)."""
+"""Which core runs the instructions: ours, or simavr's (Avr.use_simavrs_core)."""
 
 _core: Core = "own"
 
 
 @contextmanager
 def instructions_by(core: Core) -> Iterator[None]:
-    """Have this core run the instructions of every processor made meanwhile in this process."""
+    """Use this core for every processor that this process creates within the context."""
     global _core  # noqa: PLW0603 - processors are made deep down, also by a loss of power
     earlier, _core = _core, core
     try:
@@ -63,14 +63,14 @@ def instructions_by(core: Core) -> Iterator[None]:
 
 
 class AvrError(RuntimeError):
-    """The program left its flash or RAM, or used a part that is not simulated: see the message."""
+    """The program left its flash or RAM, or used what is not simulated; see the message."""
 
 
 class Avr:
-    """One processor, powered on when it is made; to cut its power, drop it.
+    """One processor, powered on when it is created; to cut its power, delete it.
 
     mcu -- a name in PARTS; clock_hz -- its crystal; supply_v -- its supply, also of AVCC and AREF.
-    pins, uarts, adc, eeprom -- the outside of the part.
+    pins, uarts, adc, eeprom -- the peripherals that the outside sees.
 
     Raises ValueError for a part that is not in PARTS, SimulatorMissing when there is no simulator.
     """
@@ -166,14 +166,14 @@ class Avr:
         asked = self._ffi.new("hw_look *", look)
         result = self._lib.hw_run_looking(self._hw, asked, NEVER, cycle)
         if result not in (0, self._lib.HW_NEWS):
-            self.came_back(result)  # the logs are empty now: the next look is not C's
+            self.came_back(result)  # this empties the logs, so Python must do the next look
             self.run_to(min(asked.at, cycle))
             return bool(asked.at < cycle)
         self.raise_errors()
         return bool(result)
 
     def came_back(self, result: int) -> None:
-        """Empty the logs when a run has come back before its end, with one of the shim's results.
+        """Empty the logs after a run that returned early with one of the shim's results.
 
         Raises AvrError if it cannot go on.
         """
@@ -183,13 +183,13 @@ class Avr:
             log.drain()
 
     def raise_errors(self) -> None:
-        """Raise what a chip on a bus has raised."""
+        """Raise the exception that a chip on a bus has raised, if any."""
         if self._slave_errors:
             raise self._slave_errors.pop(0)
 
     @property
     def pointer(self) -> Any:
-        """The processor, for the shim's functions."""
+        """The processor's C pointer, for the shim's functions."""
         return self._hw
 
     def run(self, seconds: float) -> None:
@@ -197,7 +197,7 @@ class Avr:
         self.run_to(self.cycle + round(seconds * self.clock_hz))
 
     def use_simavrs_core(self) -> None:
-        """Run instructions by simavr's own core from now on: slower, and the measure of ours."""
+        """Use simavr's own core from now on: slower, and the reference for ours."""
         self._lib.hw_reference_core(self._hw, 1)
 
     def _why(self) -> str:
@@ -241,7 +241,7 @@ class Avr:
         self._memory()[address : address + len(data)] = data
 
     def flip(self, address: int, bit: int) -> None:
-        """Flip a bit of the data space, as a particle would: of a register it acts."""
+        """Flip a bit of the data space, as a particle would; a flipped register takes effect."""
         value = self.read_ram(address, 1)[0] ^ 1 << bit
         self._lib.hw_poke(self._hw, address, value)
 
@@ -260,7 +260,7 @@ class Avr:
         self._lib.hw_flash_changed(self._hw)
 
     def jump(self, address: int) -> None:
-        """Go on at this byte of the flash."""
+        """Continue the program at this byte of the flash."""
         self._lib.hw_jump(self._hw, address)
 
     def _memory(self) -> Any:
@@ -280,8 +280,8 @@ class Avr:
     def stack_used(self) -> int:
         """Bytes of stack the program has written so far (0 with no program loaded).
 
-        Found by the fill RAM had at power-on, so a byte written with just that value at the very
-        end is missed; Profile.stack_used is exact.
+        Found by the fill value of RAM at power-on: a deepest byte with just that value is missed.
+        Profile.stack_used is exact.
         """
         top = int(self._lib.hw_ram_end(self._hw)) + 1
         above = self.read_ram(self._stack_bottom, top - self._stack_bottom)
@@ -310,7 +310,7 @@ class Avr:
         operate_s: float,
         release_s: float,
     ) -> Relay:
-        """Put a relay's coil on a pin, and the mirror contact it may have, to ground, on another.
+        """Put a relay's coil on a pin, and its mirror contact to ground, if any, on another.
 
         operate_s, release_s -- from the coil's level to the movement of the contacts.
         """
@@ -344,7 +344,7 @@ class Avr:
         )
 
     def snapshots(self, counter: Range, ram: Range) -> Snapshots:
-        """Record a run of RAM whenever the counter has changed as the processor falls asleep.
+        """Record a range of RAM when the processor goes to sleep and the counter has changed.
 
         Raises ValueError outside RAM, or beyond eight recorders.
         """

@@ -17,10 +17,10 @@ from heatwright.spec.scenario.program_orders import Order
 __all__ = ["STEP_S", "Device", "ReferenceDevice", "bench", "step_of"]
 
 STEP_S = 0.2
-"""Usual time step: a fifth of the usual control period. The plants integrate exactly within it;
-it only bounds how finely the heater's power and the sensor's temperature are told apart."""
+"""Usual time step: a fifth of the usual control period. Plants integrate exactly within it; it is
+only the resolution in time of the heater's power and the sensor's temperature."""
 STEPS_PER_PERIOD = 2
-"""Least time steps per control period: a quick loop makes the time step shorter."""
+"""Least number of time steps per control period: a fast loop makes the time step shorter."""
 
 PROGRESS_REPORTS = 200
 
@@ -41,13 +41,13 @@ class Device(Protocol):
         """Run to a time since power-up, s. What is due at that very time is done after it."""
 
     def send(self, line: str) -> None:
-        """Let the host send a line of G-code, or the display its bytes."""
+        """Send a line of G-code as the host, or a command as the display."""
 
     def write(self, name: str, value: float | bool) -> None:
-        """Let the master write a value, by its name in a scenario."""
+        """Write a value as the master, by its name in a scenario."""
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Have an order given to the program: start and jump with a number, pause and so on."""
+        """Give the program an order: start or jump with a number, pause and so on."""
 
     def relay_fraction(self) -> float:
         """Return the share of time (0..1) the safety relay has conducted since the last call."""
@@ -56,14 +56,14 @@ class Device(Protocol):
         """Return the mean active fraction (0..1) of an output since the last call."""
 
     def travel_mm(self, output: str) -> float:
-        """Return what a stepper has fed since the last call, mm."""
+        """Return a stepper's feed since the last call, mm."""
 
     def steps(self, loop: str) -> StepLog:
         """Return a row for every control step so far."""
 
 
 def step_of(controller: Controller) -> float:
-    """Return the time step of the machine that suits a controller's loops and sensors, s."""
+    """Return the machine's time step that a controller's loops and sensors need, s."""
     if any(sums_noise(controller, name) for name in controller.thermometers):
         return TICK_S  # the ADC reads once a tick, and each reading has its own noise
     return min(STEP_S, controller.shortest_period_s / STEPS_PER_PERIOD, metered_step_s(controller))
@@ -81,17 +81,17 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
 ) -> Trace:
     """Run a device against a machine and an operator.
 
-    The run goes on one time step beyond the end of the scenario, so that what is due at the end
-    is done.
+    The run has one more time step after the end of the scenario, so that steps and events at the
+    end are done.
 
     Args:
         controller: the specification.
-        device: what is tested.
+        device: the device under test.
         scenario: the operator's events; the specification's if None.
         plant: the machine; the specification's if None.
         step_s: time step of the machine, s; what suits the loops if None.
         seed: of the sensor noise.
-        progress: told of the simulated time now and then.
+        progress: called with the simulated time at intervals.
 
     Returns:
         What happened.
@@ -120,7 +120,7 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
 
 
 def _run_of(device: Device) -> type["Run"]:
-    """Return how another device than the model is run; only here simulated chips are imported."""
+    """Return the class that runs a device; simulated chips are imported only for the binary."""
     from heatwright.sim.beside import RunBeside  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415
 
@@ -128,7 +128,7 @@ def _run_of(device: Device) -> type["Run"]:
 
 
 class Run:
-    """One run, row by row; its plant goes on in Python."""
+    """One run, row by row, with its plant in Python."""
 
     def __init__(  # noqa: PLR0913, PLR0917 – each is another part of the world
         self,
@@ -188,7 +188,7 @@ class Run:
         )
 
     def _felt(self) -> Mapping[str, float]:
-        """Return what every sensor feels: the thermometers', then the currents'."""
+        """Return every sensor's temperature, then every sensor's current."""
         felt = self._plant.sensed_c()
         return felt | self._plant.currents_a() if self._meters else felt
 
@@ -204,7 +204,7 @@ class Run:
         self._fed[row] = fed_mm_per_s
 
     def _advance(self, until_s: float) -> None:
-        """Run the device to a time, through what is done before it."""
+        """Run the device to a time, with the operator's actions before it."""
         while self._done < len(self._hand) and self._hand[self._done].time_s < until_s:
             action = self._hand[self._done]
             self._device.advance(action.time_s)

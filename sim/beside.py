@@ -1,4 +1,4 @@
-"""A run on the bench with a binary: its plant goes on beside the processor, many rows at a time."""
+"""A run on the bench with a binary: plant and processor advance together in C, many rows a call."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from heatwright.sim.plants.thermal_network import Plant
 
 
 class RunBeside(Run):
-    """One run, in stretches between two actions of the operator."""
+    """One run, in stretches between the operator's actions."""
 
     def __init__(self, *parts: Any) -> None:
         """Take the same arguments as Run."""
@@ -42,7 +42,7 @@ class RunBeside(Run):
         self._take(self._machine)
 
     def _calm_rows(self, row: int) -> int:
-        """Return for how many rows nobody does anything, or a row less."""
+        """Return the number of rows without an action of the operator, or one less."""
         if self._done == len(self._hand):
             return self._count
         return math.floor(self._hand[self._done].time_s / self._step_s) - row - 1

@@ -1,9 +1,9 @@
-"""The error of each analog sensor's chain, from the binary's own table against the exact curve.
+"""The error of each analog sensor's chain: the binary's own table against the exact curve.
 
-For every sum of codes the range has: how far the table's temperature is from what the middle of the
-codes' step means. For every temperature: how far what the firmware makes of it is from it. Both in
-steps of the ADC, whose half is the first one's bound, and whose whole is the second's. A current's
-table is a line, from no current to the ADC's full scale.
+The table's error: for every sum of ADC codes, the table's temperature minus that of the middle of
+the codes' step; its bound is half a step of the ADC. The chain's error: for every temperature, the
+firmware's reading minus that temperature; its bound is one step. A current's table is a line, from
+no current to the ADC's full scale.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ __all__ = ["CHAIN_BOUND_STEPS", "TABLE_BOUND_STEPS", "ChainError", "ChainRow", "
 
 CODES = 1024
 LOOKS_PER_STEP = 200
-"""Temperatures looked at, on average, within each step of the ADC."""
+"""Temperatures tested within each step of the ADC, on average."""
 SHOWN = 7
-"""Temperatures of the printed table."""
+"""Number of temperatures in the printed table."""
 NEAR_STEPS = 1.0
-"""What a row calls near: one step to either side, so that it meets both ends of a step."""
+"""A row shows the largest error within one step to either side: both ends of a step are met."""
 
 POINT = np.dtype([("raw", "<i2"), ("celsius", "<f4"), ("k_per_count", "<f4")])
-"""One point as the firmware has it in its flash."""
+"""One point of a table in the firmware's flash."""
 LINE = np.dtype([("at_zero", "<f4"), ("per_count", "<f4")])
-"""The line of a current, A and A for each count, as the firmware has it in its flash."""
+"""The line of a current in the firmware's flash: A, and A per count."""
 
 
 def chain_errors(controller: Controller, elf: Elf | Path) -> Iterator[ChainError]:
@@ -66,7 +66,7 @@ def line_of(program: Elf, sensor: str) -> NDArray[Any]:
 
 
 def convert(table: NDArray[Any], raw: NDArray[np.int_]) -> NDArray[np.float32]:
-    """Return °C of sums of codes, in the firmware's arithmetic: single precision throughout."""
+    """Convert sums of codes to °C in the firmware's arithmetic, single precision throughout."""
     place = np.clip(np.searchsorted(table["raw"], raw, side="right") - 1, 0, len(table) - 1)
     counts = (raw - table["raw"][place]).astype(np.float32)
     converted: NDArray[np.float32] = table["celsius"][place] + counts * table["k_per_count"][place]
@@ -74,24 +74,24 @@ def convert(table: NDArray[Any], raw: NDArray[np.int_]) -> NDArray[np.float32]:
 
 
 class _Chain(ABC):
-    """What sums of codes mean to the firmware, against what they come from."""
+    """The firmware's conversion of sums of codes, compared with the true values."""
 
     many: int
-    """Codes of a sum."""
+    """Number of codes in a sum."""
     range: tuple[float, float]
     points: int
     measures: Literal["temperature", "current"]
 
     @abstractmethod
     def made(self, raw: NDArray[np.int_]) -> Array:
-        """Return what the firmware makes of sums."""
+        """Return the firmware's values for sums of codes."""
 
     @abstractmethod
     def steps(self, value: Array) -> Array:
-        """Return where temperatures or currents are on the ADC, in steps from zero volts."""
+        """Return the ADC input for temperatures or currents, in steps from 0 V."""
 
     def errors(self, name: str) -> ChainError:
-        """Look at all sums, and at values close enough to meet both ends of each step."""
+        """Test all sums, and values dense enough to meet both ends of each step."""
         low, high = (int(code) for code in np.sort(np.floor(self.steps(np.array(self.range)))))
         values = np.linspace(*self.range, LOOKS_PER_STEP * (high - low + 1))
         exact = self.steps(values)
@@ -115,7 +115,7 @@ class _Chain(ABC):
 
     @staticmethod
     def _rows(values: Array, exact: Array, error: Array) -> Iterator[ChainRow]:
-        """Yield a row for each of some even values."""
+        """Yield a row for each of some evenly spaced values."""
         slope = np.abs(np.gradient(exact, values))
         for place in np.linspace(0, len(values) - 1, SHOWN).astype(int):
             near = np.abs(exact - exact[place]) <= NEAR_STEPS
@@ -146,7 +146,7 @@ class _Current(_Chain):
         self._sensor, self._line = sensor, line[0]
         self._full_v = reference_v(sensor, board)
         self.many = sensor.oversample
-        # The highest code goes on for ever: what is measured ends where it begins.
+        # The highest code has no upper end: the measurable range ends where it begins.
         most_v = self._full_v * (CODES - 1) / CODES
         self.range = (0.0, (most_v - sensor.offset_v) / sensor.scale_v_per_a)
 

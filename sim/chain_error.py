@@ -1,4 +1,4 @@
-"""What is found of an analog sensor's chain (see heatwright.sim.chain)."""
+"""The errors found in an analog sensor's chain (see heatwright.sim.chain)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CHAIN_BOUND_STEPS = 1.0
 class ChainRow:
     """The chain at one temperature, °C (current, A).
 
-    step -- how much one step of the ADC is there; error -- the largest error near; both in K (A).
+    step -- the size of one ADC step there; error -- the largest error near it; both in K (A).
     """
 
     at: float
@@ -23,11 +23,11 @@ class ChainRow:
 
 @dataclass(frozen=True)
 class ChainError:
-    """What was found of one sensor.
+    """The errors of one sensor.
 
-    points -- of its table; table_steps -- the table's largest error, in steps of the ADC;
-    chain_steps, chain_error -- the whole chain's, the latter in K (A); rows -- how it is over the
-    range; measures -- what.
+    points -- number of points of its table; table_steps -- the table's largest error, in steps of
+    the ADC; chain_steps, chain_error -- the whole chain's, in steps and in K (A); rows -- the chain
+    over its range; measures -- the quantity.
     """
 
     sensor: str
@@ -40,11 +40,11 @@ class ChainError:
 
     @property
     def passed(self) -> bool:
-        """Whether both errors are within what the ADC's resolution makes of them."""
+        """Whether both errors are within the bounds that follow from the ADC's resolution."""
         return self.table_steps < TABLE_BOUND_STEPS and self.chain_steps <= CHAIN_BOUND_STEPS
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for machines; temperatures in °C, differences in K (currents, A), and steps."""
+        """Return the result as JSON data: temperatures in °C, errors in K (A) and steps."""
         unit = "k" if self.measures == "temperature" else "a"
         return {
             "sensor": self.sensor,

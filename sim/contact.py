@@ -7,28 +7,28 @@ from heatwright.spec import Controller
 
 
 class Contact:
-    """Closed to ground while all is well; whether it is open outlives a loss of power."""
+    """A contact that is closed to ground while all is well; its state survives a loss of power."""
 
     def __init__(self, name: str) -> None:
-        """Make a closed one, not yet wired."""
+        """Create a closed contact, not yet wired."""
         self.name = name
         self.is_open = False
         self._avr: Avr | None = None
         self._pin = ""
 
     def power_on(self, avr: Avr, controller: Controller) -> None:
-        """Wire it to a processor that has just been powered on."""
+        """Connect the contact to a processor that has just been powered on."""
         self._avr = avr
         self._pin = controller.board.pins[controller.safety.inputs[self.name].pin].port_name
         self.move(is_open=self.is_open)
 
     def move(self, *, is_open: bool) -> None:
-        """Open or close it; a torn wire is an open contact."""
+        """Open or close the contact; a torn wire is an open contact."""
         self.is_open = is_open
         assert self._avr is not None  # noqa: S101 - it is wired before anybody moves it
         self._avr.pins.drive(self._pin, None if is_open else "low")
 
 
 def contacts_of(controller: Controller) -> dict[str, Contact]:
-    """Make the contacts at the inputs, by their names; not yet wired."""
+    """Create the contacts at the inputs, by their names; not yet wired."""
     return {name: Contact(name) for name in controller.safety.inputs}

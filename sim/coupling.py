@@ -1,4 +1,4 @@
-"""What goes from a device to its machine: heat, moving air, fed material."""
+"""Transfer a device's outputs to its machine: heat, moving air, fed material."""
 
 from collections.abc import Iterable, Mapping, Set
 from typing import Protocol
@@ -7,8 +7,8 @@ from heatwright.spec import Controller
 from heatwright.spec.loops import shortest_period_s
 
 METERED_PARTS = 10
-"""Least time steps in a control period where a current is measured: a limiter must read the
-current of the present duty."""
+"""Least number of time steps in a control period if a current is measured: a limiter must read
+the current of the present duty."""
 
 
 class Driver(Protocol):
@@ -18,14 +18,14 @@ class Driver(Protocol):
         """Return the mean active fraction (0..1) of an output since the last call."""
 
     def travel_mm(self, output: str) -> float:
-        """Return what a stepper has fed since the last call, mm."""
+        """Return a stepper's feed since the last call, mm."""
 
     def relay_fraction(self) -> float:
         """Return the share of time (0..1) the safety relay has conducted since the last call."""
 
 
 def sums_noise(controller: Controller, sensor: str) -> bool:
-    """Return whether an ADC sums up readings of a sensor that the machine makes noisy."""
+    """Return whether the ADC sums up readings of a sensor that has simulated noise."""
     if controller.simulation is None or getattr(controller.sensors[sensor], "oversample", 1) == 1:
         return False
     sense = controller.simulation.plant.sense.get(sensor)
@@ -33,9 +33,9 @@ def sums_noise(controller: Controller, sensor: str) -> bool:
 
 
 def metered_step_s(controller: Controller) -> float:
-    """Return the longest time step in which a meter follows its current soon enough, s.
+    """Return the longest time step with which a current sensor follows its current soon enough, s.
 
-    It shows the mean over the step before. Infinite where no current is measured.
+    The sensor shows the mean over the step before. Infinite if no current is measured.
     """
     metered = (
         loop
@@ -55,7 +55,7 @@ class Coupling:
         step_s: float,
         loads: Iterable[str] | None = None,
     ) -> None:
-        """Separate motors from loads; loads -- those that are read, None: all."""
+        """Separate motors from loads; loads -- the loads that are read, None: all."""
         self._steppers = tuple(controller.steppers)
         self.loads = tuple(controller.switches if loads is None else loads)
         heaters = {loop.heater for loop in controller.loops.values()}
@@ -63,7 +63,7 @@ class Coupling:
         self._device = device
         self._step_s = step_s
         self.extruded_mm_per_s = 0.0
-        """What somebody else feeds, beside the device's own motors."""
+        """Material fed from outside, beside the device's own motors, mm/s."""
 
     @property
     def moves(self) -> bool:
@@ -75,10 +75,10 @@ class Coupling:
         return {name: self._device.on_fraction(name) for name in self.loads}
 
     def supplied(self, conducting: Mapping[str, float]) -> Mapping[str, float]:
-        """Return what loads get of which such shares conduct, when the safety relay is in series.
+        """Return the loads' shares of power, given their switches' shares, behind the safety relay.
 
-        It switches without load: of two shares of the same time, one lies within the other. A
-        switch that has died conducts all the time.
+        The relay switches without load: of relay and switch, the one with the smaller share counts.
+        A broken-down switch conducts all the time.
         """
         if not self.behind_relay:
             return conducting
@@ -89,7 +89,7 @@ class Coupling:
         }
 
     def feed_mm_per_s(self) -> float:
-        """Return the mean speed of the feed since the last call; drawn back it takes no heat."""
+        """Return the mean feed speed since the last call; retracted material takes no heat."""
         if not self._steppers:
             return self.extruded_mm_per_s
         travel_mm = sum(self._device.travel_mm(name) for name in self._steppers)

@@ -1,4 +1,4 @@
-"""The binary as a device on the bench: a processor with its chips wired as the spec says."""
+"""The binary as a device on the bench: a simulated processor with the spec's chips and wires."""
 
 from __future__ import annotations
 
@@ -38,39 +38,39 @@ from heatwright.spec.registry import module_of
 from heatwright.spec.scenario.program_orders import Order, ProgramOrder
 
 DIGEST = "spec_digest"
-"""Constant in flash: CRC-32 of the spec the binary was generated from."""
+"""Constant in flash: CRC-32 of the spec from which the binary was generated."""
 PROOF = "reset_prove_watchdog"
-"""The function that sees the watchdog reset."""
+"""The function that proves at start-up that the watchdog resets."""
 FEED_S = 10.0
-"""How often those who talk hear at least, s of simulated time."""
+"""Longest simulated time, s, until parts that talk to the board get the new records."""
 LISTEN_S = 60.0
-"""How often those who only listen are given what chips and lines have recorded, unless somebody
-asks for it: the larger the blocks, the less work. Of a heater's PWM it is some megabyte."""
+"""How often parts that only listen get the new records, unless they are requested: larger blocks
+are less work. A heater's PWM makes about one megabyte."""
 
 
 Kind = TypeVar("Kind")
 
 
 class StaleBinary(ValueError):
-    """The binary was generated from another spec; says what to do."""
+    """The binary was generated from another spec; the message says what to do."""
 
 
 class Sensor(Protocol):
     """A simulated sensor."""
 
     def sense(self, felt: float, /) -> None:
-        """Give it this temperature from now on, °C, or this current, A."""
+        """Set its temperature, °C, or current, A, from now on."""
 
     @property
     def violations(self) -> Mapping[str, int]:
-        """How often its wires were outside the data sheet, by phase; none without a protocol."""
+        """Count violations of the data sheet's timing, by phase; none without a protocol."""
 
 
 class Listener(Protocol):
-    """Who is given what has happened at the pins and on the lines."""
+    """A part that gets the records of the pins and the serial lines."""
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Process pin changes (PIN_EVENT) and what the UARTs have sent (UART_BYTE)."""
+        """Process pin changes (PIN_EVENT) and the bytes that the UARTs sent (UART_BYTE)."""
 
 
 class Interface(Listener, Protocol):
@@ -78,27 +78,27 @@ class Interface(Listener, Protocol):
 
     @property
     def complaints(self) -> Iterable[str]:
-        """What went against a data sheet, or could not be understood."""
+        """Return violations of a data sheet, and messages that could not be understood."""
 
 
 class Waker(Protocol):
-    """A part that acts by itself."""
+    """A part that acts at times of its own."""
 
     @property
     def wake_cycle(self) -> int | None:
-        """When it wants to hear and to talk next; None: it waits for nothing."""
+        """The cycle at which it next needs the records and may act; None: it waits for nothing."""
 
 
 class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
-    elf -- the binary, with debug information. Once made it is powered on, and its time is 0.
-    avr -- the processor, run_to -- runs it to a cycle; feed_at -- the cycle at which what was
-    recorded is read at the latest; sensors, outputs, interfaces -- what is wired to it, by the
-    spec's names; relay -- what is in series with the heaters, if anything is; proofs -- what proves
-    that fans turn, by the fan; contacts -- at the machine's inputs, by their names; looked_at --
-    the variables that were read; who asks clears it; edged -- the outputs whose changes are logged;
-    crystal_hz -- from the next power-up on.
+    elf -- the binary, with debug information. The device starts powered on, at time 0.
+    avr -- the processor; run_to -- runs it to a cycle; feed_at -- the latest cycle at which the
+    records are read; sensors, outputs, interfaces -- the parts wired to it, by the spec's names;
+    relay -- the safety relay, if any; proofs -- the proofs of fans, by the fan; contacts -- those
+    at the machine's inputs, by their names; looked_at -- the variables read so far, cleared by the
+    caller that uses it; edged -- the outputs whose changes are logged; crystal_hz -- the crystal's
+    frequency from the next power-up on.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -167,7 +167,7 @@ class AvrDevice:
             watch.power_on(self._start_s)
 
     def _attach(self, role: str, parts: Any) -> dict[Any, Any]:
-        """Find each part's simulation by its kind."""
+        """Create each part's simulation by its kind."""
         board = self._controller.board
         return {
             name: import_module(module_of(role, "simulated", part.kind)).attach(
@@ -179,7 +179,7 @@ class AvrDevice:
     # -- the bench -----------------------------------------------------------------------------
 
     def sense(self, sensor: str, felt: float) -> None:
-        """Give a sensor this temperature from now on, °C, or this current, A."""
+        """Set a sensor's temperature, °C, or current, A, from now on."""
         self.sensors[sensor].sense(felt)
 
     def press(self, key: str | None) -> None:
@@ -188,9 +188,9 @@ class AvrDevice:
         shield.keypad.press(key)
 
     def send(self, line: str) -> None:
-        """Have the host send a line of G-code, when the lines before it are answered.
+        """Send a line of G-code as the host, once the lines before it are answered.
 
-        A touch display sends it as it is, at once: "#8 1;".
+        A touch display sends the line unchanged, at once: "#8 1;".
         """
         if for_display(self._controller, line):
             self.parts(Nextion)[0].send(line)
@@ -198,9 +198,9 @@ class AvrDevice:
             self.host.send(line)
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Have the operator order the program about; number -- of a program, or a segment.
+        """Give an order to the program as the operator; number -- of a program, or a segment.
 
-        It is touched on the display, or keyed into the shield's menu where there is none.
+        The order goes by the touch display or, without one, by the keys of the shield's menu.
         """
         for display in self.parts(Nextion):
             display.send(in_bytes(order, number))
@@ -208,7 +208,7 @@ class AvrDevice:
         self.shield.play(keys_for(ProgramOrder(order, number)))
 
     def write(self, name: str, value: float | bool) -> None:
-        """Have the master write a value, such as nozzle.setpoint, as soon as the line is free."""
+        """Write a value as the master, such as nozzle.setpoint, as soon as the line is free."""
         self.master.write(name, value)
 
     def unplug(self) -> None:
@@ -240,24 +240,24 @@ class AvrDevice:
 
     @property
     def is_attended(self) -> bool:
-        """Whether somebody outside is in the middle of a talk."""
+        """Whether a part is in the middle of an exchange with the board."""
         return any(part.is_busy for part in self._talkers)
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle at which somebody outside wants to hear and to talk, or has let a key go."""
+        """The cycle at which a part next reads the records and acts, or a key is released."""
         return _first_wake(self._wakers)
 
     @property
     def wakes(self) -> tuple[int | None, Look]:
-        """The same, apart from one who waits for what the board sends, and when he looks."""
+        """The same, without a part that waits for the board's message; and how that part looks."""
         for part in self._lookers:
             if (look := part.look) is not None:
                 return _first_wake(each for each in self._wakers if each is not part), look
         return self.wake_cycle, NO_LOOK
 
     def on_fraction(self, output: str) -> float:
-        """Return the mean active fraction of an output since the last call, 0..1."""
+        """Return the mean active fraction (0..1) of an output since the last call."""
         return self.outputs[output].on_fraction()
 
     def relay_fraction(self) -> float:
@@ -278,20 +278,20 @@ class AvrDevice:
         return self._logs[loop].steps()
 
     def take_steps(self, loop: str) -> StepLog:
-        """Return one row for each control step since the last call, and forget them."""
+        """Return one row for each control step since the last call, and delete them."""
         return self._logs[loop].take()
 
     @property
     def uart(self) -> int:
-        """The number of the serial port of the first interface that has a line."""
+        """The number of the UART of the first interface with a serial line."""
         ports = (each.line.port for each in self._controller.interfaces if each.line is not None)
         return self._controller.board.uarts[next(ports, 0)].number
 
-    # -- looking in ----------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     @property
     def powered_s(self) -> float:
-        """When its power came on last, s since the device was made."""
+        """When its power last came on, s since the device was made."""
         return self._start_s
 
     @property
@@ -337,13 +337,13 @@ class AvrDevice:
         raise LookupError(f"{self._controller.identity.name} has no {kind.__name__}.")
 
     def read(self, name: str) -> Any:
-        """Return a variable of the program now, by its name in the source."""
+        """Return the present value of a program's variable, by its name in the source."""
         variable = self.looked_at[name] = self.variables[name]
         raw = self.avr.read_ram(variable.address, variable.size)
         return np.frombuffer(raw, variable.dtype)[0]
 
     def hear(self) -> None:
-        """Give those who talk what has happened up to now; the others get it with the next feed."""
+        """Give the new records to the parts that talk; other parts get them with the next feed."""
         pins, sent = self.avr.pins.take(), self.avr.uarts.take()
         for part in self._talkers:
             part.feed(pins, sent)
@@ -352,7 +352,7 @@ class AvrDevice:
         self._held.append((pins, sent))
 
     def listen(self) -> None:
-        """Give those who talk what has happened up to now, and all if that is due."""
+        """Give the new records to the parts that talk, or to all parts if that is due."""
         if self.avr.cycle >= self._listen_at:
             self.feed()
             return
@@ -361,7 +361,7 @@ class AvrDevice:
             self.feed_at = self._after(FEED_S)
 
     def feed(self) -> None:
-        """Give the interfaces and recorders what has happened up to now."""
+        """Give the new records to all interfaces and recorders."""
         self.hear()
         pins, sent = (_joined(parts) for parts in zip(*self._held, strict=True))
         self._held.clear()
@@ -374,7 +374,7 @@ class AvrDevice:
         return self.avr.cycle + round(seconds * self.avr.clock_hz)
 
     def record(self, recorder: Listener) -> None:
-        """Give a recorder everything from now on (see heatwright.sim.plots.vcd)."""
+        """Give a recorder all records from now on (see heatwright.sim.plots.vcd)."""
         self.feed()
         self._recorders.append(recorder)
 
@@ -385,7 +385,7 @@ class AvrDevice:
             self.outputs[name].log_edges()
 
     def take_resets(self) -> NDArray[Any]:
-        """Return the resets since the last call (RESET_EVENT), but for those a start waits for."""
+        """Return the resets since the last call (RESET_EVENT), without the start-up test's own."""
         resets = self.avr.take_resets()
         proof = [each for each in self.elf.functions if each.name == PROOF]
         awaited = [any(each.start <= place < each.end for each in proof) for place in resets["pc"]]
@@ -396,9 +396,9 @@ class AvrDevice:
     # -- power ---------------------------------------------------------------------------------
 
     def power_cycle(self, undefined: int = 0xFF) -> None:
-        """Cut the power and give it back: everything starts anew but the EEPROM.
+        """Cut the power and restore it: all but the EEPROM starts anew.
 
-        undefined -- what an EEPROM byte reads that was being written.
+        undefined -- the value of an EEPROM byte that was being written at the cut.
         """
         self.feed()
         eeprom = self.avr.eeprom.after_power_cut(undefined)
@@ -416,7 +416,7 @@ def _first_wake(parts: Iterable[Waker]) -> int | None:
 
 
 def _joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Join records; left to itself, numpy would leave out the padding between them."""
+    """Concatenate records and keep their padding, which numpy's own function would remove."""
     some = [part for part in parts if len(part)]
     if len(some) < 2:
         return some[0] if some else parts[0]

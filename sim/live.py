@@ -1,4 +1,4 @@
-"""A board and its machine, running along with the clock on the wall."""
+"""Run a board and its machine in real time, or at a multiple of it."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller
 
 EXCHANGE_S = 0.005
-"""How often bytes are exchanged with the world, in the board's time, s."""
+"""How often bytes are exchanged with outside programs, in the board's time, s."""
 MOST_BEHIND_S = 0.5
-"""Real time that may be made up for; what is lost beyond it stays lost."""
+"""Most delay, in real time, that is made up for; a longer delay is not."""
 LEAST_SLEEP_S = 0.001
 
 
 class Line(Protocol):
-    """What lets a program outside talk to the board."""
+    """A connection of an outside program to the board."""
 
     def to_board(self) -> None:
-        """Send the board what has come from outside."""
+        """Send the bytes from outside to the board."""
 
 
 class Clock:
-    """The board's time against the wall's.
+    """Keeps the board's time in step with real time.
 
-    speed -- how many seconds of the board go into one; time and sleep can be given for a test.
+    speed -- seconds of the board per real second; time and sleep can be replaced in a test.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Clock:
         self._start_s = time()
 
     def wait(self, board_s: float) -> None:
-        """Wait until the board's time has come; if it is far past, go on from there."""
+        """Wait for the real time of a board time; if that is long past, start counting anew."""
         early_s = self._start_s + board_s / self._speed - self._time()
         if early_s > LEAST_SLEEP_S:
             self._pause(early_s)
@@ -59,7 +59,7 @@ def run(
     *,
     until_s: float | None = None,
 ) -> None:
-    """Run the board against the spec's machine; for ever, if it is not said until when.
+    """Run the board against the spec's machine, to a time or for ever.
 
     Raises ValueError when the spec has no simulation.
     """

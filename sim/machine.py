@@ -1,8 +1,8 @@
-"""A plant beside the processor that heats it: each step of time in C, what is rare in Python.
+"""A plant that is simulated together with its processor: each time step in C, the rest in Python.
 
-The plant is defined in Python (heatwright.sim.plants.thermal_network), which judges what C makes of
-it. Its state is lent to C (native/machine.c); C goes on from step to step, and comes back where a
-matrix, noise or room in its log is lacking, or somebody outside wants to hear or to talk.
+The plant is defined in Python (heatwright.sim.plants.thermal_network), which is also the reference
+for the C. C works on the plant's own arrays (native/machine.c). It runs step by step, and returns
+when it lacks a matrix, noise or room in its log, or when a part outside needs records or acts.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from heatwright.sim.plants.thermal_network import MOST_STEP_MATRICES, Plant
 
 Array = NDArray[np.float64]
 Feel = Callable[[float], float]
-"""From what the machine would make a sensor feel to what its tip feels, °C."""
+"""From the machine's temperature at a sensor to that of its tip, °C."""
 
 
 class Heat(NamedTuple):
-    """What lies between a load's pin and what it gives, both as shares of its power.
+    """Changes the power of a load: from the share that its pin asks for to the real share.
 
-    times -- of what is asked for; least -- this much also while nothing is asked for; once_asked --
-    instead of what is asked for, if anything is.
+    times -- factor; least -- least share, also while the pin is off; once_asked -- replaces any
+    share above 0.
     """
 
     times: float = 1.0
@@ -40,7 +40,7 @@ class Heat(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """Heat from elsewhere at the place of a load, while a sensor feels less: share of its power."""
+    """Another heat source at a load's node (share of its power) while a sensor is below a limit."""
 
     share: float
     sensor: str
@@ -48,10 +48,10 @@ class Beside(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """What ends steps before all are done: behind the step in which any of it is so.
+    """Conditions that end a run of steps early, after the step in which any of them is met.
 
-    changed -- one of these variables is not what it was; below -- a sensor feels less than so many
-    °C; spread -- no node becomes hotter without heat; turned -- this load's pin has another level.
+    changed -- one of these variables has changed; below -- a sensor is below so many °C; spread --
+    no node becomes hotter without power; turned -- the level of this load's pin has changed.
     """
 
     changed: tuple[Variable, ...] = ()
@@ -66,15 +66,15 @@ NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 LOG_ROWS = 2048
-"""Steps between two times the log is emptied."""
+"""Most steps between two times that the log is emptied."""
 WATCHED, SENSED = 1, 2
-"""Bits of a row: it counts for the peaks; sensors were given what it says."""
+"""Bits of a row: it counts for the peaks; its temperatures were given to the sensors."""
 TIME, BITS, FEED, TIPS = range(4)
-"""Columns of a row. Behind the tips: what the loads were given, and perhaps the nodes."""
+"""Columns of a row. After the tips: shares of power of the loads and, if logged, the nodes."""
 
 
 def install(ffi: Any) -> None:
-    """Make the shim call the machines."""
+    """Register the callbacks of the machines with the shim."""
 
     def hw_machine_sense(handle: Any, sensor: int, felt: float) -> None:
         machine: Machine = ffi.from_handle(handle)
@@ -94,16 +94,16 @@ def install(ffi: Any) -> None:
 
 
 class Machine:
-    """A plant, and the device that it is wired to.
+    """A plant and the device that is wired to it.
 
-    sensors -- thermometers, then currents; felt -- what each feels now, °C and A, as a view.
+    sensors -- of temperatures, then of currents; felt -- their values now, °C and A, as a view.
     """
 
     def __init__(
         self, plant: Plant, device: AvrDevice, coupling: Coupling, step_s: float, *,
         logs_nodes: bool = False,
     ) -> None:  # fmt: skip
-        """Take over the plant: from now on it goes on here alone.
+        """Take over the plant: from now on only this machine may step it.
 
         step_s -- time step, s; logs_nodes -- whether rows of the log have every node's temperature.
         """
@@ -125,7 +125,7 @@ class Machine:
         self.spoil({}, {}, {})
         self.wire()
 
-    # -- what C is lent ------------------------------------------------------------------------
+    # -- data shared with C --------------------------------------------------------------------
 
     def _lend(self, *, logs_nodes: bool) -> None:
         plant, m, loads = self.plant, self._m, self.loads
@@ -175,7 +175,7 @@ class Machine:
             told.share = meter.share
 
     def _held(self, pointer: Any) -> Any:
-        """Keep what C points to as long as this machine."""
+        """Keep an object that C points to alive as long as this machine."""
         self._kept.append(pointer)
         return pointer
 
@@ -187,7 +187,7 @@ class Machine:
         return self._ffi.cast("double *", self._held(self._ffi.from_buffer("double[]", array)))
 
     def wire(self) -> None:
-        """Wire it to the device's processor, which has just been powered on."""
+        """Connect to the device's processor, which has just been powered on."""
         m, device = self._m, self._device
         m.h, m.clock_hz, m.powered_s = device.avr.pointer, device.avr.clock_hz, device.powered_s
         m.row, m.phase, m.read_at = 0, self._lib.HW_SENSES, device.avr.cycle
@@ -226,7 +226,7 @@ class Machine:
             if ended in (lib.HW_DONE, lib.HW_STOPPED):
                 break
             self._serve(ended, wake)
-            if ended == lib.HW_YIELD:  # by the clock on the wall: whoever looks next, looks then
+            if ended == lib.HW_YIELD:  # after some real time: parts with a look may look now
                 wake, m.look = min(NEVER if wake is None else wake, m.look.at), NO_LOOK
             else:
                 wake, m.look = device.wakes
@@ -250,7 +250,7 @@ class Machine:
             m.turned_from = switch.on == (switch.active == "high")
 
     def _serve(self, ended: int, wake: int | None) -> None:
-        """Do what C has come back for."""
+        """Do what C needs, by the reason why it returned."""
         lib, device = self._lib, self._device
         if ended == lib.HW_FEED:
             device.listen()
@@ -269,7 +269,7 @@ class Machine:
             device.avr.came_back(ended)
 
     def by_hand(self, run: Callable[[float], None]) -> None:
-        """Advance by one step in which somebody acts; run -- runs the device to a time, s."""
+        """Advance by one step with an action; run -- runs the device to a time (s) and acts."""
         m = self._m
         self._make_room()
         self._tips[:] = self.felt
@@ -281,7 +281,7 @@ class Machine:
         self._heat()
 
     def without_power(self) -> None:
-        """Advance by one step of the plant alone, whose controller has no power."""
+        """Advance by one step of the plant alone, while the controller has no power."""
         m = self._m
         self._make_room()
         self._tips[:], self._active[:] = self.felt, 0.0
@@ -304,10 +304,10 @@ class Machine:
         volts: float = 1.0,
         taken: Mapping[str, float] = NOTHING,
     ) -> None:
-        """Put this between pins and loads, by output, and before tips, by sensor.
+        """Set the faults between pins and loads, by output, and of the tips, by sensor.
 
-        What is not named is sound. volts -- what the heaters' supply has, of what it should;
-        taken -- shares of a heater's power that something takes away at its place.
+        What is not named has no fault. volts -- the heaters' supply as a share of its nominal
+        voltage; taken -- share of a heater's power that something takes away at its node.
         """
         self._feels = [(self.sensors.index(name), feel) for name, feel in feels.items()]
         self._m.feels = bool(feels)
@@ -336,7 +336,7 @@ class Machine:
         self._lib.hw_machine_matrix(self._m, self._ffi.from_buffer("double[]", matrix))
 
     def _draw(self) -> None:
-        """Draw the noise of each sensor that has none left."""
+        """Draw new noise for each sensor that has used its noise."""
         for number, feeler in self._noisy.items():
             tip = self._m.feelers[number]
             if not tip.drawn:
@@ -347,19 +347,19 @@ class Machine:
     # -- calls from C --------------------------------------------------------------------------
 
     def attempt(self, act: Callable[..., Any], *given: Any) -> Any:
-        """Do what C asks for; it cannot pass an error on, `go` does."""
+        """Run a callback of C. C cannot pass on an exception: `go` raises it later."""
         try:
             return act(*given)
         except BaseException as error:
             self._errors.append(error)
 
     def feel(self) -> None:
-        """Say what the tips feel in this step that do not feel the machine."""
+        """Set this step's temperatures of the tips that have a fault."""
         for sensor, feel in self._feels:
             self._tips[sensor] = feel(float(self.felt[sensor]))
 
     def tell(self, sensor: int, felt: float) -> None:
-        """Give a sensor what it feels."""
+        """Set the temperature or the current of a sensor."""
         self._device.sense(self.sensors[sensor], felt)
 
     def fed(self) -> float:
@@ -368,11 +368,11 @@ class Machine:
             self._device.feed()
         return self._coupling.feed_mm_per_s()
 
-    # -- what was ------------------------------------------------------------------------------
+    # -- the log -------------------------------------------------------------------------------
 
     @property
     def count(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return sum(map(len, self._rows)) + int(self._m.logged)
 
     @property
@@ -390,36 +390,36 @@ class Machine:
             m.logged = 0
 
     def take_rows(self) -> Array:
-        """Return the rows since the last call, and forget them: nobody may watch peaks then."""
+        """Return the rows since the last call and delete them; not allowed while watching peaks."""
         rows = self.rows
         self._rows = []
         return rows
 
     def given(self, rows: Array) -> Array:
-        """Return of some rows what the loads were given, 0..1, a column for each of `loads`."""
+        """Return the loads' shares of power (0..1) in some rows, a column for each of `loads`."""
         first = TIPS + len(self.sensors)
         return rows[:, first : first + len(self.loads)]
 
     def nodes_c(self, rows: Array) -> Array:
-        """Return of some rows the temperature behind the step of every node, °C."""
+        """Return the temperature of every node after the step of some rows, °C."""
         return rows[:, TIPS + len(self.sensors) + len(self.loads) :]
 
     # -- peaks ---------------------------------------------------------------------------------
 
     def watch(self, sensor: str) -> None:
-        """Look for the highest temperatures from now on: of the nodes, and that a sensor feels."""
+        """Record the highest temperatures of all nodes, and of a sensor, from now on."""
         m = self._m
         m.peak_of = self.sensors.index(sensor)
         m.peak, m.watches, m.spreads = self.felt[m.peak_of], True, False
         self._highest[:] = self.plant.temperatures_c
 
     def look(self, *, watches: bool) -> None:
-        """Look at the nodes in the next steps, or not."""
+        """Set whether the next steps count for the highest temperatures."""
         self._m.watches = watches
 
     @property
     def peak_c(self) -> float:
-        """The highest that the watched sensor has felt, °C."""
+        """The highest temperature of the watched sensor, °C."""
         return float(self._m.peak)
 
     @property
@@ -429,5 +429,5 @@ class Machine:
 
     @property
     def spreads(self) -> bool:
-        """Whether no heat was given in the last step, and still something became hotter."""
+        """Whether some node became hotter in the last step although no heater gave power."""
         return bool(self._m.spreads)

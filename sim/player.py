@@ -1,4 +1,4 @@
-"""Feeds the reference model with what went into each control step of a log."""
+"""Run the reference model with the inputs of each control step of a log."""
 
 from copy import deepcopy
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 
 LOADED = "loaded"
-"""Column of the copy of the program."""
+"""Column with the copy of the program."""
 
 
 @dataclass(frozen=True)
 class Restored:
-    """A fault that was there at the first step after a reset without having tripped in it."""
+    """A fault that was latched at the first step after a reset but did not trip in it."""
 
     row: int
     time_s: float
@@ -31,7 +31,7 @@ class Restored:
 
 @dataclass(frozen=True)
 class Latched:
-    """A fault that was latched since the step before: by this loop, or else by another."""
+    """A fault that was latched since the step before, by this loop or by another."""
 
     row: int
     time_s: float
@@ -40,10 +40,10 @@ class Latched:
 
 
 class Player:
-    """Feeds the reference, row by row."""
+    """Runs the reference model row by row."""
 
     def __init__(self, controller: Controller, loop: str) -> None:
-        """Begin before the first step."""
+        """Create the reference model, in its state before the first step."""
         self._has_others = len(controller.loops) > 1
         self.latched: list[Latched] = []
         self._controller = controller
@@ -51,11 +51,11 @@ class Player:
         self._reference = Reference(controller, loop)
         self.members = list(self._reference.members)
         self.segments = 0
-        """Runs of steps from one reset to the next, so far."""
+        """Number of series of steps between resets, so far."""
         self.restored: list[Restored] = []
 
     def play(self, log: StepLog) -> list[tuple[object, ...]]:
-        """Return what the reference makes of each row, member by member."""
+        """Return the reference model's state after each row, member by member."""
         self._log, self._tape = log, Tape(log)
         return [self._played(number) for number in range(len(log))]
 
@@ -72,9 +72,9 @@ class Player:
         return self._tripped(number, self._log[number], starts, lost=lost)
 
     def _tripped(self, number: int, row: np.void, starts: int, *, lost: bool) -> tuple[object, ...]:
-        """Do a step after which a fault is latched: one of this loop, or else of another.
+        """Run a step after which a fault is latched, by this loop or by another.
 
-        Another loop's comes before the step or, if that loop is later in the same tick, after it.
+        Another loop's fault comes before the step or, from a later loop in the tick, after it.
         """
         before = deepcopy(self._reference) if self._has_others else None
         values = self._fed(number, starts, lost=lost)
@@ -85,7 +85,7 @@ class Player:
         self.latched.append(Latched(number, float(row["time_s"]), code, own))
         if own or before is None:
             return values
-        if code in WATCHED_FAULTS:  # by a later loop in the same tick, behind this step
+        if code in WATCHED_FAULTS:  # by a later loop in the same tick, after this step
             self._reference = deepcopy(before)
             values = self._fed(number, starts, lost=False, watched=False)
         later = self._latched_after(values, row)
@@ -96,7 +96,7 @@ class Player:
         return self._fed(number, starts, lost=False)
 
     def _latched_after(self, values: tuple[object, ...], row: np.void) -> tuple[object, ...] | None:
-        """Latch another loop's fault after a step; None where the row shows that it was not so."""
+        """Latch another loop's fault after a step; return None if the row contradicts that."""
         said = {name: row[name] for name in ("fault.code", "fault.temperature_c")}
         later = tuple(
             said.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
@@ -129,10 +129,10 @@ class Player:
         return restored
 
     def _begun_with(self, code: int, number: int) -> tuple[object, ...]:
-        """Do the first step of a segment after a fault; 0 is an acknowledged one, or none.
+        """Run the first step after a reset with a fault; 0: acknowledged, or none.
 
-        What was acknowledged before it has gone, whichever it was, and with it the program that the
-        reset had brought back: the acknowledgement ends or interrupts it, not the step.
+        A fault that was acknowledged before this step is unknown here. Its acknowledgement, not the
+        step, ended or interrupted the program that the reset had restored.
         """
         self._reference = Reference(self._controller, self._loop)
         row = self._log[number]
@@ -146,9 +146,9 @@ class Player:
         return self._fed(number, count_in(row, STARTS), lost=False)
 
     def _passed_c(self, row: np.void) -> Single:
-        """Return the temperature of a fault that came and went since the step before.
+        """Return the temperature of a fault that came and was acknowledged since the step before.
 
-        A stop has none. Another loop's is what the row says, if no fault has come since.
+        A stop has none. Another loop's is that of the row, if no other fault has tripped since.
         """
         seen = self._has_others and not row["fault.code"]
         return Single(row["fault.temperature_c"]) if seen else ZERO

@@ -1,4 +1,4 @@
-"""What proves that a fan turns: a contact in its air, or the pulses of its tachometer."""
+"""Proofs that a fan turns: an airflow contact, or the pulses of its tachometer."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from heatwright.spec import Controller, DigitalOutput, Proof, proofs
 
 STARTS_S = 0.5
 STOPS_S = 1.0
-"""Until the air flows, and until it no longer does: a fan for a supply of 24 V, an airflow switch
-with a vane."""
+"""Time until the air flows, and until it stops: for a 24 V fan and an airflow switch with a
+vane."""
 LAG_S = 0.5
-"""Time constant of a fan's speed: its rotor against its magnets and the air."""
+"""Time constant of a fan's speed."""
 
 
 class AirflowSwitch:
-    """Closed to ground while a fan turns.
+    """An airflow contact, closed to ground while a fan turns.
 
-    Seen from its pin it is a relay's mirror contact, whose coil has current while the fan is off.
-    stands -- whether the fan stands still, whatever its line says; wire -- the contact's; both
-    outlive a loss of power.
+    It is simulated as a relay's mirror contact whose coil has current while the fan is off. stands
+    -- whether the fan stands still, whatever its line's level; wire -- that of the contact; both
+    faults survive a loss of power.
     """
 
     def __init__(self, fan: str) -> None:
-        """Make a sound one of a fan, not yet wired."""
+        """Create the sound proof of a fan, not yet wired."""
         self.fan = fan
         self.stands = False
         self.wire = Wire.SOUND
         self._relay: Relay | None = None
 
     def power_on(self, avr: Avr, controller: Controller) -> None:
-        """Wire it to a processor that has just been powered on."""
+        """Connect to a processor that has just been powered on."""
         output, proof = _parts(controller, self.fan)
         pins = controller.board.pins
         self._relay = avr.relay(
@@ -44,26 +44,26 @@ class AirflowSwitch:
         self.fail(stands=self.stands, wire=self.wire)
 
     def fail(self, *, stands: bool = False, wire: Wire = Wire.SOUND) -> None:
-        """Break fan or wire so, or mend them."""
+        """Set the faults of fan and wire, or repair them."""
         self.stands, self.wire = stands, wire
         assert self._relay is not None  # noqa: S101 - it is wired before anybody breaks it
         self._relay.fail(Armature.WELDED if stands else Armature.SOUND, wire)
 
 
 class FanTachometer:
-    """The open collector of a fan, to ground: twice in a revolution, mostly.
+    """A tachometer: an open collector that pulses to ground, usually twice per revolution.
 
-    What is broken outlives a loss of power.
+    Its faults survive a loss of power.
     """
 
     def __init__(self, fan: str) -> None:
-        """Make a sound one of a fan, not yet wired."""
+        """Create the sound proof of a fan, not yet wired."""
         self.fan = fan
         self._how = 1.0, 0.0, 0.5, Wire.SOUND
         self._motor: Fan | None = None
 
     def power_on(self, avr: Avr, controller: Controller) -> None:
-        """Wire it to a processor that has just been powered on; it stands still."""
+        """Connect to a processor that has just been powered on; the fan stands still."""
         output, proof = _parts(controller, self.fan)
         assert proof.tachometer is not None  # noqa: S101 - else it is an AirflowSwitch
         pins = controller.board.pins
@@ -85,10 +85,10 @@ class FanTachometer:
         noise_hz: float = 0.0,
         low_share: float = 0.5,
     ) -> None:
-        """Break fan or wire so, or mend them; a fan that stands has a pace of 0.
+        """Set the faults of fan and wire, or repair them; a fan that stands still has a pace of 0.
 
-        pace -- its speed, as a share of its own; noise_hz -- pulses that are on the line instead;
-        low_share -- of each pulse.
+        pace -- share of its normal speed; noise_hz -- pulses per second on the line instead of its
+        own; low_share -- share of each pulse in which the line is low.
         """
         self._how = 0.0 if stands else pace, noise_hz, low_share, wire
         self._break()
@@ -99,7 +99,7 @@ class FanTachometer:
 
 
 def proofs_of(controller: Controller) -> dict[str, AirflowSwitch | FanTachometer]:
-    """Make the airflow switches and tachometers, by fan; they are not yet wired."""
+    """Create the airflow switches and tachometers, by fan; not yet wired."""
     return {
         fan: FanTachometer(fan) if proof.tachometer else AirflowSwitch(fan)
         for fan, proof in proofs(controller).items()

@@ -1,4 +1,4 @@
-"""A healthy machine, run by the reference model before there is a binary: no rule may trip."""
+"""Runs of the reference model on healthy machines, before there is a binary: no rule may trip."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ from heatwright.spec.rules import RULES
 Progress = Callable[[float, float], None]
 
 FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
-"""By which a rule's number is raised, until a healthy machine no longer breaks it."""
+"""Factors by which a rule's number is raised until a healthy machine no longer trips it."""
 
 MARGIN = 0.1
-"""Margin that a healthy machine must keep from a rule's limits, as a share of them. The loops have
-other phases to one another in the binary than in the model, so a machine just inside a limit here
-may be outside it there."""
+"""Margin of a healthy machine from a rule's limits, as a share of them. The phases between loops
+differ between model and binary, so a machine just inside a limit in the model may be outside it in
+the binary."""
 NO_MARGIN = "on_too_long"
-"""How long a loop may be on depends on no phases."""
+"""The rule without a margin: how long a loop may be on does not depend on phases."""
 
 QUICKER = 0.98
-"""A chip's time to convert, for the longest of its data sheet: in step with the loop it would hide
-how far two readings can be apart."""
+"""A chip's conversion time over its longest by the data sheet: if it were synchronous with the
+loop, it would hide the largest differences of two readings."""
 
 TOLD = ("time_s", "temperature_c", "setpoint_c")
-"""The values of the step in which a rule trips that are reported."""
+"""The members of the tripping step that are reported."""
 
 
 FAN_SHARES = 20
@@ -55,8 +55,8 @@ FAN_SHARES = 20
 class Number(NamedTuple):
     """A number of a rule that can be raised.
 
-    part -- the part of `protection` that holds it, "" for itself; field, key -- its name in the
-    model, and in the language.
+    part -- the part of `protection` that holds it, "": `protection` itself; field, key -- its name
+    in the Python model, and in the spec.
     """
 
     part: str
@@ -65,7 +65,7 @@ class Number(NamedTuple):
     unit: str
 
     def path(self, loop: str) -> Path:
-        """Return where it stands in a spec."""
+        """Return the number's path in a spec."""
         part = (self.part,) if self.part else ()
         return ("loops", loop, "protection", *part, self.key)
 
@@ -89,28 +89,28 @@ NUMBERS = {
     "effort_high": (Number("effort", "for_s", "for", "s"),),
     "effort_low": (Number("effort", "for_s", "for", "s"),),
 }
-"""By the id of the rule; those of the others are facts of machine and sensor."""
+"""By the rule's id; the numbers of other rules depend on machine and sensor."""
 
 
 class Part(NamedTuple):
-    """What there is to rehearse: the scenario (None), or a loop; and what keys have set there."""
+    """One rehearsal: the scenario (None), or a loop; and the numbers that keys have set there."""
 
     loop: str | None
     setting: Setting = ()
 
     def __str__(self) -> str:
-        """Say it in a few words."""
+        """Describe the part in a few words."""
         if self.loop is None:
             return "the scenario"
         return f"{self.loop} with {words(self.setting)}" if self.setting else self.loop
 
 
 class Tripped(NamedTuple):
-    """A rule that tripped although the machine is well.
+    """A rule that tripped on a healthy machine.
 
-    loop, rule -- whose, and its id; part -- the loop that was taken through its setpoints, or None:
-    the scenario was played; machine -- on which one, None: on the plant as it is; setting -- what
-    keys had set; time_s -- when; reading_c, setpoint_c -- of the loop then.
+    loop, rule -- the loop and the rule's id; part -- the loop that was taken through its setpoints,
+    None: the scenario; machine -- the healthy machine, None: the spec's plant; setting -- the
+    numbers that keys had set; time_s -- when; reading_c, setpoint_c -- those of the loop then.
     """
 
     loop: str
@@ -124,13 +124,13 @@ class Tripped(NamedTuple):
 
 
 class _TrippedError(Exception):
-    """Ends a course: what follows a trip is of no interest."""
+    """Ends a run at a trip: what follows is not needed."""
 
 
 def parts(controller: Controller) -> tuple[Part, ...]:
-    """Return what there is to rehearse: the scenario, each loop, and what keys can set of one.
+    """Return the rehearsals: the scenario, each loop, and the numbers that keys can set.
 
-    Without a machine there is nothing.
+    Without a simulated machine there are none.
     """
     if controller.simulation is None:
         return ()
@@ -140,9 +140,9 @@ def parts(controller: Controller) -> tuple[Part, ...]:
 
 
 def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tripped, ...]:
-    """Rehearse one part, and return what trips; a loop is taken through its setpoints.
+    """Run one part, and return the rules that trip; a loop is taken through its setpoints.
 
-    Each healthy machine is tried, as `verify` tries it, with rules stricter by MARGIN.
+    Each healthy machine of `verify` is tried, with rules that are stricter by MARGIN.
     """
     if part.loop is None:
         found = _of_scenario(stricter(controller), progress)
@@ -157,9 +157,9 @@ def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tr
 
 
 def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Finding, ...]:
-    """Say each rule that trips once, with the number that does for all that was rehearsed.
+    """Return one finding per rule that trips, with the number that is enough for all rehearsals.
 
-    A trip ends its course: with that number it goes on, and what trips then is said as well.
+    A trip ends its run. With that number the run goes on, and the next trip is reported as well.
     """
     found: dict[tuple[str, str], Finding] = {}
     waiting, no_number = list(tripped), set()
@@ -204,13 +204,13 @@ def _finding(controller: Controller, tripped: Sequence[Tripped]) -> tuple[Findin
     path = numbers[0].path(first.loop) if numbers else _path(first)
     where = "in the scenario, although nothing is broken"
     if first.machine is not None:
-        where = f"on a machine that is well ({first.machine.what})"
+        where = f"on a healthy machine ({first.machine.what})"
     if first.part not in {first.loop, None}:
         where += f", while {first.part} is taken through its setpoints"
     if first.setting:
         where += f", with {words(first.setting)}, as keys may set it"
     has_margin = numbers and first.rule != NO_MARGIN
-    trips = f"trips, or has less than {100 * MARGIN:.0f} % to spare," if has_margin else "trips"
+    trips = f"trips, or keeps less than {100 * MARGIN:.0f} % margin," if has_margin else "trips"
     reason = (
         f"{first.rule} {trips} {where}: {duration(round(first.time_s, 1))} after the start, at "
         f"{first.reading_c:.1f} °C with a setpoint of {first.setpoint_c:.1f} °C"
@@ -233,7 +233,7 @@ def _path(tripped: Tripped) -> Path:
 
 
 class _Enough(NamedTuple):
-    """A number that is enough, the controller that has it, and what trips there next."""
+    """A number that is enough, the controller with it, and the rules that trip there next."""
 
     value: str
     controller: Controller
@@ -241,12 +241,12 @@ class _Enough(NamedTuple):
 
 
 def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) -> _Enough | None:
-    """Return the least of some larger numbers that is enough."""
+    """Return the least of the larger numbers that is enough."""
     hardest_first = list(tripped)
     for factor in FACTORS:
         value, other = _raised(controller, tripped[0].loop, number, factor)
         if check(other):
-            return None  # another rule, or what the machine bears, is against it
+            return None  # another rule, or a node's `bears`, forbids it
         next_ones = []
         for each in hardest_first:
             again = _once_more(other, each)
@@ -261,7 +261,7 @@ def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) 
 
 
 def _once_more(controller: Controller, tripped: Tripped) -> Tripped | None:
-    """Return what trips in the course of another trip when other numbers are given."""
+    """Repeat the run of a trip with other numbers, and return the next trip."""
     if tripped.part is None or tripped.machine is None:
         return _of_scenario(stricter(controller))
     place = Place(with_setting(controller, tripped.setting), tripped.part)
@@ -270,7 +270,7 @@ def _once_more(controller: Controller, tripped: Tripped) -> Tripped | None:
 
 
 def stricter(controller: Controller) -> Controller:
-    """Return the controller whose rules trip at less, by MARGIN of their numbers."""
+    """Return the controller with stricter rules: their numbers are reduced by MARGIN."""
     for name, loop in controller.loops.items():
         for number in {each for rule in NUMBERS if rule != NO_MARGIN for each in NUMBERS[rule]}:
             value = _value(loop, number)
@@ -280,7 +280,7 @@ def stricter(controller: Controller) -> Controller:
 
 
 def _less(value: float, number: Number, loop: Loop) -> float:
-    """Reduce a limit by MARGIN; one that a rule counts in periods by at least one, if it can be."""
+    """Reduce a limit by MARGIN; one that is counted in periods, by at least one if possible."""
     periods = steps(value, loop)
     if number.unit != "s" or periods == 1:
         return (1 - MARGIN) * value
@@ -290,7 +290,7 @@ def _less(value: float, number: Number, loop: Loop) -> float:
 def _raised(
     controller: Controller, name: str, number: Number, factor: float
 ) -> tuple[str, Controller]:
-    """Raise a number: what it is then, as a spec says it, and the controller that has it."""
+    """Raise a number; return it as in a spec, and the controller with it."""
     before = _value(controller.loops[name], number)
     assert before is not None  # noqa: S101 - its rule has tripped
     value = rounded_up(factor * before)
@@ -302,7 +302,7 @@ def _holder(loop: Loop, number: Number) -> BaseModel | None:
 
 
 def _value(loop: Loop, number: Number) -> float | None:
-    """Return a rule's number, None where the loop has no such rule."""
+    """Return a rule's number; None if the loop has no such rule."""
     holder = _holder(loop, number)
     return None if holder is None else getattr(holder, number.field)
 
@@ -318,7 +318,7 @@ def _with(controller: Controller, name: str, number: Number, value: float) -> Co
 
 
 def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, float]:
-    """Return the noise of sensors whose readings the ADC sums up, K: each reading has its own."""
+    """Return the noise of each single code of sensors whose codes the ADC sums, K."""
     return {
         name: each.noise_k for name, each in network.sense.items() if sums_noise(controller, name)
     }
@@ -327,8 +327,8 @@ def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, floa
 def _step_s(controller: Controller) -> float:
     """Return the time step, s.
 
-    Where a current is measured it is a tenth of the shortest period, unless all periods are whole
-    multiples of the usual step: then the duty is constant in the step before a reading.
+    If a current is measured, it is a tenth of the shortest period, unless all periods are whole
+    multiples of the usual step: the duty is then constant in the step before a reading.
     """
     step_s = min(STEP_S, controller.shortest_period_s)
     if not any(loop.period_ticks % round(step_s / TICK_S) for loop in controller.loops.values()):
@@ -337,7 +337,7 @@ def _step_s(controller: Controller) -> float:
 
 
 class _World:
-    """The reference model on a machine, and somebody who asks for setpoints."""
+    """The reference model on a machine, with somebody who sets its setpoints."""
 
     def __init__(self, place: Place, machine: Healthy) -> None:
         controller = place.controller
@@ -376,8 +376,8 @@ class _World:
     def step(self) -> None:
         """Advance by one step of time; raises _TrippedError when a fault is latched.
 
-        Sensors feel the machine one step late, on a straight line: periods need not be whole steps.
-        A chip that converts without being asked has felt it when its last conversion began.
+        Sensors follow the machine one step late, interpolated linearly, as periods need not be
+        whole steps. A chip that converts continuously samples at the start of a conversion.
         """
         felt = self._plant.sensed_c()
         if self._currents:
@@ -386,7 +386,7 @@ class _World:
         self._row += 1
         self._device.advance(self._row * self.step_s)
         given = self._coupling.active()  # the model's relay is closed whenever a heater is on
-        if self._fans:  # each share of a fan is another machine
+        if self._fans:  # each share of a fan needs its own matrix
             shares = {fan: round(given[fan] * FAN_SHARES) / FAN_SHARES for fan in self._fans}
             given = {**given, **shares}
         self._plant.step(given, self._coupling.feed_mm_per_s())
@@ -394,7 +394,7 @@ class _World:
             raise _TrippedError
 
     def __getitem__(self, sensor: str) -> float:
-        """Return what a sensor says now of what it felt, °C or A, a current's in the last step."""
+        """Return a sensor's present temperature, °C, or its current in the last step, A."""
         if sensor in self._currents:
             return self._felt[-1][sensor]
         time_s, every_s = self._device.now_s, self._chips_s.get(sensor)
@@ -432,11 +432,11 @@ class _World:
         self._device.switch_off(self.site.loop_name)
 
     def loop(self, member: str) -> float:
-        """Return a number of the loop's last step."""
+        """Return a member of the loop's last step."""
         return self._device.last(self.site.loop_name, member)
 
     def tripped(self) -> Tripped:
-        """Describe what tripped."""
+        """Describe the trip."""
         device = self._device
         told = (device.last(device.fault_loop, name) for name in TOLD)
         rule = RULES[device.fault].id

@@ -10,17 +10,17 @@ from heatwright.spec import Controller
 
 OPERATE_S = 0.015
 RELEASE_S = 0.015
-"""Longest times of a 30 A power relay, its bouncing included (TE T9A, data sheet)."""
+"""Longest times of a 30 A power relay, bouncing included (TE T9A data sheet)."""
 
 
 class SafetyRelay:
-    """Its coil at an output, its main contacts in the heaters' supply, its mirror contact at a pin.
+    """A relay: coil at an output, main contacts in the heaters' supply, mirror contact at a pin.
 
-    armature, wire -- what is broken; it outlives a loss of power.
+    armature, wire -- its faults, which survive a loss of power.
     """
 
     def __init__(self) -> None:
-        """Make a sound one, not yet wired."""
+        """Create a sound relay, not yet wired."""
         self.armature = Armature.SOUND
         self.wire = Wire.SOUND
         self._relay: Relay | None = None
@@ -28,7 +28,7 @@ class SafetyRelay:
         self._cycle = self._closed = 0
 
     def power_on(self, avr: Avr, controller: Controller) -> None:
-        """Wire it to a processor that has just been powered on."""
+        """Connect to a processor that has just been powered on."""
         name = controller.safety.relay
         assert name is not None  # noqa: S101 - there is one only where the specification names it
         output, feedback = controller.on_off_output(name), controller.safety.relay_feedback
@@ -45,38 +45,38 @@ class SafetyRelay:
         self._cycle, self._closed = avr.cycle, self._relay.closed_cycles
 
     def fail(self, armature: Armature = Armature.SOUND, wire: Wire = Wire.SOUND) -> None:
-        """Break it so, or mend it."""
+        """Set the faults of armature and wire, or repair them."""
         self.armature, self.wire = armature, wire
         self._wired.fail(armature, wire)
 
     @property
     def closed(self) -> bool:
-        """Whether its main contacts conduct now."""
+        """Whether the main contacts conduct now."""
         return self._wired.closed
 
     @property
     def operations(self) -> int:
-        """How often they have moved since the power-up, either way."""
+        """How often the main contacts have opened or closed since power-up."""
         return self._wired.operations
 
     def power_off(self) -> None:
-        """Let the coil go with the controller's supply, until `power_on`."""
+        """Release the coil, because the controller's supply is off, until `power_on`."""
         self._avr = None
 
     @property
     def pointer(self) -> Any:
-        """The relay, for the shim's functions."""
+        """The relay's C pointer, for the shim's functions."""
         return self._wired.pointer
 
     @property
     def closed_cycles(self) -> int:
-        """Cycles for which they have conducted since the power-up."""
+        """Cycles for which the main contacts have conducted since power-up."""
         return self._wired.closed_cycles
 
     def closed_fraction(self) -> float:
-        """Return the share of time they conducted since the last call, 0..1.
+        """Return the main contacts' share of time (0..1) closed since the last call.
 
-        Without power, or if no time has passed, as they are.
+        Without power, or if no time has passed, their present state: 0 or 1.
         """
         if self._avr is None:
             return float(self.armature is Armature.WELDED)

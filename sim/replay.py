@@ -1,15 +1,14 @@
-"""The binary's control steps, done again by the reference model and compared bit for bit.
+"""Repeat the binary's control steps with the reference model, and compare them bit for bit.
 
-What went into each step is fed to the reference: the reading, the setpoint, the operator's
-acknowledgement; of a commanded loop also its switch and mode, the duty by hand and the gains, an
-emergency stop and the start of a tuning; of a programmed one the orders and the copy of the
-program; the critical temperature; the heater's current. Every other member must come out equal, to
-the last bit.
+The reference model gets the inputs of each step: reading, setpoint and acknowledgement; for a
+commanded loop also switch, mode, manual duty, gains, emergency stop and the start of a tuning; for
+a programmed one the orders and the copy of the program; the critical temperature; the heater's
+current. Every other member must be equal to the last bit.
 
-Some inputs are not in the log as such. Acknowledgements and starts show in their counts, a stop, a
-lost master and a bad relay in the fault's code. A fault that outlived a reset, or caused it, shows
-in the first step after the reset; those are listed in `ReplayResult.restored`, for whoever knows
-whether there was one. So does a program that outlived it.
+Some inputs are not members of the log. Acknowledgements and starts are derived from their counts; a
+stop, a lost master and a bad relay from the fault's code. A fault that survived a reset, or caused
+it, is taken from the first step after the reset and listed in `ReplayResult.restored`, as the log
+cannot prove it. So is a program that survived it.
 """
 
 from collections.abc import Mapping
@@ -44,11 +43,11 @@ class Mismatch:
     time_s: float
     variable: str
     expected: str
-    """What the reference computed, as a number and its bits."""
+    """The reference model's value, as a number and its bits."""
     actual: str
 
     def __str__(self) -> str:
-        """Say it in one line."""
+        """Describe the mismatch in one line."""
         return (
             f"step {self.row} at {self.time_s:.3f} s: {self.variable} is {self.actual}, "
             f"not {self.expected}"
@@ -57,28 +56,28 @@ class Mismatch:
 
 @dataclass(frozen=True)
 class ReplayResult:
-    """How the binary and the reference compare."""
+    """The result of a comparison of the binary with the reference model."""
 
     ticks: int
-    """Control steps compared."""
+    """Number of control steps compared."""
     mismatches: int
-    """Members that differ, over all steps."""
+    """Number of members that differ, over all steps."""
     first: tuple[Mismatch, ...]
-    """The first few of them."""
+    """The first few mismatches."""
     segments: int
-    """Runs of steps from one reset to the next."""
+    """Number of series of steps between resets."""
     restored: tuple[Restored, ...]
     latched: tuple[Latched, ...]
     """Faults that were latched between two steps."""
     unchecked: tuple[str, ...]
-    """Members of the log that the reference does not have."""
+    """Members of the log that the reference model does not have."""
 
 
 def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str, ReplayResult]:
     """Compare the logs of all loops with the reference model.
 
-    A fault stops every loop. Which loop's it is the reference model says: where none has it, that
-    is a mismatch, too. What another loop has latched before the first step of one is not restored.
+    A fault stops every loop. The reference model says which loop's it is: if no loop has it, that
+    is a mismatch. A fault that another loop latched before a loop's first step is not restored.
 
     Raises:
         ReplayError: a log is empty or lacks a member.
@@ -103,7 +102,7 @@ def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str,
 
 
 def _with_orphans(result: ReplayResult, orphans: list[Latched]) -> ReplayResult:
-    """Count faults that no loop has broken a rule for."""
+    """Add a mismatch for each fault whose rule no loop has broken."""
     found = tuple(
         Mismatch(each.row, each.time_s, "fault.code", "0", str(each.fault_code)) for each in orphans
     )
@@ -114,8 +113,8 @@ def _with_orphans(result: ReplayResult, orphans: list[Latched]) -> ReplayResult:
 def replay(controller: Controller, log: StepLog, loop: str | None = None) -> ReplayResult:
     """Compare a log of control steps with the reference model.
 
-    The step counter must go on by one each time: a missing or repeated step is a mismatch. A
-    counter of 1 out of turn is a reset.
+    The step counter must increase by one each time: a missing or repeated step is a mismatch. An
+    unexpected counter of 1 is a reset.
 
     Args:
         controller: the specification.

@@ -1,4 +1,4 @@
-"""What operator, host, display, master and the machine's other parts do: a scenario's events."""
+"""The events of a scenario: actions of operator, host, display, master and machine."""
 
 import re
 from collections.abc import Iterable
@@ -10,42 +10,42 @@ from heatwright.spec.rules import RULES
 from heatwright.spec.simulation import LEAST_VERIFIED_S
 
 PRESS_S = 0.1
-"""A brisk press: this long down, then at least as long up."""
+"""A short press: this long down, then at least as long up."""
 
 ASKS = Event.model_validate({"at": "1 s", "send": "M105"})
-"""A host that is there asks for the temperatures, as soon as the controller has started."""
+"""A connected host asks for the temperatures as soon as the controller has started."""
 
 STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
-"""A host's line that stops all, which is a fault that is latched."""
+"""A host's line with an emergency stop, which latches a fault."""
 
 DISTURBING = {"G0", "G1", "M106", "M107"}
-"""Commands that change what heat the machine loses."""
+"""Commands that change the machine's loss of heat."""
 
 
 class Action(NamedTuple):
-    """One thing that is done: something is sent or ordered, the feed changes, the hand moves."""
+    """One action: a line or an order is sent, the feed changes, or a key is pressed or released."""
 
     time_s: float
     key: str | None = None
-    """The key that is held from now on, None for none."""
+    """The key that is held from now on; None: no key."""
     line: str | None = None
-    """What the host or the display sends."""
+    """The line of the host or the display."""
     extrude_mm_per_s: float | None = None
-    """How fast filament is fed from now on."""
+    """The speed at which filament is fed from now on."""
     write: Write | None = None
-    """What the master writes."""
+    """The master's write."""
     program: ProgramOrder | None = None
-    """What is asked of a program."""
+    """The order to a program."""
 
     @property
     def disturbs(self) -> bool:
-        """Return whether it happens to the machine: a feed, a fan."""
+        """Return whether the action disturbs the machine: a feed, a fan."""
         command = (self.line or "").split(" ", maxsplit=1)[0].upper()
         return self.extrude_mm_per_s is not None or command in DISTURBING
 
     @property
     def text(self) -> str | None:
-        """What the legend of a plot says of it; nothing when a key is let go."""
+        """The text for a plot's legend; None for the release of a key."""
         if self.extrude_mm_per_s is not None:
             return f"extrude {self.extrude_mm_per_s:g} mm/s"
         if self.write is not None:
@@ -56,9 +56,9 @@ class Action(NamedTuple):
 
 
 def long_enough(controller: Controller) -> Controller:
-    """Draw a short scenario out; a host that says nothing in it asks for the temperatures then.
+    """Lengthen a short scenario; a host that sends nothing in it then asks for the temperatures.
 
-    A host that is there does so by itself; one that never does is lost before the longer end.
+    A real host polls; without polls it would be taken for lost before the longer end.
     """
     simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
@@ -86,16 +86,16 @@ def stops(simulation: Simulation) -> bool:
 def unasked(
     simulation: Simulation, tripped: Iterable[tuple[float, int]]
 ) -> list[tuple[float, int]]:
-    """Return those of some faults, each time (s) and code, that a scenario does not ask for."""
+    """Return the faults (time in s, code) that the scenario does not cause on purpose."""
     asked = stops(simulation)
     return [each for each in tripped if not (asked and RULES[each[1]].id == "emergency_stop")]
 
 
 def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
-    """Return all that is done in a scenario, in the order of time.
+    """Return all actions of a scenario, in order of time.
 
-    Each press is 100 ms down, or as long as it says, and 100 ms up; an event whose time comes while
-    the one before is still being done waits for its end.
+    Each press is 100 ms down, or as long as it says, and 100 ms up. An event whose time comes
+    during the event before waits for its end.
     """
     found: list[Action] = []
     free_s = 0.0

@@ -15,16 +15,15 @@ from heatwright.spec import Controller, monitors_of
 from heatwright.spec.facts import facts_of
 
 LOADED = "program.c:loaded"
-"""Where the firmware keeps the copy of the program."""
+"""The variable with the firmware's copy of the program."""
 
 
 class StateLog:
-    """The steps of one loop: images of the RAM that has its state, decoded when asked for.
+    """The steps of one loop: images of the RAM with its state, decoded on request.
 
-    The columns are the members of docs/control.md: those of the loop itself by their own names, the
-    others behind ``guard.``, ``algorithm.``, ``autotune.``, ``program.``, ``fault.``, ``output.``,
-    ``current.``, ``response.``, ``monitor_NAME.``. ``loaded`` is the copy of the program that a
-    programmed loop works off.
+    The columns are the members of docs/control.md: those of the loop by their own names, the others
+    with a prefix: ``guard.``, ``algorithm.``, ``autotune.``, ``program.``, ``fault.``, ``output.``,
+    ``current.``, ``response.``, ``monitor_NAME.``. ``loaded`` is the copy of the running program.
     """
 
     def __init__(self, variables: Variables, controller: Controller, name: str) -> None:
@@ -45,7 +44,7 @@ class StateLog:
         self._snapshots = avr.snapshots(counter, (self._base, self._size))
 
     def collect(self) -> None:
-        """Fetch what has been recorded so far."""
+        """Fetch the records so far."""
         if self._snapshots is not None:
             cycles, images = self._snapshots.take()
             self._times.append(self._start_s + cycles / self._clock_hz)
@@ -66,7 +65,7 @@ class StateLog:
         return log
 
     def take(self) -> StepLog:
-        """Return the rows since the last call, and forget them."""
+        """Return the rows since the last call, and delete them."""
         log = self.steps()
         self._times, self._images = [], []
         return log
@@ -76,7 +75,7 @@ class StateLog:
 
 
 def _columns(variables: Variables, controller: Controller, name: str) -> dict[str, str]:
-    """Column to variable; a loop keeps only the state its algorithm and protections need."""
+    """Return the variable of each column; a loop has only the state that its parts need."""
     loop = controller.loops[name]
     has_programs = facts_of(controller, name).programmed
     sources = {

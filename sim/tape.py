@@ -1,7 +1,7 @@
-"""What went into each control step of a log, a list for each input: for the reference model.
+"""The inputs of each control step of a log, a list for each input, for the reference model.
 
-A log is read column by column, once; to take each number from its row takes longer than the model
-does with it.
+A log is read once, column by column, because reading each number from its row would take longer
+than the model's computation.
 """
 
 from collections.abc import Iterable, Mapping
@@ -26,8 +26,8 @@ STARTS = "autotune.starts"
 class Tape:
     """The inputs, by row.
 
-    begins -- whether it is the first after a reset; acknowledged, started -- how often a fault was,
-    and a tuning, since the row before; orders -- without a lost master.
+    begins -- whether the row is the first after a reset; acknowledged, started -- acknowledgements
+    and starts of a tuning since the row before; orders -- without a lost master.
     """
 
     def __init__(self, log: StepLog) -> None:
@@ -42,7 +42,7 @@ class Tape:
 
     @cached_property
     def orders(self) -> list[Orders]:
-        """What else goes into each step; not everybody asks."""
+        """The orders for each step; made at first use, as not every caller needs them."""
         log = self._log
         usual = {field: repeat(each, len(log)) for field, each in NO_ORDERS._asdict().items()}
         given = _given(log, log.dtype.names or ())
@@ -54,12 +54,12 @@ def _singles(column: NDArray[Any]) -> list[Single]:
 
 
 def count_in(row: np.void, count: str) -> int:
-    """Return a count since the reset; 0 if the log has none."""
+    """Return a count since the reset; 0 if the log does not have it."""
     return int(row[count]) if count in (row.dtype.names or ()) else 0
 
 
 def _passed(log: StepLog, count: str) -> list[int]:
-    """Return by how much a count has gone on since the row before; 0 if the log has none."""
+    """Return the increase of a count since the row before; 0 if the log does not have it."""
     if count not in (log.dtype.names or ()):
         return [0] * len(log)
     counts = log[count].astype(np.uint8)
@@ -67,7 +67,7 @@ def _passed(log: StepLog, count: str) -> list[int]:
 
 
 def _given(log: StepLog, names: tuple[str, ...]) -> dict[str, Iterable[Any]]:
-    """Return what the log has of the orders, by their fields: those that not every loop has."""
+    """Return the orders in the log, by their fields; not every loop has all of them."""
     code = log["fault.code"]
     watched = np.where(np.isin(code, WATCHED_FAULTS), code, 0)
     given: dict[str, Iterable[Any]] = {"watch_fault": watched.tolist()}
@@ -107,7 +107,7 @@ def _pairs(log: StepLog, one: str, other: str) -> Iterable[tuple[int, int]]:
 
 
 def _each(field: str, columns: Mapping[str, Iterable[Any]]) -> dict[str, Iterable[Any]]:
-    """Make a dictionary for each row of a dictionary of columns."""
+    """Convert a dictionary of columns to a dictionary for each row."""
     if not columns:
         return {}
     rows = zip(*columns.values(), strict=True)

@@ -1,4 +1,4 @@
-"""What a run on the bench left behind."""
+"""The results of a run on the bench."""
 
 import csv
 from collections.abc import Iterator, Mapping
@@ -19,37 +19,37 @@ UNITS = (
     ("_c", "°C"),
     ("_s", "s"),
 )
-"""Unit by the end of a member's name."""
+"""Units by the end of a member's name."""
 
 
 @dataclass(frozen=True)
 class TraceEvent:
-    """Something that happened, for the legend of a plot."""
+    """An event, for the legend of a plot."""
 
     time_s: float
     text: str
     disturbs: bool = False
-    """Whether it happens to the machine, not to the controller."""
+    """Whether it disturbs the machine, not the controller."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """A run: the world in equal steps of time, the controller in its own steps."""
+    """A run: the machine in equal steps of time, the controller in its control steps."""
 
     times_s: Series
     temperatures_c: Mapping[str, Series]
     """By node of the plant."""
     sensed_c: Mapping[str, Series]
-    """By sensor: what its tip feels."""
+    """By sensor: its tip's temperature."""
     on_fraction: Mapping[str, Series]
     """By output: mean active fraction since the row before."""
     steps: Mapping[str, StepLog]
     """By loop."""
     events: tuple[TraceEvent, ...] = ()
     fed_mm_per_s: Series = field(default_factory=lambda: np.zeros(0))
-    """Mean speed of the filament since the row before; empty if nobody looked."""
+    """Mean speed of the filament since the row before; empty if not recorded."""
     currents_a: Mapping[str, Series] = field(default_factory=dict)
-    """By sensor of a current: what it sees, A."""
+    """By current sensor: its current, A."""
 
     @property
     def duration_s(self) -> float:
@@ -99,7 +99,7 @@ class Trace:
 
 
 def members(log: StepLog) -> tuple[str, ...]:
-    """Return the members of the state in a log, without the time and what is no number."""
+    """Return the members of the state in a log that are numbers, without the time."""
     names = log.dtype.names or ()
     return tuple(name for name in names if name != "time_s" and log.dtype[name].names is None)
 

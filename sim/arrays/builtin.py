@@ -1,4 +1,4 @@
-"""Built-in functions, and those of `math` and `bisect`, that know arrays."""
+"""Built-in functions, and those of `math` and `bisect`, that also take arrays."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _extreme(
 
 
 def _number(kind: type, to: type) -> type:
-    """Return a type that makes arrays of it of arrays."""
+    """Return a number type whose calls also convert arrays."""
 
     def new(cls: type, value: Value = 0, *more: Value) -> Value:
         del cls
@@ -59,10 +59,10 @@ BUILTINS: dict[str, Value] = {
 
 
 class Math:
-    """The module `math`, whose roundings know arrays."""
+    """The module `math`, with rounding functions that also take arrays."""
 
     def __getattr__(self, name: str) -> Value:
-        """Return anything else."""
+        """Return any other attribute of `math`."""
         return getattr(math, name)
 
     @staticmethod
@@ -78,7 +78,7 @@ class Bisect:
 
     @staticmethod
     def bisect_right(values: Sequence[Value], value: Value) -> Value:
-        """Count the sorted values that are no more than one."""
+        """Count how many of the sorted values are not above a value."""
         if not isinstance(value, np.ndarray) and not has_array(values):
             return bisect_right(values, value)
         if not has_array(values):
@@ -87,14 +87,14 @@ class Bisect:
 
 
 class Each:
-    """An object of its own for each lane, whose methods return a number."""
+    """One separate object for each lane; their methods return numbers."""
 
     def __init__(self, objects: Sequence[Value]) -> None:
         """Store the objects, in the order of the lanes."""
         self._objects = tuple(objects)
 
     def __getattr__(self, name: str) -> Callable[..., Value]:
-        """Return what calls the method of the lanes that are meant."""
+        """Return a function that calls this method for each active lane."""
 
         def call(*arguments: Value) -> Value:
             found = np.zeros(len(self._objects))

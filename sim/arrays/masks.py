@@ -1,7 +1,7 @@
-"""What the translated model calls: which lanes are meant, and merging what they make.
+"""Functions that the translated model calls: they track the active lanes and merge their values.
 
-A value is either uniform, an object like any other that all lanes share, or an array with an
-element for each lane. `active` says which lanes are meant: None is all of them.
+A value is either uniform, that is one object that all lanes share, or an array with an element for
+each lane. `active` is the mask of the active lanes, those that run now; None means all of them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Mask = NDArray[np.bool_]
 Value = Any
 
 _NUMBERS = (np.ndarray, np.generic, int, float, str)
-"""And names: an array may hold one for each lane."""
+"""Includes str: an array may hold one name for each lane."""
 
 
 class AllLanesError(Exception):
@@ -28,14 +28,14 @@ class AllLanesError(Exception):
 
 
 class _Unset:
-    """In the place of a value that no lane has yet."""
+    """Placeholder for a value that no lane has yet."""
 
 
 UNSET = _Unset()
 
 
 class _State:
-    """Which lanes are meant now; None: all."""
+    """The mask of the active lanes; None: all."""
 
     active: Mask | None = None
 
@@ -44,7 +44,7 @@ NOW = _State()
 
 
 def has_array(values: Sequence[Value]) -> bool:
-    """Return whether one of some values is an array."""
+    """Return whether any of the values is an array."""
     return np.ndarray in map(type, values) or Maybe in map(type, values)
 
 
@@ -55,9 +55,9 @@ def truth(test: Value) -> Mask:
 
 
 def merged(mask: Mask, new: Value, old: Value) -> Value:
-    """Return what is new for the lanes of a mask, and old for the others.
+    """Return the new value for the lanes of a mask, the old one for the others.
 
-    Raises AllLanesError where that is not a number for each lane.
+    Raises AllLanesError where the result is not one number per lane.
     """
     if new is old or old is UNSET:
         return new
@@ -87,7 +87,7 @@ def _tuple_as(kind: Value, parts: list[Value]) -> Value:
 
 
 def _alike(new: Value, old: Value) -> bool:
-    """Return whether two are of one kind and length; the model's own kinds exist twice."""
+    """Return whether two have the same type and length; the model's own types exist twice."""
     return type(new).__name__ == type(old).__name__ and len(new) == len(old)
 
 
@@ -98,7 +98,7 @@ class Maybe(np.ndarray):
 
 
 def _lacking(mask: Value, value: Value) -> Value:
-    """Return numbers that the lanes of a mask do not have."""
+    """Return numbers that are None for the lanes of a mask."""
     if isinstance(value, tuple):
         return _tuple_as(value, [_lacking(mask, part) for part in value])
     if not isinstance(value, _NUMBERS):
@@ -116,35 +116,35 @@ def is_none(value: Value) -> Value:
 
 
 class Frame:
-    """A call of a function that some lanes may leave before others."""
+    """A function call from which some lanes may return before others."""
 
     __slots__ = ("value", "whole")
 
     def __init__(self) -> None:
-        """Begin with the lanes that are meant now."""
+        """Begin with the active lanes."""
         self.whole = NOW.active
         self.value: Value = UNSET
 
     def is_whole(self) -> bool:
-        """Return whether all lanes that began are meant."""
+        """Return whether all lanes that began the call are active."""
         return NOW.active is self.whole
 
     def set(self, old: Value, new: Value) -> Value:
-        """Return the new value of a local variable."""
+        """Return the new value of a local variable: changed for the active lanes."""
         return new if NOW.active is self.whole else merged(_mask(), new, old)
 
     def leave(self, value: Value) -> None:
-        """Let the lanes that are meant return a value."""
+        """Let the active lanes return a value."""
         mask = _mask()
         self.value = merged(mask, value, self.value)
         NOW.active = np.zeros_like(mask)
 
     def goes_on(self) -> bool:
-        """Return whether any lane has not returned."""
+        """Return whether any lane has not returned yet."""
         return NOW.active is self.whole or bool(_mask().any())
 
     def end(self, value: Value = None) -> Value:
-        """Return what all lanes return, these ones a value."""
+        """Return the values of all lanes; the lanes still active return this value."""
         if NOW.active is self.whole:
             return value
         if value is not None or self.value is UNSET:
@@ -163,7 +163,7 @@ def _mask() -> Mask:
 
 
 def split(test: Value) -> Iterable[bool]:
-    """Give the ways of an `if` that lanes go, with those lanes meant."""
+    """Yield the branches of an `if` that any lanes take, with only those lanes active."""
     if isinstance(test, np.ndarray):
         return _ways(test)
     return _YES if test else _NO
@@ -197,12 +197,12 @@ class While:
     __slots__ = ("_left", "_whole")
 
     def __init__(self) -> None:
-        """Begin with the lanes that are meant now."""
+        """Begin with the active lanes."""
         self._whole = NOW.active
         self._left: Mask | None = None
 
     def again(self, test: Value) -> bool:
-        """Return whether any lane goes on, and mean those that do."""
+        """Return whether any lane goes on, and make those lanes the active ones."""
         if not isinstance(test, np.ndarray):
             return bool(test)
         told = truth(test)
@@ -216,7 +216,7 @@ class While:
         return bool(stay.any())
 
     def end(self) -> None:
-        """Mean all lanes that have left the loop, but not the function."""
+        """Make active all lanes that have left the loop but not the function."""
         if self._left is None:
             return
         left = self._left if NOW.active is None else self._left | NOW.active
@@ -226,14 +226,14 @@ class While:
 
 
 def together(before: Mask | None) -> None:
-    """Refuse to go on, or out of a loop, with some lanes only."""
+    """Refuse a `break` or `continue` of some lanes only."""
     if NOW.active is not before:
         message = "break or continue for some lanes"
         raise AllLanesError(message)
 
 
 def common(value: Value) -> Value:
-    """Return what is about to be changed in place, which must be for all lanes."""
+    """Return a collection that is to be changed in place; refuse unless all lanes are active."""
     if NOW.active is not None and isinstance(value, list | dict | set | deque):
         message = "a collection changes for some lanes"
         raise AllLanesError(message)
@@ -241,7 +241,7 @@ def common(value: Value) -> Value:
 
 
 def raises() -> bool:
-    """Return whether an exception is meant; refuse one for some lanes, which would end all."""
+    """Return whether to raise an exception; refuse one of some lanes, which would end all."""
     if NOW.active is not None and NOW.active.any():
         message = "an exception for some lanes"
         raise AllLanesError(message)
@@ -250,7 +250,7 @@ def raises() -> bool:
 
 @contextmanager
 def only(lanes: Mask | None) -> Iterator[None]:
-    """Mean these lanes only, None for all."""
+    """Make only these lanes active; None: all."""
     before, NOW.active = NOW.active, lanes
     try:
         yield
@@ -260,20 +260,20 @@ def only(lanes: Mask | None) -> Iterator[None]:
 
 @contextmanager
 def afresh() -> Iterator[None]:
-    """Mean all lanes; what is calculated for those that do not need it may come to anything."""
+    """Make all lanes active; results of lanes that do not need them may be arbitrary."""
     with only(None), np.errstate(all="ignore"):
         yield
 
 
 def put(target: Value, name: str, value: Value) -> None:
-    """Set an attribute for the lanes that are meant."""
+    """Set an attribute for the active lanes."""
     if NOW.active is not None:
         value = merged(NOW.active, value, getattr(target, name, UNSET))
     setattr(target, name, value)
 
 
 def put_item(target: Value, key: Value, value: Value) -> None:
-    """Set an item for the lanes that are meant."""
+    """Set an item for the active lanes."""
     mask = NOW.active
     if isinstance(key, np.ndarray):
         for place in range(len(target)):
@@ -287,7 +287,7 @@ def put_item(target: Value, key: Value, value: Value) -> None:
 
 
 def item(source: Value, key: Value) -> Value:
-    """Return an item; of a sequence or a table each lane gets its own."""
+    """Return an item; each lane gets its own item of a sequence or table."""
     if not isinstance(key, np.ndarray):
         return source[key]
     if isinstance(source, list) and not has_array(source):
@@ -319,7 +319,7 @@ def or_(left: Value, right: Callable[[], Value]) -> Value:
 
 
 def _joined(left: Value, right: Callable[[], Value], asked: Mask) -> Value:
-    """Return what is right for the lanes that ask for it."""
+    """Return the right operand for the lanes that need it, else the left one."""
     whole = NOW.active
     asked = asked if whole is None else asked & whole
     if not asked.any():
@@ -331,7 +331,7 @@ def _joined(left: Value, right: Callable[[], Value], asked: Mask) -> Value:
 
 
 def both(left: Value, right: Callable[[], Value]) -> Value:
-    """Return `left and right` where right calls nothing: it may be asked for all lanes."""
+    """Return `left and right` where right calls nothing, so all lanes may evaluate it."""
     if not isinstance(left, np.ndarray):
         return left and right()
     found = right()
@@ -367,7 +367,7 @@ def choose(test: Value, yes: Callable[[], Value], no: Callable[[], Value]) -> Va
 
 
 def chain(first: Value, *rest: Value) -> Value:
-    """Return a chained comparison: a value, then operator and value by turns."""
+    """Return a chained comparison: a value, then operators and values in turn."""
     told: Value = True
     for compare, value in zip(rest[::2], rest[1::2], strict=True):
         told = both(told, partial(compare, first, value))

@@ -25,10 +25,10 @@ _INSTEAD: dict[str, Any] = {"math": Math(), "bisect": Bisect()}
 
 @cache
 def on_arrays(name: str) -> ModuleType:
-    """Return a module of the model, translated; of any other name the module itself.
+    """Return the translation of a module of the model; any other module unchanged.
 
     Raises:
-        ModuleNotFoundError: there is none.
+        ModuleNotFoundError: there is no such module.
 
     """
     if not _is_translated(name):

@@ -1,7 +1,7 @@
-"""N thermal networks of one structure as one: each step a product of matrix and vector for each.
+"""N thermal networks of one structure, stepped together: one matrix-vector product for each.
 
-A lane is equal bit for bit to its `thermal_network.Plant` alone: the matrices are that plant's, the
-product is the same routine of the same numbers, and the noise is drawn by its own generators.
+Each lane equals its own `thermal_network.Plant` bit for bit: it uses that plant's matrices, the
+same routine for the product, and that plant's random generators for the noise.
 """
 
 from __future__ import annotations
@@ -65,15 +65,15 @@ class Plants:
         return self._vectors[:, : len(self.nodes)]
 
     def sensed_c(self) -> dict[str, Numbers]:
-        """Return what every sensor's tip feels now in each lane, °C."""
+        """Return the present temperature of every sensor's tip in each lane, °C."""
         return {name: feelers.felt_c for name, feelers in self._feelers.items()}
 
     def currents_a(self) -> dict[str, Numbers]:
-        """Return what every current's sensor sees now in each lane, A."""
+        """Return the present current at every current sensor in each lane, A."""
         return {name: meters.amperes for name, meters in self._ammeters.items()}
 
     def step(self, active: Mapping[str, Any], feed_mm_per_s: Any = 0.0) -> None:
-        """Advance by one step; see `Plant.step`, each number for all lanes or one for each."""
+        """Advance by one step, as `Plant.step`; each number may be an array, one per lane."""
         for meters in self._ammeters.values():
             meters.follow(active[meters.output])
         for place, name in enumerate(self._heaters):
@@ -128,13 +128,13 @@ class Surfaces:
         self._grid = np.zeros(len(surfaces))
 
     def now(self, vectors: Numbers) -> tuple[Numbers, Numbers]:
-        """Return of each lane what `Surface.now` returns, W/K and W."""
+        """Return what `Surface.now` returns for each lane, W/K and W."""
         here_c, there_c = vectors[:, self._here], vectors[:, self._there]
         here_k, there_k = here_c + ZERO_C_K, there_c + ZERO_C_K
         exact = self._factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
         wanted = np.log(exact) / LOG_GRID
         steps = np.rint(wanted)
-        steps[np.abs(np.abs(wanted - steps) - 0.5) < _LOG_ERROR] = np.nan  # one or the next
+        steps[np.abs(np.abs(wanted - steps) - 0.5) < _LOG_ERROR] = np.nan  # either of two steps
         for lane in np.flatnonzero(steps != self._steps).tolist():
             self._grid[lane] = on_grid(float(exact[lane])) if exact[lane] > 0 else 0.0
         self._steps = steps
@@ -142,7 +142,7 @@ class Surfaces:
 
 
 _LOG_ERROR = 1e-9
-"""More than numpy's logarithm, in steps of the grid, may differ from the one of `math`."""
+"""More than the difference between numpy's and `math`'s logarithm, in steps of the grid."""
 
 
 class Feelers:
@@ -155,7 +155,7 @@ class Feelers:
         longest = max(map(len, pasts))
         self._lanes = np.arange(len(feelers))
         self._past = np.array([[past[0]] * (longest - len(past)) + past for past in pasts])
-        """What was and is still to be felt, the oldest first; a ring that `_end` is the end of."""
+        """Past temperatures for the dead time, oldest first: a ring that ends at `_end`."""
         self._back = np.array([len(past) for past in pasts])
         self._delayed = self._back > 1
         self._older = np.array([each.older_share for each in feelers])
@@ -164,7 +164,7 @@ class Feelers:
         self._noisy = [lane for lane, each in enumerate(feelers) if each.noise_k]
         self._feelers = [feelers[lane] for lane in self._noisy]
         self._noise_k = np.empty((0, len(self._noisy)))
-        """What is drawn and not yet used, a row for each step: the last is the next."""
+        """Noise that is drawn but not yet used, one row per step; the last row is used next."""
         self.felt_c = np.array([each.felt_c for each in feelers])
 
     def feel(self, vectors: Numbers) -> None:

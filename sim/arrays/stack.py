@@ -1,4 +1,4 @@
-"""N objects of the model as one: numbers that differ become arrays, an element for each lane."""
+"""N objects of the model as one: numbers that differ become arrays with one element per lane."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from heatwright.spec.facts import LoopFacts
 
 _NUMBERS = (bool, int, float, np.generic)
 ON_ARRAYS = " on arrays"
-"""Ends the names of translated modules."""
+"""Suffix of the names of translated modules."""
 _KINDS = {bool: np.bool_, int: np.int64, float: np.float64}
 
 
 class UnlikeError(Exception):
-    """Lanes must be of one structure: what is there may differ by its numbers only."""
+    """The lanes differ in structure; they may differ only in numbers."""
 
 
 def stacked(objects: Sequence[Any]) -> Any:
@@ -35,18 +35,18 @@ def stacked(objects: Sequence[Any]) -> Any:
 
 
 class Specs:
-    """Parts of specifications that differ by numbers, read as one."""
+    """Parts of specs that differ only in numbers, read as one."""
 
     def __init__(self, models: Sequence[BaseModel | LoopFacts]) -> None:
         """Store the parts, in the order of the lanes."""
         self.__dict__["_models"] = tuple(models)
 
     @property  # type: ignore[misc]
-    def __class__(self) -> type:  # what isinstance goes by
+    def __class__(self) -> type:  # isinstance uses this
         return type(self.__dict__["_models"][0])
 
     def __getattr__(self, name: str) -> Any:
-        """Return an attribute of all."""
+        """Return an attribute, combined over all lanes."""
         found = stacked([getattr(each, name) for each in self.__dict__["_models"]])
         self.__dict__[name] = found
         return found
@@ -130,7 +130,7 @@ class _Stack:
 
 
 def _others(values: tuple[Any, ...]) -> Any:
-    """Return what is no part of the model: the same for all, or specifications."""
+    """Combine values that are no objects of the model: equal ones, or parts of specs."""
     if all(each == values[0] for each in values):
         return values[0]
     if isinstance(values[0], BaseModel | LoopFacts):

@@ -1,4 +1,4 @@
-"""A module's syntax tree, so that its numbers may be arrays."""
+"""Translate a module's syntax tree so that its numbers may be arrays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _IN_PLACE = {"append", "extend", "insert", "remove", "pop", "popleft", "clear", 
 _COMPOUND = (ast.If, ast.While, ast.For, ast.With)
 _BEYOND = (ast.Try, ast.TryStar, ast.Match, ast.AsyncFunctionDef, ast.Global, ast.Nonlocal,
            ast.Yield, ast.YieldFrom, ast.Await)  # fmt: skip
-"""What the model is not written with, and nothing here says what it would be for some lanes."""
+"""Statements that the model does not use; for some lanes only, they have no meaning here."""
 
 
 def translated(tree: ast.Module) -> ast.Module:
@@ -62,14 +62,14 @@ class _Lanes(ast.NodeTransformer):
     def __init__(self) -> None:
         self._numbers = count()
         self._frame = ""
-        """Name of the function's frame; "" where it needs none."""
+        """Name of the function's frame variable; "" if it needs none."""
         self._functions = 0
         self._deep = 0
-        """Number of compound statements about this one, within the function."""
+        """Number of compound statements around this one, within the function."""
         self._loop = ""
-        """Name that holds the lanes with which the innermost loop's round began."""
+        """Name of the variable with the lanes that began this round of the innermost loop."""
         self._own = ""
-        """First argument of the innermost function: what `super` is about, in a lambda too."""
+        """First argument of the innermost function, for `super`, also within a lambda."""
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         before = self._frame, self._deep, self._loop, self._own
@@ -95,7 +95,7 @@ class _Lanes(ast.NodeTransformer):
     # ---- statements ----
 
     def _block(self, body: list[ast.stmt]) -> list[ast.stmt]:
-        """Translate a block: after a statement that may return, only the other lanes go on."""
+        """Translate a block: after a statement that may return, only the remaining lanes go on."""
         done: list[ast.stmt] = []
         for place, statement in enumerate(body):
             found = self.visit(statement)
@@ -185,7 +185,7 @@ class _Lanes(ast.NodeTransformer):
         return node
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
-        """Translate the parts of anything else that may be part of the model."""
+        """Translate the parts of any other node that the model may use."""
         if isinstance(node, _BEYOND):
             raise NotImplementedError(f"{type(node).__name__} in line {node.lineno} of the model")
         return super().generic_visit(node)

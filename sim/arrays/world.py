@@ -20,7 +20,7 @@ from heatwright.spec import Controller, Event, Simulation
 
 Progress = Callable[[float, float], None]
 Logs = dict[str, StepLog]
-"""By loop."""
+"""Control steps by loop."""
 
 
 def bench_lanes(
@@ -34,15 +34,15 @@ def bench_lanes(
     """Run reference devices against their machines; each trace is that of `bench` alone.
 
     Args:
-        controllers: they may differ by numbers, those of their machines too, but in no time.
+        controllers: they and their machines may differ in numbers, but not in times.
         scenario: the events of all lanes.
-        machines: whose machine each of them is wired to; its own if None.
+        machines: the controllers whose machines they are wired to; their own if None.
         seed: of the sensor noise.
-        progress: told of the simulated time now and then.
+        progress: called with the simulated time at intervals.
 
     Raises:
-        UnlikeError: the controllers differ by more than numbers.
-        AllLanesError: something that lanes have in common would happen to some of them only.
+        UnlikeError: the controllers differ in more than numbers.
+        AllLanesError: something that all lanes share would change for some of them only.
         ValueError: one has no simulation.
 
     """
@@ -61,9 +61,9 @@ def step_logs(  # noqa: PLR0913 - all but three have names
     seed: int = 0,
     progress: Progress | None = None,
 ) -> list[Logs]:
-    """Return for each lane of `bench_lanes` the control steps, with these members of theirs only.
+    """Return the control steps of each lane of `bench_lanes`, with only these members.
 
-    What cannot be done in lanes is done one by one, with the same result.
+    If lanes cannot run together, they run one by one, with the same result.
     """
     events, wired = tuple(scenario), machines or controllers
     try:
@@ -81,12 +81,12 @@ def step_logs(  # noqa: PLR0913 - all but three have names
 def device_of(
     controllers: Sequence[Controller], noise_k: Sequence[dict[str, float]] | None = None
 ) -> Any:
-    """Return the reference devices of controllers that differ by numbers only, as one.
+    """Return the reference devices of controllers that differ only in numbers, as one device.
 
-    It has the methods of `ReferenceDevice`; each number that goes in or comes out may be an array.
+    It has the methods of `ReferenceDevice`; each argument and result may be an array.
 
     Raises:
-        UnlikeError: they differ by more.
+        UnlikeError: they differ in more than numbers.
 
     """
     kind = on_arrays("heatwright.sim.reference.device").ReferenceDevice
@@ -95,10 +95,10 @@ def device_of(
 
 
 class _LaneDevice:
-    """The devices of all lanes; of their steps those numbers are kept that are asked for."""
+    """The devices of all lanes; only the requested members of their steps are kept."""
 
     def __init__(self, controllers: Sequence[Controller], kept: Iterable[str] | None) -> None:
-        """Power all up; kept -- members of a step to keep, None for all."""
+        """Power all devices on; kept -- members of a step to keep, None for all."""
         self._all = device_of(controllers)
         self._lanes = len(controllers)
         self._kept = None if kept is None else {"time_s", *kept}
@@ -106,15 +106,15 @@ class _LaneDevice:
         self._kinds = {name: self._kind_of(name) for name in self._all._loops}
 
     def __getattr__(self, name: str) -> Any:
-        """Return what all devices have."""
+        """Return an attribute of all devices."""
         return getattr(self._all, name)
 
     def advance(self, until_s: float) -> None:
-        """Run to a time; of the steps done only what is kept stays."""
+        """Run to a time, then drop the members of the steps that are not kept."""
         self._all.advance(until_s)
         for name, log in self._logs.items():
             rows = self._all._loops[name]._rows
-            while len(rows) > 1:  # a fault that is told late may still change the last
+            while len(rows) > 1:  # a fault that comes late may still change the last row
                 log.append(self._packed(name, rows.popleft()))
 
     def logs(self, loop: str) -> list[StepLog]:
@@ -152,7 +152,7 @@ class _LaneDevice:
 
 
 def _own(value: Any, lane: int) -> Any:
-    """Return what one lane has of numbers in tuples and lists."""
+    """Return one lane's numbers from tuples and lists."""
     if isinstance(value, np.ndarray):
         return value[lane]
     if isinstance(value, tuple):
@@ -161,7 +161,7 @@ def _own(value: Any, lane: int) -> Any:
 
 
 class _Runs(Run):
-    """Runs in all lanes; without a trace of their machines where parts of the steps are kept."""
+    """Runs in all lanes; without traces of the machines if only some members are kept."""
 
     def __init__(
         self,

@@ -2,7 +2,7 @@
 
 ``Variables(elf)["loop_air.temperature_c"]`` gives address, size and numpy type; structures are
 entered with dots, array elements with ``[n]``. Names that two source files share (static variables)
-are told apart by the file: ``"control.c:state"``. A whole run of RAM images is decoded at once::
+are distinguished by the file: ``"control.c:state"``. A series of RAM images is decoded at once::
 
     table = variables.decode(images, base, ["loop_air", "fault.code"])
     table["loop_air"]["temperature_c"]      # float32, one per image
@@ -32,7 +32,7 @@ _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(\d+)\]")
 
 @dataclass(frozen=True)
 class Variable:
-    """Where a variable is: RAM address, and its numpy type (``dtype.itemsize`` bytes)."""
+    """A variable: its RAM address and its numpy type (``dtype.itemsize`` bytes)."""
 
     name: str
     address: int
@@ -53,7 +53,7 @@ class Variable:
         return Variable(f"{self.name}.{member}", self.address + offset, dtype)
 
     def element(self, index: int) -> Variable:
-        """Return an element of this array; raises ElfError when it is none, or shorter."""
+        """Return an element of this array; raises ElfError if it is no array, or is shorter."""
         if self.dtype.subdtype is None or index >= self.dtype.subdtype[1][0]:
             raise ElfError(f"{self.name} has no element {index}.")
         base, shape = self.dtype.subdtype
@@ -63,7 +63,7 @@ class Variable:
 
 @lru_cache(maxsize=8)
 def _described(program: bytes) -> Mapping[str, list[Variable]]:
-    """Read what a program's file says of its variables; once, for it takes a tenth of a second."""
+    """Read the variables' debug information; cached, as this takes a tenth of a second."""
     found: dict[str, list[Variable]] = {}
     file = ELFFile(BytesIO(program))
     if file.has_dwarf_info():
@@ -74,8 +74,8 @@ def _described(program: bytes) -> Mapping[str, list[Variable]]:
 class Variables(Mapping[str, Variable]):
     """All variables in RAM with a fixed address, by name.
 
-    Raises ElfError when a name is asked for that the program has not, or has more than once. The
-    processor's registers are there too, by their names in the data sheet.
+    Raises ElfError for a name that the program does not have, or has more than once. The
+    processor's registers are included, by their names in the data sheet.
     """
 
     def __init__(self, elf: Elf) -> None:
@@ -121,7 +121,7 @@ class Variables(Mapping[str, Variable]):
         raise ElfError(f"{self._elf.path.name} has no variable {name}{self._hint()}.")
 
     def _hint(self) -> str:
-        """The C library describes the registers; a program that says no more was compiled so."""
+        """Return a hint if only registers are described: the program has no debug information."""
         first = self._elf.static_ram[0]
         if any(variable.address >= first for found in self._all.values() for variable in found):
             return ""
@@ -165,7 +165,7 @@ def _steps(path: str) -> list[tuple[str, str]]:
 
 
 class _Reader:
-    """Walks the debug information once."""
+    """Collects the variables from the debug information."""
 
     def __init__(self, into: dict[str, list[Variable]]) -> None:
         self._into = into

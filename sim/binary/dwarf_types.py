@@ -13,13 +13,13 @@ _TRANSPARENT = {"DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type"}
 
 
 class Types:
-    """Turns types into numpy types, each once."""
+    """Converts DWARF types to numpy types, each only once."""
 
     def __init__(self) -> None:
         self._known: dict[int, np.dtype[Any]] = {}
 
     def dtype(self, die: Any) -> np.dtype[Any]:
-        """Return the numpy type of what the entry's DW_AT_type names."""
+        """Return the numpy type for the entry's DW_AT_type."""
         if "DW_AT_type" not in die.attributes:
             return np.dtype("V0")
         kind = die.get_DIE_from_attribute("DW_AT_type")

@@ -1,7 +1,7 @@
 """A linked AVR program: its flash image, its symbols, its functions.
 
-Addresses are the program's own: flash in bytes from 0, RAM as the data sheet counts it (the ELF
-file's offsets 0x800000 for RAM and 0x810000 for EEPROM are taken off).
+Addresses are the processor's: flash in bytes from 0, RAM as in the data sheet (without the ELF
+file's offsets 0x800000 for RAM and 0x810000 for EEPROM).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FUSES = 0x820000
 
 
 class ElfError(ValueError):
-    """The file is not a linked AVR program, or lacks what is asked of it; says which."""
+    """The file is not a linked AVR program, or lacks a requested symbol; see the message."""
 
 
 @dataclass(frozen=True, order=True)
@@ -127,7 +127,7 @@ def _symbols(elf: Any) -> list[tuple[str, int, str]]:
 
 
 def _functions(elf: Any, symbols: list[tuple[str, int, str]]) -> tuple[Function, ...]:
-    """Each runs to the next: the library's assembler gives no sizes, and plain labels."""
+    """Return functions that each end at the next: the library's assembler code has no sizes."""
     text = elf.get_section_by_name(".text")
     if text is None:
         return ()

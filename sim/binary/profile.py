@@ -1,4 +1,4 @@
-"""Where a program spends its time, to the cycle; on simavr's core one instruction at a time."""
+"""Profile where a program spends its cycles; on simavr's core one instruction at a time."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ NO_FUNCTION = 0xFFFF
 
 @dataclass(frozen=True)
 class FunctionProfile:
-    """A function's calls, and its cycles: with what it calls (total, longest), and its own.
+    """A function's calls and cycles: with the functions it calls (total, longest), and its own.
 
-    Interrupts that come while it runs are not counted to it. masked: the longest time with
-    interrupts off that began in it.
+    Interrupts during it do not count. masked: the longest time with interrupts off that began in
+    it.
     """
 
     calls: int
@@ -35,7 +35,7 @@ class FunctionProfile:
 
 @dataclass(frozen=True)
 class Stretch:
-    """The longest of its kind: cycles, the time it began (s), the function it began in."""
+    """The longest stretch of a kind: cycles, start time (s), and function at its start."""
 
     cycles: int
     seconds: float
@@ -67,7 +67,7 @@ class Profile:
         self._lib, self._stopped = hw.lib, False
         self._program = program
         self.log = Log(hw, hw.lib.HW_ENTRY_LOG, ENTRY)
-        self._others = np.empty(0, ENTRY)  # entries of functions not asked for yet
+        self._others = np.empty(0, ENTRY)  # entries of functions that are not fetched yet
         table = self._table(hw.lib.hw_flash_size(hw.pointer))
         starts = np.array([function.start for function in program.functions], np.uint32)
         if self._lib.hw_profile_start(
@@ -79,7 +79,7 @@ class Profile:
             raise ValueError("This processor is already being profiled.")
 
     def _table(self, flash_size: int) -> NDArray[np.uint16]:
-        """Number of the function each word of flash belongs to."""
+        """Return the number of the function for each word of flash."""
         table = np.full(flash_size // 2, NO_FUNCTION, np.uint16)
         for number, function in enumerate(self._program.functions):
             table[function.start // 2 : (function.end + 1) // 2] = number
@@ -92,9 +92,9 @@ class Profile:
         return self._owner.pointer
 
     def stop(self) -> None:
-        """End it: the processor runs at full speed again. Read the results before.
+        """End the profile: the processor runs at full speed again. Read the results before.
 
-        Whoever asks for one later gets a ValueError; entries that were logged can still be had.
+        Results raise a ValueError after that; entries that were logged stay available.
         """
         self._lib.hw_profile_stop(self._hw)
         self._stopped = True
@@ -110,7 +110,7 @@ class Profile:
         }
 
     def trace(self, function: str) -> None:
-        """Note each call of a function from now on; see entries. ElfError if there is none."""
+        """Log each call of a function from now on; see entries. ElfError if there is none."""
         number = self._program.functions.index(self._program.function(function))
         self._lib.hw_profile_trace_entry(self._hw, number, 1)
 
@@ -130,7 +130,7 @@ class Profile:
 
     @property
     def busy(self) -> Stretch:
-        """The longest stay within 8 words of code without sleep, interrupts not counted."""
+        """The longest time within 8 words of code without sleep, interrupts not counted."""
         return self._stretch(self._lib.hw_profile_busy(self._hw))
 
     def _stretch(self, found: Any) -> Stretch:
@@ -172,7 +172,7 @@ def _fields(record: Any) -> tuple[int, int, int, int, int]:
 
 
 def line_ranges(path: Path) -> list[tuple[int, int, str, int]]:
-    """Return first byte, end, file and line of each run of code, from the line number table."""
+    """Return first byte, end, file and line of each piece of code, from the line number table."""
     ranges: list[tuple[int, int, str, int]] = []
     with path.open("rb") as stream:
         elf = ELFFile(stream)

@@ -1,1 +1,1 @@
-"""Many machines of one spec, each drawn from a seed, and what becomes of each."""
+"""Campaigns: many runs of one spec, each on a machine that is varied at random from a seed."""

@@ -1,4 +1,4 @@
-"""What may break in the middle of a campaign's run, whatever the machine just does."""
+"""Faults that may occur at any moment of a campaign's run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from heatwright.spec import Controller
 WEAK_SHARE = 0.05
 """Share of its power that a heater still has when its wire is almost broken."""
 LEAKING_SHARE = 0.3
-"""Share of full power that passes through a damaged switch while it is off."""
+"""Share of full power that a damaged switch passes while it is off."""
 
 
 def _switch(heat: Heat) -> Act:
@@ -27,7 +27,7 @@ def _switch(heat: Heat) -> Act:
 
 
 def _stand(world: World) -> None:
-    """Let the tip feel for ever what it feels now: it has come loose from what it measures."""
+    """Hold the tip at its present temperature for ever."""
     stood_c = world.sensed_c
     world.wiring.feel[world.site.loop.sensor] = lambda _: stood_c
 
@@ -45,7 +45,7 @@ def _stop_fan(world: World) -> None:
 
 
 def _stall_fan(world: World) -> None:
-    """Let the loop's fan stand still, whatever its line says."""
+    """Stop the loop's fan, whatever its line's level."""
     world.device.proofs[world.site.loop.fan or ""].fail(stands=True)
 
 
@@ -74,9 +74,9 @@ BREAKS: dict[str, tuple[Act, Callable[[Place], bool]]] = {
     "fan_line_cut": (_stop_fan, _has_fan),
     "fan_stalled": (_stall_fan, _proves_fan),
 }
-"""By name: what happens to the loop of a world, and where it can."""
+"""By name: the act that breaks a part of a loop, and the test whether a loop has that part."""
 
 
 def applicable(controller: Controller, name: str) -> list[str]:
-    """Return the loops on which something can break so."""
+    """Return the loops on which this fault is possible."""
     return [loop for loop in controller.loops if BREAKS[name][1](Place(controller, loop))]

@@ -1,7 +1,7 @@
-"""One machine of a campaign, drawn from the campaign's seed and the number of its run.
+"""One machine of a campaign, drawn at random from the campaign's seed and its run's number.
 
-Each quantity has a stream of its own, by seed, run and name: a run can be drawn alone, in any order
-and anywhere, and a quantity that is varied in addition leaves all others as they are.
+Each quantity has its own random stream, by seed, run and name: runs can be drawn in any order and
+on any computer, and varying one more quantity does not change the others.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from heatwright.spec import Controller, Event, Link, Simulation, ThermalNetwork
 from heatwright.spec.base import ReadOnlyDict
 
 FAULTS_SHARE = 0.6
-"""In this part of the scenario things break where nobody says when: what sees it has the rest."""
+"""Faults without a given time occur in this first part of the scenario: rules need the rest."""
 NOISE_SEEDS = 2**63
 
 
 class Asked(NamedTuple):
-    """An operator asks for a setpoint."""
+    """A setpoint that an operator sets."""
 
     at_s: float
     loop: str
@@ -33,7 +33,7 @@ class Asked(NamedTuple):
 
 
 class Upsetting(NamedTuple):
-    """A node jumps by some kelvin, or the controller has no power for some seconds."""
+    """A node jumps by some kelvin, or the controller loses its power for some seconds."""
 
     at_s: float
     node: str | None
@@ -41,7 +41,7 @@ class Upsetting(NamedTuple):
 
 
 class Broken(NamedTuple):
-    """What breaks on which loop."""
+    """A fault and the loop on which it occurs."""
 
     at_s: float
     name: str
@@ -49,11 +49,11 @@ class Broken(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """A run's machine and what happens to it.
+    """A run's machine and the events that are drawn for it.
 
-    controller -- with the machine as drawn; powered -- the same with its loads on the voltage as
-    drawn, which its firmware does not know; errors -- of sensors, K, of currents a share; values --
-    all that was drawn, by column, None for what does not happen in this run.
+    controller -- with the drawn machine; powered -- the same with the drawn supply voltage, which
+    its firmware does not know; errors -- of sensors (K) and of current sensors (share); values --
+    all drawn values by column, None for what does not happen in this run.
     """
 
     run: int
@@ -68,12 +68,12 @@ class Drawn(NamedTuple):
 
 
 def link_name(link: Link) -> str:
-    """Name a link by its ends, as a file does."""
+    """Return a link's name, made of its ends as in a campaign's file."""
     return "-".join(link.between)
 
 
 def breakable(controller: Controller, vary: Vary) -> list[tuple[str, str]]:
-    """Return what may break on which loop."""
+    """Return the possible faults, each with its loop."""
     if vary.faults is None:
         return []
     names = vary.faults.of or tuple(BREAKS)
@@ -81,7 +81,7 @@ def breakable(controller: Controller, vary: Vary) -> list[tuple[str, str]]:
 
 
 class _Draws:
-    """Draws one quantity after the other, and notes what came."""
+    """Draws one quantity after the other, and records the values."""
 
     def __init__(self, seed: int, run: int) -> None:
         self._entropy = (seed, run)
@@ -91,7 +91,7 @@ class _Draws:
         return np.random.default_rng((*self._entropy, zlib.crc32(name.encode())))
 
     def of(self, column: str, spread: Spread | None, own: float = 0.0) -> float:
-        """Draw a quantity; one that does not vary is what it is, and has no column."""
+        """Draw a quantity; one that does not vary keeps its own value, and has no column."""
         if spread is None:
             return own
         self.values[column] = value = spread.draw(self.stream(column), own)
@@ -101,7 +101,7 @@ class _Draws:
         return float(self.stream(f"{name} happens").random()) * 100 < chance_percent
 
     def forget(self, *columns: str) -> None:
-        """Note that this does not happen in this run."""
+        """Record that this does not happen in this run."""
         self.values.update(dict.fromkeys(columns))
 
 
@@ -155,14 +155,14 @@ def _network(plant: ThermalNetwork, vary: Vary, draws: _Draws) -> ThermalNetwork
 
 
 def _errors(controller: Controller, vary: Vary, draws: _Draws) -> dict[str, float]:
-    """Draw what sensors are wrong by: of currents the share, about the current itself."""
+    """Draw the errors of the sensors, K; of current sensors as a share of the current."""
     found = {}
     for name, sensor in controller.sensors.items():
         own = 1.0 if sensor.measures_current else 0.0
         column = f"error.{name}" if own else f"error.{name}_k"
         spread = spread_of(vary.errors, name)
         if spread is None or (spread.is_share != bool(own)):
-            continue  # `all` is of the thermometers, or of the currents
+            continue  # `all` means all temperature sensors, or all current sensors
         found[name] = draws.of(column, spread, own) - own
         draws.values[column] = found[name]
     return found
@@ -183,7 +183,7 @@ def _powered(controller: Controller, supply: float) -> Controller:
 
 
 def _late(simulation: Simulation, vary: Vary, draws: _Draws) -> Iterator[Event]:
-    """Let each event come later, and none before the one above it."""
+    """Delay each event at random, but keep their order."""
     before_s, length_s = 0.0, end_s(simulation.scenario)
     for number, event in enumerate(simulation.scenario, 1):
         if event.at_s is None:

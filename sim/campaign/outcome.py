@@ -1,4 +1,4 @@
-"""What became of one run of a campaign, as a row of its table."""
+"""The outcome of one run of a campaign, as a row of its table."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Value = float | int | str | None
 Row = dict[str, Value]
 
 WELL, TRIPPED, CAUGHT, UNNOTICED = "well", "tripped", "caught", "unnoticed"
-"""Nothing broke, and nothing tripped; nothing broke, and a rule tripped; something broke, and a
-rule tripped, or none did to the end."""
+"""Outcomes in this order: no fault and no trip; no fault, but a trip; a fault and a trip; a fault
+without a trip to the end."""
 
 FIGURES = (
     "setpoint_c", "maximum_c", "overshoot_k", "rise_time_s", "settling_s", "steady_error_k",
@@ -28,7 +28,7 @@ FIGURES = (
 
 
 class Outcome(NamedTuple):
-    """A run that is done: its row in the table, and what a picture of it needs."""
+    """A finished run: its row in the table, and the data for its plot."""
 
     row: Row
     trace: Trace
@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
 
 
 def outcome(world: DrawnWorld, drawn: Drawn, spec: Controller) -> Outcome:
-    """Judge a run that has been played; spec -- the controller whose machine was varied."""
+    """Judge a finished run; spec -- the controller whose machine was varied."""
     trace = world.trace()
     first, broke_s = next(iter(world.trips.since(0.0)), None), world.broke_s
     after_s = first.time_s - broke_s if first and broke_s is not None else None
@@ -72,7 +72,7 @@ def _figures(trace: Trace, controller: Controller) -> dict[str, Metrics]:
 
 
 def _too_hot(world: DrawnWorld, spec: Controller) -> str | None:
-    """Name the first node that became hotter than what it bears on the machine of the spec."""
+    """Return the first node that became hotter than it bears in the spec, or None."""
     assert spec.simulation is not None  # noqa: S101 - looked at before
     borne_c = bears_c(spec, spec.simulation.plant)
     hot = (node for node, peak_c in world.peaks.highest_c.items() if peak_c > borne_c[node])

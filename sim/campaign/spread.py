@@ -1,4 +1,4 @@
-"""How a quantity spreads: `± 20 %`, `normal 5 %`, `10 °C .. 30 °C`, `[1 K, 2 K]`."""
+"""Distributions of quantities: `± 20 %`, `normal 5 %`, `10 °C .. 30 °C`, `[1 K, 2 K]`."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from heatwright.spec.quantity import Quantity, tidy
 from heatwright.spec.units import DIFFERENCE, PERCENT, TEMPERATURE, Dimension
 
 SIGMAS = 3.0
-"""A normal quantity is drawn anew beyond so many standard deviations: there no part is sold."""
+"""A normal quantity beyond this many standard deviations is drawn again: no such part is sold."""
 
 _AROUND = re.compile(r"(±|\+/?-|normal\b)\s*(.*)", re.DOTALL)
 
 
 class Spread(NamedTuple):
-    """A distribution, of numbers in base units.
+    """A distribution of a quantity in base units.
 
-    values -- `within` and `normal`: the half width, or the standard deviation, about a quantity's
-    own value; `between`: both ends; `one_of`: all there are. is_share -- whether the half width is
-    a share of the own value. text -- as it was written.
+    values -- `within`: the half width, `normal`: the standard deviation, both about the quantity's
+    nominal value; `between`: both ends; `one_of`: all values. is_share -- whether the half width
+    is a share of the nominal value. text -- as written in the file.
     """
 
     how: Literal["within", "normal", "between", "one_of"]
@@ -32,11 +32,11 @@ class Spread(NamedTuple):
 
     @property
     def is_around(self) -> bool:
-        """Whether it is about a quantity's own value."""
+        """Whether the distribution is centred on the quantity's nominal value."""
         return self.how in {"within", "normal"}
 
     def ends(self, own: float = 0.0) -> tuple[float, float]:
-        """Return the least and the most that can be drawn of a quantity of this own value."""
+        """Return the least and the greatest value that can be drawn, for a nominal value."""
         if not self.is_around:
             return min(self.values), max(self.values)
         half = self.values[0] * (abs(own) if self.is_share else 1.0)
@@ -44,7 +44,7 @@ class Spread(NamedTuple):
         return own - half, own + half
 
     def draw(self, random: Generator, own: float = 0.0) -> float:
-        """Draw one of a quantity of this own value."""
+        """Draw a value, for a nominal value."""
         if self.how == "one_of":
             return self.values[int(random.integers(len(self.values)))]
         low, high = self.ends(own)
@@ -59,8 +59,8 @@ class Spread(NamedTuple):
 class Spreads(Checked):
     """Marks a field that holds a distribution: `Annotated[Spread, Spreads(CAPACITY)]`.
 
-    own -- whether there is an own value for ± and normal to be about; shares -- whether these may
-    be a share of it.
+    own -- whether the quantity has a nominal value, as ± and normal need; shares -- whether their
+    width may be a share of it.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Spreads(Checked):
         self._shares = shares and dimension is not PERCENT
 
     def read_spread(self, value: Any) -> Spread:
-        """Read one."""
+        """Read a distribution from a file's value."""
         if isinstance(value, tuple | list):
             if not value:
                 raise refuse("there is nothing to choose from", f"Write [{self._example}, …]")

@@ -1,4 +1,4 @@
-"""What a campaign varies: the language of its file, and what is varied where there is none."""
+"""The language of a campaign's file, and what is varied without one."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from heatwright.spec.units import (
 )
 
 ALL = "all"
-"""In the place of a name: every other of them."""
+"""In place of a name: all that are not named."""
 LEAST_CAPACITY, LEAST_RESISTANCE = 0.001, 1e-6
-"""As in a spec, J/K and K/W."""
+"""The least values in a spec, J/K and K/W."""
 MOST_SUPPLY_PERCENT = 200.0
 
 _Chance = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
@@ -36,30 +36,30 @@ _Noise = Annotated[Spread, Spreads(DIFFERENCE, least=0.0)]
 
 
 class Ask(Model):
-    """An operator asks for a setpoint, in the way of the spec's interface."""
+    """An operator sets a setpoint, through the spec's interface."""
 
-    loop: Reference = Field(description="Loop whose setpoint is asked for.")
+    loop: Reference = Field(description="Loop whose setpoint is set.")
     at_s: _At = Field(alias="at", description="When.")
     setpoint_c: Annotated[Spread, Spreads(TEMPERATURE, own=False)] = Field(
-        alias="setpoint", description="What for; keys come as near as their steps allow."
+        alias="setpoint", description="The setpoint; keys set the nearest one of their steps."
     )
-    chance_percent: _Chance = Field(100.0, alias="chance", description="In so many of the runs.")
+    chance_percent: _Chance = Field(100.0, alias="chance", description="Share of the runs with it.")
 
 
 class Upset(Model):
-    """Something happens to the machine, or to its controller's supply."""
+    """A disturbance of the machine, or a loss of the controller's power."""
 
     at_s: _At = Field(alias="at", description="When.")
     node: Reference | None = Field(
         None, description="Node whose temperature jumps: a door opens, cold work is put in."
     )
     by_k: Annotated[Spread, Spreads(DIFFERENCE, own=False)] | None = Field(
-        None, alias="by", description="By how much it jumps, such as -30 K .. -10 K."
+        None, alias="by", description="How much it jumps, such as -30 K .. -10 K."
     )
     power_cut_s: Annotated[Spread, Spreads(DURATION, least=0.01, own=False)] | None = Field(
-        None, alias="power_cut", description="So long the controller has no power."
+        None, alias="power_cut", description="How long the controller has no power."
     )
-    chance_percent: _Chance = Field(100.0, alias="chance", description="In so many of the runs.")
+    chance_percent: _Chance = Field(100.0, alias="chance", description="Share of the runs with it.")
 
     @model_validator(mode="after")
     def _one_thing(self) -> Upset:
@@ -76,9 +76,9 @@ class Upset(Model):
 class Faults(Model):
     """At most one part of the machine breaks in a run."""
 
-    chance_percent: _Chance = Field(alias="chance", description="In so many of the runs.")
+    chance_percent: _Chance = Field(alias="chance", description="Share of the runs with it.")
     of: tuple[Reference, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="Which there are; left out: all that apply."
+        (), max_length=MOST_ENTRIES, description="Faults to choose from; left out: all that apply."
     )
     at_s: _At | None = Field(
         None, alias="at", description="When; left out: in the first six tenths of the scenario."
@@ -89,10 +89,10 @@ class Vary(Model):
     """A file that says what a campaign varies."""
 
     capacities: Annotated[Mapping[str, _Capacity], ReadOnly] = Field(
-        {}, description="Of nodes, by name.", validate_default=True
+        {}, description="Heat capacities of nodes, by name.", validate_default=True
     )
     resistances: Annotated[Mapping[str, _Resistance], ReadOnly] = Field(
-        {}, description="Of links, by their ends, such as air-walls.", validate_default=True
+        {}, description="Resistances of links, by their ends, as air-walls.", validate_default=True
     )
     ambient_c: _Ambient | None = Field(
         None, alias="ambient", description="Temperature around the machine."
@@ -100,12 +100,12 @@ class Vary(Model):
     supply_percent: Annotated[Spread, Spreads(PERCENT, least=0.0)] | None = Field(
         None,
         alias="supply",
-        description="Voltage of what all loads are driven from, of its own; heat goes by its "
-        "square.",
+        description="Supply voltage of all loads, relative to its nominal value; heat goes with "
+        "its square.",
     )
     errors: Annotated[Mapping[str, _Error], ReadOnly] = Field(
         {},
-        description="By sensor, what its tip is wrong by all the time; of a current, a share.",
+        description="By sensor, its constant error; for a current sensor, a share.",
         validate_default=True,
     )
     noise_k: Annotated[Mapping[str, _Noise], ReadOnly] = Field(
@@ -113,18 +113,18 @@ class Vary(Model):
         validate_default=True,
     )  # fmt: skip
     late_s: Annotated[Spread, Spreads(DURATION, least=0.0, own=False)] | None = Field(
-        None, alias="late", description="So much later each event of the scenario comes."
+        None, alias="late", description="Delay of each event of the scenario."
     )
     asks: tuple[Ask, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="Setpoints that operators ask for."
+        (), max_length=MOST_ENTRIES, description="Setpoints that operators set."
     )
     upsets: tuple[Upset, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="What happens to the machine."
+        (), max_length=MOST_ENTRIES, description="Disturbances of the machine."
     )
-    faults: Faults | None = Field(None, description="What breaks.")
+    faults: Faults | None = Field(None, description="Parts that break.")
 
     def lines(self) -> Iterator[tuple[str, str]]:
-        """Yield what is varied and how, a few words each, for people."""
+        """Yield each varied quantity and its distribution, in a few words."""
         told: tuple[tuple[str, Mapping[str, Spread]], ...] = (
             ("capacities", self.capacities), ("resistances", self.resistances),
             ("ambient", _alone(self.ambient_c)), ("supply", _alone(self.supply_percent)),
@@ -158,10 +158,10 @@ def _in(chance_percent: float) -> str:
 
 
 def spread_of(spreads: Mapping[str, Spread], name: str) -> Spread | None:
-    """Return the distribution of one of several, by its own name or by `all`."""
+    """Return the distribution for a name, or that for `all`."""
     return spreads.get(name, spreads.get(ALL))
 
 
 def vary_of(entries: Mapping[str, Any]) -> Vary:
-    """Make one of what would be in its file."""
+    """Return a Vary from the entries of its file."""
     return Vary.model_validate(dict(entries))

@@ -1,4 +1,4 @@
-"""A drawn machine's run: the binary on it, the scenario, operators, upsets, what breaks."""
+"""A run of a drawn machine with its binary: scenario, operators, disturbances and faults."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from heatwright.spec.quantity import celsius, duration
 Progress = Callable[[float, float], None]
 
 PROGRESS_S = 60.0
-"""How often it is reported, s of simulated time."""
+"""How often progress is reported, s of simulated time."""
 LATCHED = OfState(lambda now: now.fault != 0)
 
 
 class _Due(NamedTuple):
-    """What happens when; text -- for the legend of a plot; disturbs -- whether the machine."""
+    """An event and its time; text -- for a plot's legend; disturbs -- it acts on the machine."""
 
     at_s: float
     act: Callable[[], None]
@@ -41,7 +41,7 @@ class DrawnWorld(World):
     """The world of a drawn machine."""
 
     def __init__(self, drawn: Drawn, program: Elf, *, logs_nodes: bool = False) -> None:
-        """Power the controller on; logs_nodes -- whether every node's course is kept."""
+        """Power the controller on; logs_nodes -- whether every node's temperature is logged."""
         simulation = drawn.controller.simulation
         assert simulation is not None  # noqa: S101 - looked at before
         self._drawn, self._simulation = drawn, simulation
@@ -51,7 +51,7 @@ class DrawnWorld(World):
         super().__init__(site, weather, logs_nodes=logs_nodes)
 
     def _plant(self, weather: Weather) -> Plant:
-        """Begin as the spec says, with what was drawn."""
+        """Return the plant with the drawn values, at the spec's start."""
         self._network = self._simulation.plant
         plant = plant_of(
             self._drawn.powered, self._network, ambient_c=weather.ambient_c, step_s=self.step_s,
@@ -64,10 +64,9 @@ class DrawnWorld(World):
     # -- a run ---------------------------------------------------------------------------------
 
     def play(self, progress: Progress) -> None:
-        """Go through all that happens, to the end of the scenario.
+        """Run all events, to the end of the scenario.
 
-        A fault that is latched after something broke ends the run, when the heat that is under way
-        then has spread.
+        After something broke, a latched fault ends the run as soon as the heat has spread.
         """
         ends_s = end_s(self._simulation.scenario)
         for due in sorted(self._due(), key=lambda each: each.at_s):
@@ -87,7 +86,7 @@ class DrawnWorld(World):
         return self.broke_s is not None and self.fault != 0
 
     def _go_to(self, time_s: float, progress: Callable[[float], None]) -> None:
-        """Advance to a time, in whole steps, or until a broken machine has been caught."""
+        """Advance to a time, in whole steps, or until a fault of a broken machine is latched."""
         while not self.is_caught and (left := round((time_s - self.now_s) / self.step_s)) > 0:
             piece_s = min(left * self.step_s, max(self.step_s, PROGRESS_S))
             if self.broke_s is None:
@@ -119,17 +118,17 @@ class DrawnWorld(World):
             plant.vector[plant.nodes.index(upset.node)] += upset.amount
 
     def _break(self, fault: Broken) -> None:
-        """Break what is drawn, unless the controller has switched off before."""
+        """Break the drawn part, unless a fault is already latched."""
         if self.fault:
             return
         self.broke_s = self.now_s
         with self.at(fault.loop):
             BREAKS[fault.name][0](self)
 
-    # -- what was ------------------------------------------------------------------------------
+    # -- results -------------------------------------------------------------------------------
 
     def trace(self) -> Trace:
-        """Return the run as the bench would; the nodes' courses only where they were logged."""
+        """Return the run as a bench's trace; nodes' temperatures only if they were logged."""
         machine, rows = self._machine, self._machine.rows
         given, first_s = machine.given(rows), rows[0, TIME]
         nodes_c = machine.nodes_c(rows)
@@ -160,5 +159,5 @@ def _words(upset: Upsetting) -> str:
 
 
 def _from(first: float, rest: Series) -> Series:
-    """Put what was before the first step before all others."""
+    """Return a series with the value before the first step put in front."""
     return np.concatenate(([first], rest))

@@ -1,7 +1,7 @@
-"""Analog circuits, exactly: what voltage a temperature makes at a pin of the ADC.
+"""Exact analog circuits: the voltage at a pin of the ADC for a temperature.
 
-Written from the textbooks and standards, in numpy, and not from the language's own conversion:
-these judge the tables that the firmware is given.
+Written in numpy from textbooks and standards, independent of the spec's own conversion, because
+these circuits judge the tables that are generated for the firmware.
 """
 
 from heatwright.sim.circuits.ports import Wiring, current_v, pin_v, reference_v, shares

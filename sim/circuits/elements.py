@@ -1,4 +1,4 @@
-"""Resistance of sensing elements by temperature, for arrays: °C in, Ω out."""
+"""Resistance of sensing elements over temperature, for arrays: °C in, Ω out."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def element_ohm(sensor: Thermistor | Rtd, celsius: Array) -> Array:
 
 
 def thermistor_ohm(sensor: Thermistor, celsius: Array) -> Array:
-    """Return a thermistor's resistance, by whichever curve it is specified."""
+    """Return a thermistor's resistance, by the kind of curve in its spec."""
     kelvin = celsius + ZERO_C
     curve = sensor.curve
     if isinstance(curve, BetaCurve):
@@ -70,7 +70,7 @@ SUPPLY_V = 5.0
 
 
 def coded_ohm(sensor: Thermistor, celsius: Array) -> Array:
-    """Return the resistance with which the divider shows what a table of codes says.
+    """Return the resistance with which the divider gives the codes of a table.
 
     A code of so many readings is the middle of its step, (code / readings + 1/2) / 1024 of the
     reference; between pairs it is linear over the temperature. Beyond them ln R is, over 1/T.
@@ -96,7 +96,7 @@ def _coded(
 
 
 def _element_ohm(sensor: Thermistor, volts: Array) -> Array:
-    """Return what is in a divider with a voltage at its middle: Ohm's law for either half."""
+    """Return the element's resistance in a divider with this voltage at its middle."""
     divider = sensor.divider
     supply_v = SUPPLY_V if divider.supply_v is None else divider.supply_v
     if divider.pull_up_ohm is not None:
@@ -106,7 +106,7 @@ def _element_ohm(sensor: Thermistor, volts: Array) -> Array:
 
 @lru_cache(maxsize=16)
 def _pieces(points: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Array]:
-    """Return 1/T and ln R where each straight piece begins and the last ends, and its slope."""
+    """Return 1/T and ln R at the ends of the straight pieces, and the slopes of the pieces."""
     at_c, ohms = np.array(points).T
     inverse = 1 / (at_c + ZERO_C)
     order = np.argsort(inverse)

@@ -1,4 +1,4 @@
-"""Voltage at an ADC's pin: the sensing element, its circuit, and what breaks in it."""
+"""Voltage at an ADC's pin: the sensing element, its circuit, and faults of the wiring."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ INTERNAL_REFERENCE_V = {
 
 @dataclass(frozen=True)
 class Wiring:
-    """What is wrong between element and pin; with nothing given, nothing.
+    """Faults between element and pin; by default there are none.
 
     opened -- a wire to the element is broken; shorted -- the element's two wires touch;
     series_ohm -- a contact that corrodes; parallel_ohm -- a leak across the element; pin -- the
@@ -42,7 +42,7 @@ class Wiring:
     pin: Literal["low", "high"] | None = None
 
     def ohm(self, of_element: Array) -> Array:
-        """Return what the circuit sees of an element's resistance; infinite when opened."""
+        """Return the resistance that the circuit sees of an element; infinite when opened."""
         if self.opened:
             return np.full_like(of_element, np.inf)
         if self.shorted:
@@ -70,7 +70,7 @@ def pin_v(sensor: Thermistor | Rtd | Analog, celsius: ArrayLike, wiring: Wiring 
 def current_v(sensor: CurrentSensor, amperes: ArrayLike, wiring: Wiring = SOUND) -> Array:
     """Return the voltage at a current sensor's pin, V; unplugged, its filter's capacitor is empty.
 
-    wiring -- of what can be wrong, `opened` and `pin` apply.
+    wiring -- only its faults `opened` and `pin` apply.
     """
     flowing_a = np.asarray(amperes, dtype=float)
     if wiring.pin is not None or wiring.opened:
@@ -91,7 +91,7 @@ def shares(sensor: Thermistor | Rtd | Analog, board: Board, celsius: ArrayLike) 
 
 
 def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
-    """Return the voltage where two resistors meet: the mean of their ends' by conductance.
+    """Return the voltage at the joint of two resistors: the mean of their ends', by conductance.
 
     J. Millman, "A useful network theorem", Proc. IRE 28 (1940).
     """
@@ -109,7 +109,7 @@ def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
 
 
 def _amplified_v(element: str, amplifier: Amplifier, seen_ohm: Array) -> Array:
-    """Return gain times what the element has above R₀, between ground and the supply.
+    """Return the gain times the element's voltage above that at R₀, between ground and supply.
 
     Through plain resistors flows what Ohm's law gives for both in series.
     """
@@ -124,7 +124,7 @@ def _amplified_v(element: str, amplifier: Amplifier, seen_ohm: Array) -> Array:
 
 
 def _given_v(sensor: Analog, temperature_c: Array, wiring: Wiring) -> Array:
-    """Return what a sensor with a voltage of its own gives; unplugged, what its line falls to."""
+    """Return the voltage of a sensor with a voltage output; unplugged, that of its open line."""
     open_v = SUPPLY_V if sensor.open_reads == "high" else 0.0
     if wiring.opened or wiring.shorted:
         return np.full_like(temperature_c, open_v if wiring.opened else SUPPLY_V - open_v)
@@ -132,5 +132,5 @@ def _given_v(sensor: Analog, temperature_c: Array, wiring: Wiring) -> Array:
 
 
 def _within(wanted_v: Array, supply_v: float) -> Array:
-    """Limit a voltage to its supply; for a single number np.clip takes ten times as long."""
+    """Limit a voltage to its supply; np.clip would take ten times as long for a single number."""
     return np.minimum(np.maximum(wanted_v, 0.0), supply_v)

@@ -1,4 +1,4 @@
-"""Faults of machine, sensor, processor and operator, and what must follow each."""
+"""Faults of machine, sensors, processor and operator, and the trips that must follow."""
 
 from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.faults.fault import Fault, FaultResult

@@ -1,4 +1,4 @@
-"""How hot each node of a machine may become, and what that is where the specification is silent."""
+"""How hot each node of a machine may become; derived where the spec does not say it."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ SPARE = 0.1
 WARM_DAY_C = 35.0
 """A workshop in summer."""
 REST_K = 1.0
-"""So far from its limits a machine rests, and a step of its sensor."""
+"""A machine at rest is at least this far from its limits, plus one step of its sensor."""
 SIGMAS = 6.0
 LEVEL_K = 0.001
-"""So little in a minute is no rise any more."""
+"""A smaller rise in a minute counts as none."""
 
 
 _KNOWN: dict[str, Mapping[str, float]] = {}
-"""By all that it depends on: a plant that was changed for a trial has no hash."""
+"""Results by the `repr` of their inputs: a plant that was changed for a trial has no hash."""
 
 
 def bears_c(controller: Controller, plant: ThermalNetwork) -> Mapping[str, float]:
-    """Return what every node bears, °C: `bears` of the plant, or what full power makes of it.
+    """Return what every node bears, °C: `bears` of the plant, else what full power heats it to.
 
     A machine must bear what its own protection lets happen: full power from cold until the
-    loop's sensor reads `protection.maximum`, and on until that rule has to have switched it off,
-    and the heat that spreads after that; or a long time just below that maximum. On top comes a
-    tenth of the rise. A loop counts for the nodes that are nearer to it than to others, and for
-    those between loops.
+    loop's sensor reads `protection.maximum`, then until that rule must have switched it off,
+    then the heat that spreads after that; or a long time just below that maximum. A tenth of the
+    rise is added. Each loop heats the nodes that are nearer to it than to other loops, and those
+    between loops.
 
-    The surroundings are those of the specification, or of a warm day: whichever is worse.
+    The ambient is that of the spec, or that of a warm day: whichever gives more.
     """
     key = repr((controller, plant))
     if key not in _KNOWN:
@@ -52,16 +52,16 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
 
 
 def room_c(controller: Controller, wished_c: float) -> float:
-    """Return the temperature nearest to a wished one at which no loop is at fault at rest, °C."""
+    """Return the ambient nearest to a wished one at which no loop at rest trips, °C."""
     least_c = max(coldest_c(controller, name) for name in controller.loops)
     most_c = min(most_c for _, most_c in hottest_c(controller))
     return max(least_c, min(most_c, wished_c))
 
 
 def hottest_c(controller: Controller, without: str = "") -> list[tuple[str, float]]:
-    """List sensors, and up to where they may rest, °C: those of monitors, and of all loops but one.
+    """List the sensors of monitors and loops, each with its highest temperature at rest, °C.
 
-    without -- the name of that loop.
+    without -- the name of a loop that is left out.
     """
     limits_c = [(each.sensor, each.limit_c) for each in controller.monitors.values()]
     limits_c += [
@@ -73,13 +73,13 @@ def hottest_c(controller: Controller, without: str = "") -> list[tuple[str, floa
 
 
 def coldest_c(controller: Controller, name: str) -> float:
-    """Return from where on a loop that rests is not at fault, °C."""
+    """Return the lowest temperature at which a loop at rest does not trip, °C."""
     loop = controller.loops[name]
     return loop.protection.minimum_c + _away_k(controller, loop.sensor)
 
 
 def _away_k(controller: Controller, sensor: str) -> float:
-    """Return how far from its limits a machine rests: a step of its sensor, and its noise."""
+    """Return the least distance of a machine at rest from its limits, K: sensor step and noise."""
     sense = controller.simulation.plant.sense[sensor] if controller.simulation else None
     noise_k = SIGMAS * sense.noise_k if sense else 0.0
     return REST_K + controller.thermometers[sensor].step_k + noise_k
@@ -104,7 +104,7 @@ def _derived_at_c(
 def _peaks_c(
     controller: Controller, network: ThermalNetwork, name: str, ambient_c: float
 ) -> Temperatures:
-    """Heat at full power until the maximum has switched it off, or until nothing rises any more."""
+    """Heat at full power until rule over_temperature switches it off, or nothing rises any more."""
     loop = controller.loops[name]
     cold = network.model_copy(update={"initial_c": ambient_c})
     plant = plant_of(controller, cold, ambient_c=ambient_c, step_s=loop.period_s)

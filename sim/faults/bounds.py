@@ -1,11 +1,11 @@
 """How long a protection may take, from the numbers of the specification alone.
 
-P is the control period, one tick is 10 ms. A step is done in the tick its deadline falls in, so
-every bound has one tick on top.
+P is the control period, one tick is 10 ms. A step runs in the tick in which it is due, so every
+bound includes one more tick.
 
-A reading is taken less than P before the step that uses it. What changes just after that is seen by
-the next step: 2 P after the change at the latest. What is wrong with the answers of a sensor shows
-in the next exchange: P later at the latest, and one P more if the exchange in hand is still good.
+A reading is taken less than P before the step that uses it. A change just after a reading is seen
+by the next step, at most 2 P after the change. A sensor that begins to answer badly shows this in
+its next exchange, at most P later, or 2 P if an exchange was under way and still succeeds.
 """
 
 from __future__ import annotations
@@ -24,40 +24,40 @@ TICK_S = 0.010
 MAIN_PERMIT_S = 0.100
 """Time without the main loop after which the gate closes."""
 CYCLES_A_BIT = 24
-"""At most, to read a byte of EEPROM and take it into a CRC, divided by its eight bits."""
+"""At most, to read one byte of the EEPROM and add it to a CRC, divided by the byte's 8 bits."""
 RAM_CYCLES_A_BYTE = 100
-"""At most, to test a cell of the RAM with its neighbour."""
+"""At most, to test one byte of the RAM with its neighbour."""
 FLASH_CYCLES_A_BYTE = 72
-"""At most, to read a byte of the flash, also beyond 64 KB, and take it into a CRC."""
+"""At most, to read one byte of the flash, also beyond 64 KB, and add it to a CRC."""
 
 
 def reading_s(loop: Loop) -> float:
-    """A temperature passes a limit that is judged at once: 2 P."""
+    """Return the bound for a temperature that passes a limit without a waiting time: 2 P."""
     return loop.periods_s(2) + TICK_S
 
 
 def answer_s(loop: Loop) -> float:
-    """The sensor answers badly, or no longer: STEPS(stale_after) steps, and the one in hand."""
+    """Return the bound for a sensor that fails: STEPS(stale_after) steps, and the one under way."""
     return lasting_s(loop.protection.stale_after_s, loop)
 
 
 def lasting_s(duration_s: float, loop: Loop) -> float:
-    """Something must last: seen within 2 P, then STEPS(duration) steps, the first included."""
+    """Return the bound for a condition that must last: 2 P, then STEPS(duration) - 1 more steps."""
     return loop.periods_s(steps(duration_s, loop) + 1) + TICK_S
 
 
 def watchdog_s(site: Site) -> float:
-    """The main loop hangs: the watchdog's own time, then the start-up."""
+    """Return the bound for a main loop that hangs: the watchdog's time, then the start-up."""
     turns = WATCHDOG_S.index(site.controller.safety.watchdog_s)
     shortest_s = PARTS[site.controller.board.mcu].shortest_watchdog_s
     return shortest_s * (1 << turns) + start_up_s(site)
 
 
 def start_up_s(site: Site) -> float:
-    """From reset to a latched fault: EEPROM and flash are read and checked, then a tick goes by.
+    """Return the time from reset to a latched fault: EEPROM and flash are checked, then one tick.
 
-    A controller that checks itself goes through its RAM before, and waits for its watchdog where
-    the bootloader bears it.
+    A controller with self-checks first tests its RAM, and waits for its watchdog where the
+    bootloader allows that.
     """
     board = site.controller.board
     eeprom_s = board.eeprom_bytes * 8 * CYCLES_A_BIT / board.clock_hz
@@ -65,7 +65,7 @@ def start_up_s(site: Site) -> float:
 
 
 def checks_s(controller: Controller, program: Elf) -> float:
-    """How much longer the start of a controller takes that checks itself."""
+    """Return how much longer the start of a controller with self-checks takes, s."""
     board, waits_s = controller.board, 0.0
     if not self_checked(controller):
         return waits_s
@@ -76,11 +76,11 @@ def checks_s(controller: Controller, program: Elf) -> float:
 
 
 def flash_s(program: Elf) -> float:
-    """A byte of the flash changes: that round of its CRC is ended, and the next one sees it."""
+    """Return the bound for a changed byte of flash: the CRC's present round, and the next one."""
     ticks = math.ceil(len(program.flash) / FLASH_BYTES_A_TICK)
     return (2 * ticks + 1) * TICK_S
 
 
 def gate_s() -> float:
-    """The main loop hangs with interrupts on: the gate's permit runs out."""
+    """Return the bound for a main loop that hangs with interrupts on: the main permit's time."""
     return MAIN_PERMIT_S + TICK_S

@@ -1,4 +1,4 @@
-"""Which faults apply to a controller: found from what it has."""
+"""Which faults apply to a controller, derived from the parts that it has."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from heatwright.spec.registry import module_of
 
 
 def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
-    """Return all faults, by loop; what concerns the whole controller is tried on the first loop.
+    """Return all faults by loop; those of the whole controller are tried on the first loop.
 
-    Damage of memory begins with a trip: it is tried on the loop that trips first without a sensor.
+    Memory faults use the loop that trips soonest if its sensor fails: some begin with that trip.
 
-    Ids are unique; with several loops those of a loop's own faults begin with its name.
+    Ids are unique; with several loops, the id of a loop's own fault begins with the loop's name.
 
-    Raises ValueError when the specification has no simulated machine.
+    Raises ValueError when the spec has no simulated machine.
     """
     found: list[Fault] = []
     sites = [Site(controller, name, program) for name in controller.loops]
@@ -49,7 +49,7 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
 
 
 def _prefix(controller: Controller, loop_name: str) -> str:
-    """Return how the ids of a loop's own faults begin."""
+    """Return the prefix of the ids of a loop's own faults."""
     return f"{loop_name}." if len(controller.loops) > 1 else ""
 
 
@@ -60,10 +60,10 @@ def by_part(site: Site) -> dict[str, tuple[Fault, ...]]:
 
 
 def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fault]]:
-    """Yield what a hand can do to a running machine: the part, the loop, and the fault.
+    """Yield the faults that `bench` can apply to a running machine: part, loop and fault.
 
-    Each stands for its cause and cure alone, the first of those with the same; what it would be
-    tried in is left out, and so is what only watches a healthy machine.
+    Only their cause and cure count. Of faults with the same cause only the first is given; faults
+    without a cause, which only watch a healthy machine, are left out.
     """
     known: set[Act] = {nothing}
     for number, name in enumerate(controller.loops):
@@ -101,7 +101,7 @@ def _parts_of_loop(site: Site) -> dict[str, Iterable[Fault]]:
 
 
 def _sensors(site: Site) -> list[str]:
-    """Name the loop's sensor, and that of its heater's current."""
+    """Return the names of the loop's sensor and of the sensor of its heater's current."""
     current = getattr(site.controller.outputs[site.loop.heater], "current", None)
     return [site.loop.sensor, *([current.sensor] if current else [])]
 

@@ -1,4 +1,4 @@
-"""How parts fail, physically: what a heater gives, and what a sensor's tip feels."""
+"""How parts fail physically: a heater's power, and the temperature of a sensor's tip."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ import math
 from heatwright.sim.faults.world import World
 from heatwright.sim.machine import Feel, Heat
 
-# -- heaters: from what the pin asks for to what comes, in shares of full power ----------------
+# -- heaters: from the power that the pin asks for to the real one, in shares of full power -----
 
 SHORTED = Heat(least=1.0)
-"""It conducts whatever the pin says, as a transistor does that has died."""
+"""The switch always conducts, whatever the pin says, as a broken-down transistor does."""
 OPENED = Heat(times=0.0)
-"""It never conducts: a broken wire, a blown fuse."""
+"""The heater never gets current: a broken wire, a blown fuse."""
 
 
 def weakened(share: float) -> Heat:
-    """Give a share of what is asked: a broken strand, a low supply."""
+    """Give only a share of the power that is asked for: a broken strand, a low supply."""
     return Heat(times=share)
 
 
 def leaking(share: float) -> Heat:
-    """Conduct at least this share, also while off."""
+    """Give at least this share of full power, even while the pin is off."""
     return Heat(least=share)
 
 
@@ -29,7 +29,7 @@ def leaking(share: float) -> Heat:
 
 
 def fallen_out(world: World, lag_s: float) -> Feel:
-    """Let the tip follow its surroundings from now on, with the sensor's lag."""
+    """Let the tip go to the ambient temperature from now on, with the sensor's lag."""
     began_s, from_c = world.now_s, world.sensed_c
 
     def feel(_: float) -> float:
@@ -40,7 +40,7 @@ def fallen_out(world: World, lag_s: float) -> Feel:
 
 
 def drifting(world: World, rate_k_per_s: float, end_c: float) -> Feel:
-    """Let the tip go to a temperature at a constant rate, away from where it is."""
+    """Let the tip go from its present temperature to another one at a constant rate."""
     began_s, from_c = world.now_s, world.sensed_c
     reach_s = abs(end_c - from_c) / abs(rate_k_per_s)
 
@@ -51,7 +51,7 @@ def drifting(world: World, rate_k_per_s: float, end_c: float) -> Feel:
 
 
 def jumping(world: World, by_k: float, every_s: float) -> Feel:
-    """Let the reading be wrong by turns, at once for the first time: a loose contact."""
+    """Let the tip be wrong and right in turn, beginning with wrong: a loose contact."""
     began_s = world.now_s
 
     def feel(felt_c: float) -> float:

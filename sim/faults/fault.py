@@ -1,4 +1,4 @@
-"""What a fault is, and what is found when it is tried."""
+"""One fault that `verify` tries, and the result of its trial."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ def nothing(world: World) -> None:
 
 
 def at_once(world: World) -> bool:
-    """Return True: the cause itself is what the rule judges."""
+    """Return True: the condition of the rule is met as soon as the cause is there."""
     del world
     return True
 
 
 def no_complaint(world: World) -> str:
-    """Return "": there is nothing more to look at."""
+    """Return "", for a fault without a check of its own."""
     del world
     return ""
 
 
 @dataclass(frozen=True)
 class Trip:
-    """A fault has to be latched, whatever the machine does meanwhile.
+    """A trip that must come, whatever the machine does meanwhile.
 
-    rules -- ids of those of which one must; none: whichever the reference model names first;
-    allowed_s -- bound on the time it takes since `due` has been met without a gap; due_within_s --
-    how long the machine may take until then; certain -- whether every machine gets there.
+    rules -- ids of the rules of which one must trip; empty: the one that the reference model names
+    first; allowed_s -- bound on the time from when `due` is met, without a gap, to the trip;
+    due_within_s -- how long `due` may take to be met; certain -- whether every machine meets it.
     """
 
     rules: tuple[str, ...]
@@ -47,23 +47,22 @@ class Trip:
 
 @dataclass(frozen=True)
 class Fault:
-    """One way to fail: what happens, what ends it, and for how long it is watched.
+    """One way to fail: its cause, its cure, and how long the machine is watched.
 
-    What follows is not written here: the reference model takes the same readings and says which
-    rule is met first, and when. The machine says what it bears.
+    The expected trip is not written here: the reference model takes the same readings and says
+    which rule trips first, and when. The plant says what temperatures the machine bears.
 
-    make -- gives a world in the state the fault meets; cause, cure -- bring it and take it away.
-    watch_s -- for how long it is watched where nothing trips. calm -- the machine is well all the
-    same: nothing may trip but `may`, which may be latched before, too. trip -- a fault has to be
-    latched so soon, where that does not depend on the machine: no reading comes any more, the
-    processor is reset. off_within_s -- bound on the time from the cause to heater off, where the
-    loop's heater must be off before; all_off -- and so must those of all other loops. sensor_lies
-    -- whether the loop's sensor itself says what its tip does not feel; others_lie -- the other
-    loops whose sensors do so, and monitors, as monitor_NAME; current_lies -- whether a sensor of a
-    current says what does not flow. again -- whether it is acknowledged while the cause goes on;
-    insisted -- whether that is done at every trip, and heat asked for, until a person has to come.
-    floats -- whether the pins of heaters may be let go, off by the resistors at their switches.
-    judge -- looks at the world at the end and says what is wrong, or "".
+    make -- creates a world in the state in which the fault occurs; cause, cure -- begin and end
+    the fault. watch_s -- how long to watch if nothing trips. calm -- no rule may trip but those of
+    `may`, which may be latched before, too. trip -- the trip that must come and its bound, where
+    these do not depend on the machine: no reading comes any more, the processor is reset.
+    off_within_s -- bound on the time from the cause to heater off, if the heater must be off
+    before the trip; all_off -- the heaters of all other loops, too. sensor_lies -- the reading of
+    the loop's sensor may differ from its tip; others_lie -- other loops whose sensors may, and
+    monitors, as monitor_NAME; current_lies -- a measured current may differ from the real one.
+    again -- acknowledge while the cause lasts; insisted -- do so at every trip and ask for heat,
+    until the lock-out. floats -- heaters' pins may be left undriven; resistors keep them off.
+    judge -- checks the world at the end; returns what is wrong, or "".
     """
 
     id: str
@@ -87,15 +86,14 @@ class Fault:
 
 @dataclass(frozen=True)
 class FaultResult:
-    """What was found.
+    """The result of one trial.
 
-    fault -- its id; loop -- on which it was tried; calm -- whether nothing was to trip; rule -- id
-    of the rule that tripped, None if none did; counting -- ids of the rules that counted then, too,
-    or that counted when the watch ended: those that would have come next; tripped_after_s -- since
-    the cause, s; allowed_s -- the bound on that, where there is one that does not depend on the
-    machine; heater_off_after_s -- when the heater was last on, since the cause, s; peak_c --
-    highest temperature at the loop's sensor, from the cause until the heat has spread after the
-    trip.
+    fault -- its id; loop -- on which it was tried; calm -- no rule was to trip; rule -- id of the
+    rule that tripped, or None; counting -- ids of the rules that were counting steps at the trip,
+    or at the end without one: they would have tripped next; tripped_after_s -- time from cause to
+    trip, s; allowed_s -- bound on that time, if there is one that does not depend on the machine;
+    heater_off_after_s -- time from the cause until the heater was last on, s; peak_c -- highest
+    temperature at the loop's sensor, from the cause until the heat has spread after the trip.
     """
 
     fault: str
@@ -111,16 +109,16 @@ class FaultResult:
 
     @property
     def passed(self) -> bool:
-        """Whether everything was as it has to be."""
+        """Whether the trial found no problem."""
         return not self.problems
 
     @property
     def detail(self) -> str:
-        """What is wrong, or ""."""
+        """All problems in one line, or ""."""
         return "; ".join(self.problems)
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for machines; times in s, temperatures in °C."""
+        """Return the result as JSON data; times in s, temperatures in °C."""
         return {
             "fault": self.fault,
             "loop": self.loop,

@@ -1,4 +1,4 @@
-"""Healthy machines, of all kinds: nothing may trip."""
+"""Healthy machines at the corners of the spec's tolerances: no rule may trip."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
 AMBIENTS_C = (10.0, WARM_DAY_C)
-"""A workshop in winter and in summer; not beyond where a loop is at fault at rest."""
+"""A workshop in winter and in summer; limited to where no loop at rest trips."""
 HOLD_S = 200.0
-"""Longer than the rules' times but for `frozen`, which begins anew at every switching."""
+"""Longer than the usual times of the rules, except `frozen`, which restarts at each switching."""
 HOLD_PERIODS = 1000
-"""Or so many periods, and the longest of those times twice, where that is less."""
+"""Hold for this many periods, and at least twice the longest of those times, if that is less."""
 LONGEST_S = 3600.0
 
 
 class Healthy(NamedTuple):
-    """A healthy machine, where it begins, and the setpoints that it is taken through, °C.
+    """A healthy machine, its temperature at the start, and the setpoints of its trial, °C.
 
     what -- how it differs from the plant, for messages.
     """
@@ -44,16 +44,16 @@ class Healthy(NamedTuple):
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield the healthy machines: nothing may trip on them."""
+    """Yield a fault for each healthy machine: no rule may trip."""
     for each in machines(site):
         yield healthy(site, each)
 
 
 def machines(site: Place) -> Iterator[Healthy]:
-    """Yield machines at the corners of the spread, each taken through its range of setpoints.
+    """Yield machines at the corners of the tolerances, each with its range of setpoints.
 
-    Up to the highest setpoint it can hold, down to the lowest, and up again. A machine that can
-    hold none is too weak for its controller, and left out.
+    Each goes up to the highest setpoint it can hold, down to the lowest, and up again. A machine
+    that can hold none is too weak for its controller, and is left out.
     """
     rooms_c = dict.fromkeys(room_c(site.controller, each) for each in AMBIENTS_C)
     spread = site.network.tolerance_percent / 100
@@ -64,7 +64,7 @@ def machines(site: Place) -> Iterator[Healthy]:
         name = f"healthy_{capacity:g}C_{resistance:g}R_{ambient_c:.3g}degC"
         what = (
             f"{capacity:g} times the heat capacities of the plant, {resistance:g} times its "
-            f"resistances, {ambient_c:.3g} °C around"
+            f"resistances, {ambient_c:.3g} °C ambient"
         )
         yield from reachable(site, name, what, network, ambient_c)
     what = "the most noise at its sensor that its rules bear"
@@ -84,9 +84,9 @@ def reachable(
 
 
 def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
-    """Ask for one setpoint after the other, each held a while.
+    """Set one setpoint after the other, and hold each for a while.
 
-    A loop that may not be on for so long in all is switched off and on between them.
+    A loop with a longest time on is switched off and on between them, which renews that time.
     """
     full = world.site.loop.algorithm.full_percent
     most_s = world.site.loop.protection.on_for_at_most_s
@@ -102,7 +102,7 @@ def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
 
 
 def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
-    """Return a machine whose capacities and resistances are these times as large."""
+    """Return a machine whose heat capacities and resistances are multiplied by these factors."""
     nodes = {name: capacity * value for name, value in network.nodes.items()}
     links = tuple(
         link.model_copy(update={"resistance_k_per_w": resistance * link.resistance_k_per_w})
@@ -112,11 +112,11 @@ def scaled(network: ThermalNetwork, capacity: float, resistance: float) -> Therm
 
 
 def noisy(site: Place) -> ThermalNetwork:
-    """Return a machine with the most noise that `rise_rate` lets pass: six sigma of a difference.
+    """Return a machine with the most noise that rule `rise_rate` tolerates: six sigma.
 
-    The difference of two readings has √2 times the noise of one, and can be a step more: where
-    steps are wide, little may be left. Nor may its peaks be a rise while the heater is off, or
-    take half of the way to another limit.
+    The difference of two readings has √2 times the noise of one, and can be one step larger:
+    wide steps leave little room for noise. Its peaks also stay below the rise that counts while
+    the heater is off, and below half of the distance to any other limit.
     """
     loop = site.loop
     step_k = max(sensor_step_k(site), *(blur_k(site, each) for each in starts.setpoints_c(site)))

@@ -18,15 +18,15 @@ LONGEST_S = 24 * 3600.0
 MOST_WATCHED_S = 4 * 3600.0
 TRAVELLED = 0.95
 WARM_K = 15.0
-"""So far below its setpoint a machine begins that is to be there soon."""
+"""How far below its setpoint a machine starts in trials that begin warm."""
 NEAR_K = 0.5
-"""So near its highest setpoint is looked for."""
+"""Precision of the search for the highest setpoint."""
 
 
 def steady_c(site: Place, share: float, *, ambient_c: float, cooled: bool = False) -> float:
-    """Return where the loop's sensor settles with its heater at a share (0..1) of its power, °C.
+    """Return the steady temperature of the loop's sensor at a share (0..1) of heater power, °C.
 
-    cooled -- whether its cooler runs, as above the band, and while a fault is latched.
+    cooled -- whether the cooler runs, as it does above the band and while a fault is latched.
     """
     plant = plant_of(site.controller, site.network, ambient_c=ambient_c, step_s=FOREVER_S)
     plant.step(_powered(site, share, cooled=cooled))
@@ -40,10 +40,10 @@ def share_for(site: Place, hold_c: float, *, ambient_c: float, cooled: bool = Fa
 
 
 def room_k(site: Place) -> float:
-    """Return by how much a reading may be wrong for long without breaking a rule of limits, K.
+    """Return the largest lasting error of a reading that breaks no rule with a limit, K.
 
-    Half of what is left from where a healthy machine may be to each limit: the control's own
-    swings have the rest.
+    This is half of the smallest distance from a healthy machine to a limit; the other half is for
+    the control's own swings.
     """
     protection = site.loop.protection
     left_k = [
@@ -60,19 +60,19 @@ def room_k(site: Place) -> float:
 
 
 def asked_share(site: Place, percent: float) -> float:
-    """Return for which share of the time the heater conducts at a duty, %.
+    """Return the share of the time (0..1) in which the heater conducts at a duty, %.
 
-    All of it is less than always where the supply gives more than the heater is rated for.
+    At 100 % duty it is below 1 if the supply gives more than the heater's rated power.
     """
     return percent / 100 * site.controller.switches[site.loop.heater].full_share
 
 
 @lru_cache(maxsize=16)
 def watch_s(site: Place) -> float:
-    """Return for how long a broken machine is watched: no rule that sees it comes later, s.
+    """Return how long a broken machine is watched: any rule that sees it trips within this time, s.
 
-    Full power takes it to its maximum, or to where it levels out; and then every rule has had all
-    its time twice.
+    This is the time that full power takes to the maximum, or to where the machine levels out,
+    plus twice the times of all rules.
     """
     protection = site.loop.protection
     lasting_s = [
@@ -86,7 +86,7 @@ def watch_s(site: Place) -> float:
 
 
 def _travel_s(site: Place) -> float:
-    """Return how long full power takes to the maximum, or to all but a twentieth of its way, s."""
+    """Return how long full power takes for 95 % of its way to the maximum, or to its level, s."""
     network, ambient_c = site.network, site.ambient_c
     full_share = asked_share(site, site.loop.algorithm.full_percent)
     most_c = min(site.loop.protection.maximum_c, steady_c(site, full_share, ambient_c=ambient_c))
@@ -98,7 +98,7 @@ def _travel_s(site: Place) -> float:
 
 
 def rise_k(site: Place, after_s: float) -> float:
-    """Return how far full power raises the loop's sensor in a time, or a day, from rest, K."""
+    """Return how far full power raises the loop's sensor in a time (at most a day) from rest, K."""
     most_k = 0.0
     for time_s, risen_k in course(site, site.network, ambient_c=0.0):
         most_k = risen_k
@@ -114,7 +114,7 @@ def course(
     ambient_c: float,
     starts_c: Mapping[str, float] | None = None,
 ) -> Iterator[tuple[float, float]]:
-    """Yield time (s) and temperature (°C) at full power, from rest: cold, or begun elsewhere."""
+    """Yield time (s) and temperature (°C) at full power, from cold or from given temperatures."""
     at_rest = network.model_copy(update={"initial_c": ambient_c})
     step_s = max(COURSE_STEP_S, site.loop.period_s)
     plant = plant_of(
@@ -127,12 +127,12 @@ def course(
 
 
 def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float:
-    """Return the highest setpoint this machine can be asked for without cause for a fault, °C.
+    """Return the highest setpoint at which this healthy machine trips no rule, °C.
 
-    A machine at full power that is too weak to go on rising near its setpoint breaks the rules
-    `heating_failed` and `sensor_frozen` with good reason: from cold, or from `WARM_K` below its
-    setpoint with a cold element, which takes its time first. The latter also where it takes more
-    than `holding` to hold it. Not above the highest setpoint.
+    If full power is too weak to raise the temperature near the setpoint, `heating_failed` and
+    `sensor_frozen` rightly trip. Two starts must not trip: from cold, and from `WARM_K` below the
+    setpoint with a cold element, which first has to heat up. With PID, `sensor_frozen` also limits
+    the setpoint to what the duty `holding` can hold. Never above the spec's highest setpoint.
     """
     needs, frozen = list(_needed_rises(site)), site.loop.protection.frozen
     highest_c = min(
@@ -160,7 +160,7 @@ def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float
 
 
 def _beyond_k(loop: Loop) -> float:
-    """Return how far beyond its setpoint a loop asks for full power, K."""
+    """Return how far above its setpoint a loop still asks for full power, K."""
     return max(0.0, loop.algorithm.off_at_k)
 
 
@@ -171,7 +171,7 @@ def _comes_warm(
     target_c: float,
     needs: Sequence[tuple[float, float]],
 ) -> bool:
-    """Whether it comes to a setpoint from below, beginning with all heat spread."""
+    """Whether the machine reaches a setpoint from `WARM_K` below, starting with its heat spread."""
     start_c, most_c = target_c - WARM_K, target_c + _beyond_k(site.loop)
     if start_c <= ambient_c:
         return True  # as from cold
@@ -187,7 +187,7 @@ def _comes_warm(
 
 
 def _needed_rises(site: Place) -> Iterator[tuple[float, float]]:
-    """Yield what each rule asks of full power, K within s; a reading may be one step short."""
+    """Yield the rise (sensor's step included, K) and time (s) that each rule demands."""
     step_k, protection = sensor_step_k(site), site.loop.protection
     if protection.heating:
         yield protection.heating.rise_k + step_k, protection.heating.within_s
@@ -198,7 +198,7 @@ def _needed_rises(site: Place) -> Iterator[tuple[float, float]]:
 def _rising_until(
     taken: Iterable[tuple[float, float]], enough_c: float, rise_k: float, within_s: float
 ) -> float:
-    """Return up to which temperature a course has such rises in time, °C; at most where enough."""
+    """Return the temperature up to which a course rises fast enough, °C; stop at `enough_c`."""
     since_s, from_c = 0.0, -math.inf
     for time_s, sensed_c in taken:
         from_c = max(from_c, sensed_c) if time_s == 0 else from_c
@@ -215,12 +215,12 @@ def sensor_step_k(site: Place) -> float:
 
 
 def blur_k(site: Place, temperature_c: float) -> float:
-    """Return how far from the tip an analog chain may read, K; 0 for a chip of its own."""
+    """Return how far an analog reading may be from the tip, K; 0 for a sensor chip."""
     return sensor_blur_k(site.controller, site.loop.sensor, temperature_c)
 
 
 def sensor_blur_k(controller: Controller, name: str, temperature_c: float) -> float:
-    """Return the same of any sensor."""
+    """Return how far a sensor's analog reading may be from its tip, K; 0 for a sensor chip."""
     sensor = controller.thermometers[name]
     if not sensor.on_adc:
         return 0.0
@@ -228,6 +228,6 @@ def sensor_blur_k(controller: Controller, name: str, temperature_c: float) -> fl
 
 
 def _powered(site: Place, share: float, *, cooled: bool = False) -> dict[str, float]:
-    """Everything on but coolers and other loops' heaters."""
+    """Return the shares of power of all outputs: all on but coolers and other loops' heaters."""
     asked = full_power(site.controller, site.loop_name, share)
     return asked | ({site.loop.cooler: 1.0} if cooled and site.loop.cooler else {})

@@ -1,4 +1,4 @@
-"""How hot the machine became, and how soon its heaters would have had to go off."""
+"""How hot the machine became, and how early its heaters should have gone off."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from heatwright.sim.machine import BITS, FEED, WATCHED, Array, Machine
 from heatwright.sim.plants.thermal_network import Plant
 
 SPREADING_S = 600.0
-"""How long heat that is under way is followed."""
+"""Longest time for which the spreading of heat is followed."""
 
 
 class Peaks:
-    """The highest temperature of every node since a moment, and what was given meanwhile."""
+    """The highest temperature of every node since a moment, and the power given since then."""
 
     def __init__(self, machine: Machine, sensor: str) -> None:
-        """Begin now; sensor -- whose highest temperature is of interest, too."""
+        """Begin now; sensor -- one whose highest temperature is recorded, too."""
         self._machine = machine
         self._from_c = machine.plant.vector.copy()
         self._first = machine.count
@@ -24,30 +24,30 @@ class Peaks:
 
     @property
     def ended(self) -> bool:
-        """Whether nobody looks any longer."""
+        """Whether the recording has ended."""
         return self._last is not None
 
     def end(self) -> None:
-        """Look no longer: what comes now is another story."""
+        """End the recording: what happens after it does not count."""
         if not self.ended:
             self._last = self._machine.count
             self._machine.look(watches=False)
 
     @property
     def spreads(self) -> bool:
-        """Whether no heat is given any more, and still something becomes hotter."""
+        """Whether some node still becomes hotter although no heater gives power."""
         return self._machine.spreads
 
     @property
     def highest_c(self) -> Mapping[str, float]:
-        """By node, °C."""
+        """Highest temperature by node, °C."""
         found = self._machine.highest_c.tolist()
         return dict(zip(self._machine.plant.nodes, found, strict=True))
 
     def latest_off_s(self, node: str, bears_c: float) -> float:
-        """Return until when the heaters may have been on for a node not to become too hot, s.
+        """Return the latest time at which heaters off keeps a node from becoming too hot, s.
 
-        Found by halving, with what was given up to then; 0 if it was too hot from the beginning.
+        Found by bisection over the recorded power; 0 if the node was too hot from the beginning.
         """
         machine = self._machine
         rows = machine.rows[self._first : self._last]
@@ -66,7 +66,7 @@ class Peaks:
         return low * machine.step_s
 
     def _heated(self, plant: Plant, place: int, rows: Array) -> float:
-        """Give a plant what these rows were given; return the highest temperature of a node."""
+        """Step a plant with these rows' recorded power; return a node's highest temperature."""
         peak_c = float(plant.temperatures_c[place])
         for shares, feed_mm_per_s in zip(self._machine.given(rows), rows[:, FEED], strict=True):
             plant.step(self._named(shares), float(feed_mm_per_s))
@@ -74,7 +74,7 @@ class Peaks:
         return peak_c
 
     def _spread(self, plant: Plant, place: int) -> float:
-        """Give no heat from now on; return the temperature that a node comes to."""
+        """Let the heat spread without power; return the highest temperature of a node."""
         first = self._machine.rows[self._first : self._first + 1]
         given = self._named(self._machine.given(first)[0]) | dict.fromkeys(plant.heaters, 0.0)
         peak_c = float(plant.temperatures_c[place])

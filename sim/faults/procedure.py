@@ -1,18 +1,18 @@
-"""How every fault is tried: cause, trip, acknowledgement, cure, loss of power, acknowledgement.
+"""The trial of a fault: cause, trip, acknowledgement, cure, loss of power, acknowledgement.
 
-The reference model is fed with what the firmware read, and says what has to be latched, and when
-(heatwright.sim.faults.witness). A healthy machine is watched for a while: nothing may trip.
-Of any other, where a rule trips, its fault has to
+The reference model gets the firmware's readings, and says which fault must be latched, and when
+(heatwright.sim.faults.witness). A healthy machine is watched for a while: no rule may trip.
+On any other machine, if a rule trips, its fault must
 
-1. be latched in the step in which its condition is met, and the heater has to be off;
-2. show its number and words on the display, and be told to the host;
-3. stay latched when the cause has gone, and through a loss of power;
-4. go away when it is acknowledged then.
+1. be latched in the step in which its condition is met, with the heater off;
+2. be shown with its number and words on the display, and be sent to the host;
+3. stay latched after the cause is removed, and through a loss of power;
+4. be cleared by an acknowledgement after that.
 
-Many are acknowledged before that, too, while the cause goes on: what follows is again for the rules
-to say; one of them again and again, until that needs a person at the machine. From each trip to its
-acknowledgement no heater's pin may be on for a single cycle. And no node of the machine may become
-hotter than it bears, until the heat has spread after the first trip.
+Many are also acknowledged earlier, while the cause lasts: the rules then decide whether one trips
+again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine. From
+each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
+machine may become hotter than it bears, until the heat has spread after the first trip.
 """
 
 from __future__ import annotations
@@ -41,24 +41,24 @@ from heatwright.spec.controller import Lockout
 from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
-"""How much longer than allowed is waited, to tell late from never."""
+"""How much longer than the bound to wait, to distinguish a late trip from none."""
 REST_S = 2.0
-"""How long a latched fault is watched. Longer than a display needs for both lines (one cell a tick,
-after its start-up of at most ten) and an EEPROM for a record (one byte a tick)."""
+"""How long a latched fault is watched: longer than the display's two lines take (one cell a tick,
+after at most ten ticks of start-up) and a record in the EEPROM (one byte a tick)."""
 
 INSISTED_S = 900.0
-"""How long somebody acknowledges again and again, if it is not refused before."""
+"""How long acknowledgements are repeated, if the lock-out does not refuse them before."""
 REFUSED_S = 30.0
 
 SHOWN_S = 0.1
-"""Longer than a gate takes to close, by far."""
+"""Much longer than the gate takes to switch a heater off."""
 
 COOLER_K = 5.0
 COOLING_S = 4 * 3600.0
 
 
 def try_fault(fault: Fault) -> FaultResult:
-    """Try a fault on a world of its own."""
+    """Try a fault in its own world."""
     trial = _Trial(fault, fault.make())
     trial.run()
     return trial.result()
@@ -66,9 +66,9 @@ def try_fault(fault: Fault) -> FaultResult:
 
 @dataclass
 class _Trial:
-    """One fault on its way through the procedure.
+    """The trial of one fault, and its state so far.
 
-    first -- the trip that is reported; cause_s -- when the cause came.
+    first -- the first trip, which is reported; cause_s -- time of the cause.
     """
 
     fault: Fault
@@ -82,7 +82,7 @@ class _Trial:
 
     def run(self) -> None:
         if self.world.fault and not self.fault.may:
-            self._wrong(f"{_name(self.world.fault)} was latched before it began")
+            self._wrong(f"{_name(self.world.fault)} was latched before the trial began")
             return
         self._begin()
         if self.fault.calm:
@@ -141,7 +141,7 @@ class _Trial:
         self.first = self._wait(self.cause_s, "")
         self.counting = witness.counting(self.world)
         self._judge_heater()
-        self._judge_peaks()  # a switch that conducts for ever heats on, which no rule can help
+        self._judge_peaks()  # not later: a dead switch heats on
         if self.first is None:
             return
         self._holds(self.first, "after the trip")
@@ -159,33 +159,33 @@ class _Trial:
         """Remove the cause, and check that the fault stays latched until it is acknowledged."""
         self.fault.cure(self.world)
         self._cools_down()
-        self._holds(latched, "when its cause has gone")
+        self._holds(latched, "after its cause was removed")
         self.world.power_cut()
         self._holds(latched, "after a loss of power")
         self._clears()
 
     def _anew(self) -> Change | None:
-        """Go all the way again, up to the trip, on another world."""
+        """Repeat the trial up to the trip, in a new world."""
         self._end()
         self.world = self.fault.make()
         self._begin()
-        latched = self._wait(self.cause_s, " the second time")
+        latched = self._wait(self.cause_s, " in the second trial")
         if latched is not None:
-            self._holds(latched, "after it tripped the second time")
+            self._holds(latched, "after the trip in the second trial")
         return latched
 
     def _cools_down(self) -> None:
-        """Wait until the machine has left its maximum, which would rightly trip again.
+        """Wait until the machine is well below its maximum, which would rightly trip again.
 
-        And until it is where it may be asked to be: beyond, one step of an analog sensor may pass
-        for a jump.
+        It must also be within its setpoints: above them, one step of an analog sensor may be
+        large enough to count as a jump.
         """
         loop = self.world.site.loop
         limit_c = min(loop.protection.maximum_c - COOLER_K, loop.setpoint.maximum_c)
         self.world.until(Below(limit_c), COOLING_S)
 
     def _wait(self, began_s: float, when: str) -> Change | None:
-        """Wait until a fault is latched; None: nothing has tripped, which may be right."""
+        """Wait until a fault is latched; return None if no rule has tripped, which may be right."""
         trip = self.fault.trip
         if trip is None:
             self.world.until(_is_latched, self.fault.watch_s)
@@ -193,7 +193,7 @@ class _Trial:
         since_s = self._follow(trip, began_s)
         if since_s is None:
             if trip.certain:
-                self._wrong(f"its condition was not met within {trip.due_within_s:g} s{when}")
+                self._wrong(f"its trip condition was not met within {trip.due_within_s:g} s{when}")
             return None
         found = self._recorded(began_s)
         if found is None:
@@ -203,9 +203,9 @@ class _Trial:
         return found
 
     def _recorded(self, began_s: float) -> Change | None:
-        """Return the first trip since then; one is recorded when the program sleeps after it.
+        """Return the first trip since then; a trip is recorded at the next sleep of the program.
 
-        After a reset that may take a start, and until then the RAM says anything.
+        After a reset this takes a whole start-up, during which the RAM is not valid.
         """
         if self.world.fault:
             within_s = max(start_up_s(self.world.site), self.world.step_s)
@@ -213,13 +213,13 @@ class _Trial:
         return next(iter(self.world.trips.since(began_s)), None)
 
     def _follow(self, trip: Trip, began_s: float) -> float | None:
-        """Run until a fault is latched, or until it is much too late.
+        """Run until a fault is latched, or until a trip would be much too late.
 
-        Return since when the condition had been met without a gap: the step of time in which it
-        was met counts. A trip that comes sooner counts from the step of time before it.
+        Return the time since which the condition has been met without a gap, from the beginning of
+        that step of time. If the trip comes before the condition, return the step before the trip.
         """
         world = self.world
-        if trip.due is at_once:  # in one run: with a long stale_after it may last for days
+        if trip.due is at_once:  # in one run, for speed: a long stale_after may be days
             from_s = max(began_s, world.now_s - world.step_s)
             world.until(_is_latched, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
             return from_s
@@ -244,10 +244,10 @@ class _Trial:
             self._wrong(f"tripped after {after_s:.3f} s, not within {trip.allowed_s:.3f} s{when}")
 
     def _may_come_first(self) -> tuple[str, ...]:
-        """Return what may tell sooner that no reading comes: without one there is no heat.
+        """Return the rules that may trip before the expected one: no readings means no heat.
 
-        A current that is not read any more seems to flow on after the heat has ended. And a loop
-        may have been on for long enough meanwhile.
+        A current that is no longer read seems to flow while the heater is off. And the longest
+        time on may end before.
         """
         limited = self.world.site.loop.protection.on_for_at_most_s is not None
         silent = self.fault.sensor_lies and self.fault.current_lies
@@ -257,7 +257,7 @@ class _Trial:
         return lies if read else (*lies, *LACKS_HEAT)
 
     def _judge_heater(self) -> None:
-        """See how soon the heater was off, and let the heat spread that is under way."""
+        """Check how soon the heater was off, and let the heat spread."""
         limit_s = self.fault.off_within_s
         self.world.run(SHOWN_S)
         if self.first is None and limit_s is None:
@@ -271,7 +271,7 @@ class _Trial:
         self.world.until(Spread(), SPREADING_S)
 
     def _judge_peaks(self) -> None:
-        """Check that no node became hotter than it bears; of several, tell the first."""
+        """Check that no node became hotter than it bears; report only the first one."""
         self.peak_c = self.world.peak_c
         self.world.peaks.end()
         borne_c = self.world.bears_c
@@ -279,14 +279,14 @@ class _Trial:
             bears_c = borne_c[node]
             if peak_c > bears_c:
                 self._wrong(
-                    f"{node} became {peak_c:.1f} °C hot and bears {bears_c:.1f} °C. If it bears "
-                    f"that, say so: simulation.plant.bears: {{{node}: {math.ceil(peak_c)} °C}}. "
+                    f"{node} reached {peak_c:.1f} °C but bears only {bears_c:.1f} °C. If it bears "
+                    f"that, write simulation.plant.bears: {{{node}: {math.ceil(peak_c)} °C}}. "
                     f"Else {self._remedy(node, bears_c)}"
                 )
                 return
 
     def _remedy(self, node: str, bears_c: float) -> str:
-        """Say which number would have kept a node from becoming too hot."""
+        """Return advice: the value of a key that would have kept a node from becoming too hot."""
         off_s = self.world.peaks.latest_off_s(node, bears_c)
         rule = RULES[self.first.code].id if self.first else None
         late_s = (
@@ -305,13 +305,13 @@ class _Trial:
             and self.fault.sensor_lies
             and self._health_bears("frozen.for", off_s)
         ):
-            return f"let a rule see it within {_rounded_down(off_s):g} s: {path}.frozen.for"
-        return "use a heater of less power, or limit it, or let a safety relay break it"
+            return f"make a rule trip within {_rounded_down(off_s):g} s with {path}.frozen.for"
+        return "use a heater of less power, limit its power, or add a safety relay"
 
     def _health_bears(self, key: str, shorter_s: float) -> bool:
-        """Whether the machine, well, could be asked for as much with that number of a rule.
+        """Whether a healthy machine still holds its highest setpoint with a shorter time of a rule.
 
-        A number that `check` refuses is no remedy.
+        A value that `check` refuses is no remedy.
         """
         site = self.world.site
         protection, (rule, ended) = site.loop.protection, (*key.split("."), "")[:2]
@@ -329,20 +329,20 @@ class _Trial:
         return highest_c(other) >= highest_c(site)
 
     def _holds(self, latched: Change, when: str) -> None:
-        """Check that it stays latched and shown, and that no heater has been on since the trip."""
+        """Check that the fault stays latched and shown, with every heater off since the trip."""
         world = self.world
         world.run(REST_S)
         if world.fault != latched.code:
-            self._wrong(f"{_name(world.fault)} is latched {when}")
+            self._wrong(f"{_name(world.fault)} is latched {when}, not {_name(latched.code)}")
         on_s = world.heaters.last_on_s(latched.time_s + TICK_S)
         if on_s is not None:
             self._wrong(
-                f"a heater was on {on_s - latched.time_s:.3f} s after the trip, seen {when}"
+                f"a heater was on {on_s - latched.time_s:.3f} s after the trip, found {when}"
             )
         for loop in world.site.controller.loops.values():
             heater = world.device.outputs[loop.heater]
             if heater.on or not (heater.driven or self.fault.floats):
-                self._wrong(f"{loop.heater} is not driven to off {when}")
+                self._wrong(f"the pin of {loop.heater} is not driven to off {when}")
         others = (cooling.complaint(world), relays.complaint(world, floats=self.fault.floats))
         for complaint in (*notices.complaints(world, latched.code), *others):
             if complaint:
@@ -351,23 +351,23 @@ class _Trial:
     # -- acknowledgements ----------------------------------------------------------------------
 
     def _again(self) -> Change | None:
-        """Acknowledge while the cause goes on; None: no rule is broken any more.
+        """Acknowledge while the cause lasts; return None if no rule trips again.
 
-        Who presses SELECT once more, to switch the loop on, may just acknowledge the next trip: the
-        trip after that counts.
+        A second press of SELECT, to switch the loop on, may acknowledge the next trip: then the
+        trip after that one counts.
         """
         began_s = self.world.now_s
         self.world.acknowledge()
         began_s = max(began_s, self.world.trips.acknowledged_s())
-        latched = self._wait(began_s, " when acknowledged")
+        latched = self._wait(began_s, " after the acknowledgement")
         if latched is not None:
-            self._holds(latched, "after it tripped again")
+            self._holds(latched, "after the next trip")
         return latched
 
     def _insisted(self) -> Change | None:
-        """Acknowledge and ask for heat at each trip, until a person at the machine is needed.
+        """Acknowledge and ask for heat at each trip, until the lock-out needs a person.
 
-        Return what is latched then; None: nothing is.
+        Return the fault that is latched at the end, or None.
         """
         world, lockout = self.world, lockout_of(self.world.site.controller)
         ends_s = world.now_s + INSISTED_S
@@ -378,14 +378,14 @@ class _Trial:
             world.run(REST_S)
         trips = world.trips.since(self.cause_s)
         if lockout is not None and _goes_on(trips, lockout):
-            self._wrong(f"{len(trips)} trips were acknowledged from afar")
+            self._wrong(f"{len(trips)} trips were acknowledged although the lock-out was due")
         if not world.fault:
             return None
-        self._holds(trips[-1], "when it was acknowledged again and again")
+        self._holds(trips[-1], "after repeated acknowledgements")
         return trips[-1]
 
     def _clears(self) -> None:
-        """Acknowledge when the cause has gone: nothing may stay, nothing may come."""
+        """Acknowledge after the cure: no fault may stay latched, and no rule may trip."""
         world = self.world
         if not world.site.has_operator:
             return
@@ -395,14 +395,14 @@ class _Trial:
         if world.fault:
             self._wrong(f"{_name(world.fault)} is latched after its acknowledgement")
         elif world.trips.since(max(since_s, world.trips.acknowledged_s())):
-            self._wrong("it tripped again although its cause had gone")
+            self._wrong("a rule tripped again although the cause was removed")
 
 
 _is_latched = OfState(lambda now: now.fault != 0)
 
 
 def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
-    """Whether one comes behind as many as lock out, none a second within its time of the last."""
+    """Whether a trip came although those before had to lock out; the time is taken 1 s shorter."""
     soon, last_s = 0, -math.inf
     for trip in trips:
         if soon == lockout.trips:
@@ -417,7 +417,7 @@ def _name(code: int) -> str:
 
 
 def _lasting(protection: Protection) -> Iterator[tuple[str, float, tuple[str, ...]]]:
-    """Yield the keys that say how long a rule takes, their values in s, and the rules."""
+    """Yield the keys that set how long rules take, their values in s, and the rules."""
     if protection.heating:
         yield "heating.within", protection.heating.within_s, ("heating_failed",)
     if protection.frozen:
@@ -428,6 +428,6 @@ def _lasting(protection: Protection) -> Iterator[tuple[str, float, tuple[str, ..
 
 
 def _rounded_down(seconds: float) -> float:
-    """Leave two digits."""
+    """Round down to two significant digits."""
     unit = 10.0 ** (math.floor(math.log10(seconds)) - 1)
     return math.floor(seconds / unit) * unit

@@ -1,4 +1,4 @@
-"""What happens to fault and heaters, to the cycle."""
+"""Record when the latched fault and the heaters' pins change, to the cycle."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from heatwright.sim.native.snapshots import Snapshots
 
 @dataclass(frozen=True)
 class Change:
-    """The latched fault became another, or none (code 0), or came again: device time, s."""
+    """A trip or an acknowledgement (code 0) at a device time, s."""
 
     time_s: float
     code: int
 
 
 class TripLog:
-    """Each change of the latched fault, noted when the processor next goes to sleep.
+    """Each change of the latched fault, recorded when the processor next goes to sleep.
 
-    It goes to sleep within the tick in which the change was made; at start-up, before the first
-    tick. A fault that is acknowledged and trips again within one tick shows in the count of
-    acknowledgements, which lies beside its code.
+    It sleeps within the tick of the change or, at start-up, before the first tick. A fault that is
+    acknowledged and trips again within one tick is seen by the count of acknowledgements, which
+    lies behind the fault's code in the RAM.
     """
 
     def __init__(self, device: AvrDevice) -> None:
@@ -37,7 +37,7 @@ class TripLog:
         self._code = device.variables["fault.code"]
         self._count = device.variables["fault.acknowledgements"]
         if self._count.address != self._code.address + self._code.size:
-            raise ValueError("The count of acknowledgements does not lie behind the fault's code.")
+            raise ValueError("fault.acknowledgements does not follow fault.code in the RAM.")
         self._snapshots: Snapshots | None = None
         self._start_s = 0.0
         self._changes: list[Change] = []
@@ -49,7 +49,7 @@ class TripLog:
         self._snapshots = self._device.avr.snapshots(place, place)
 
     def collect(self) -> None:
-        """Fetch what has been recorded; to be called before the power fails."""
+        """Fetch what has been recorded; call it before each power cut."""
         if self._snapshots is None:
             return
         cycles, images = self._snapshots.take()
@@ -60,28 +60,28 @@ class TripLog:
 
     @property
     def changes(self) -> list[Change]:
-        """All so far, in order."""
+        """All changes so far, in order of time."""
         self.collect()
         return self._changes
 
     def forget(self) -> None:
-        """Drop what was recorded so far."""
+        """Delete all changes so far."""
         self.collect()
         self._changes.clear()
 
     def since(self, time_s: float) -> list[Change]:
-        """Return the trips (not the acknowledgements) from a time on."""
+        """Return the trips (not the acknowledgements) from a device time (s) on."""
         return [each for each in self.changes if each.time_s >= time_s and each.code]
 
     def acknowledged_s(self) -> float:
-        """Return when a fault was last acknowledged; minus infinity before the first time."""
+        """Return when a fault was last acknowledged (device time, s); minus infinity: never."""
         ends = (after.time_s for before, after in pairwise(self.changes) if before.code)
         return max(ends, default=-math.inf)
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A heater's pin changed: device time (s), whether it is on, and whether by the processor."""
+    """A change of a heater's pin: device time (s), on or off, driven by the processor or not."""
 
     pin: int
     time_s: float
@@ -90,14 +90,13 @@ class Edge:
 
 
 RECENT_S = 60.0
-"""For so long single edges are kept: of a heater's PWM there are some thousand a second."""
+"""How long single edges are kept: a heater's PWM makes some thousand a second."""
 
 
 class HeaterLog:
-    """When these heaters' pins were on, also through resets and losses of power.
+    """Records when these heaters' pins were on, through resets and losses of power.
 
-    first_on_s -- when one of them was on first since the power came, on the device's time, s; None:
-    it was not.
+    first_on_s -- when one of them was first on since power-on (device time, s); None: none was.
     """
 
     def __init__(self, device: AvrDevice, heaters: set[str]) -> None:
@@ -138,7 +137,7 @@ class HeaterLog:
         return start_s + int(edges["cycle"][-1]) / self._device.avr.clock_hz
 
     def power_cut(self) -> None:
-        """The board's resistors pull every heater off."""
+        """Record all pins as off: without power, the board's resistors pull them off."""
         self._device.feed()
         for pin, on in self._on.items():
             if on:
@@ -147,7 +146,7 @@ class HeaterLog:
         self.first_on_s = None
 
     def since(self, time_s: float) -> list[Edge]:
-        """Return the changes from a time of late on (device time, s): each heater's in order."""
+        """Return the changes since a recent time (device time, s), in order for each heater."""
         found = []
         for start_s, mine in self._recent:
             edges_s = start_s + mine["cycle"] / self._device.avr.clock_hz
@@ -159,7 +158,7 @@ class HeaterLog:
         return found
 
     def last_on_s(self, since_s: float) -> float | None:
-        """Return when any heater was last on after a time (device time, s); None: never."""
+        """Return when a heater was last on, if after `since_s` (device time, s); else None."""
         self._device.feed()
         last_s = max(self._last_end_s.values())
         if any(self._on.values()):

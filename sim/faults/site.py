@@ -1,4 +1,4 @@
-"""Where machines are tried, well or broken."""
+"""Where a fault is tried: a controller on its machine, one of its loops, and its binary."""
 
 from __future__ import annotations
 
@@ -21,92 +21,92 @@ from heatwright.spec.facts import LoopFacts, facts_of
 
 @dataclass(frozen=True)
 class Place:
-    """A controller on its machine, and the loop in question."""
+    """A controller on its machine, and the loop on which something is tried."""
 
     controller: Controller
     loop_name: str
 
     @property
     def loop(self) -> Loop:
-        """The loop in question."""
+        """The loop on which something is tried."""
         return self.controller.loops[self.loop_name]
 
     @property
     def facts(self) -> LoopFacts:
-        """What is known of it: who commands it, and how."""
+        """The loop's facts: who commands it, and how."""
         return facts_of(self.controller, self.loop_name)
 
     @property
     def network(self) -> ThermalNetwork:
-        """The machine as specified; raises ValueError when there is none."""
+        """The plant of the spec; raises ValueError when there is none."""
         if self.controller.simulation is None:
             raise ValueError("Faults need a machine: the specification has no `simulation`.")
         return self.controller.simulation.plant
 
     @property
     def ambient_c(self) -> float:
-        """The temperature of the surroundings as specified, °C."""
+        """The ambient temperature of the spec, °C."""
         simulation = self.controller.simulation
         return simulation.ambient_c if simulation else 20.0
 
     @property
     def has_keys(self) -> bool:
-        """Whether there is somebody to press UP, DOWN and SELECT."""
+        """Whether the controller has the keys UP, DOWN and SELECT."""
         return keypad_of(self.controller) is not None
 
     @property
     def has_menu(self) -> bool:
-        """Whether the keys lead through a menu, as they do where programs run."""
+        """Whether the keys operate a menu, as on a loop with programs."""
         return self.facts.keyed and self.facts.programmed
 
     @property
     def has_keys_alone(self) -> bool:
-        """Whether UP and DOWN are all that sets the setpoint, step by step."""
+        """Whether the setpoint of a switched loop can be set with UP and DOWN only."""
         others = modbus_of(self.controller) or self.facts.touched
         return self.facts.switched and not others
 
     @property
     def has_operator(self) -> bool:
-        """Whether there is somebody to set setpoints and acknowledge faults."""
+        """Whether somebody can set setpoints and acknowledge faults."""
         return self.has_keys or self.facts.commanded
 
     @property
     def heat_command(self) -> str:
-        """The host's command to heat it, such as `M104 T0`; raises LookupError when none does."""
+        """The host's command to heat the loop, such as `M104 T0`; without a host LookupError."""
         gcode = gcode_of(self.controller)
         for address, loop in gcode.loops.items() if gcode else ():
             if loop == self.loop_name:
                 return heats(address)
-        raise LookupError(f"No host commands {self.loop_name}.")
+        raise LookupError(f"No G-code host commands loop {self.loop_name}.")
 
     @property
     def key_step_k(self) -> float:
-        """By how much UP and DOWN move the loop's setpoint, K; 0 where they do not."""
+        """The step by which UP and DOWN change the loop's setpoint, K; 0 if they do not."""
         keypad = keypad_of(self.controller)
         return keypad.step_k if keypad is not None and keypad.loop == self.loop_name else 0.0
 
 
 @dataclass(frozen=True)
 class Site(Place):
-    """Where faults are tried: the binary is there, too."""
+    """A place with its binary: where a fault is tried."""
 
     program: Elf
 
 
 class State(Protocol):
-    """What the program's variables say."""
+    """The variables of the running program."""
 
     @property
     def fault(self) -> int:
         """The latched fault, 0 for none."""
 
     def loop(self, member: str) -> float:
-        """Return a number of the loop's state."""
+        """Return a member of the loop's state."""
 
 
 @dataclass(frozen=True)
 class OfState:
-    """A condition of nothing but variables: while those that it has read stay, so does it."""
+    """A condition on variables only: it can change only when one that it has read changes."""
 
     met: Callable[[State], bool]
 
@@ -116,19 +116,19 @@ class OfState:
 
 
 class Operated(Protocol):
-    """A controller on its machine, with somebody who asks for setpoints."""
+    """A controller on its machine, with somebody who sets its setpoints."""
 
     step_s: float
 
     @property
     def site(self) -> Place:
-        """The controller, and the loop in question."""
+        """The controller, and the loop that is operated."""
 
     def set_setpoint(self, setpoint_c: float) -> None:
-        """Ask for a setpoint, °C, and switch on."""
+        """Set a setpoint, °C, and switch the loop on."""
 
     def switch_off(self) -> None:
-        """Switch the loop off, by its switch or its setpoint."""
+        """Switch the loop off, by its switch or with a setpoint of 0."""
 
     def run(self, seconds: float) -> None:
         """Run for a time."""

@@ -1,6 +1,6 @@
-"""States in which faults meet a machine, reached soon: it begins near where it has to be.
+"""Worlds in the states in which faults occur; the machine starts close to the wanted state.
 
-But no colder than its surroundings, however low its setpoint: there no machine stays.
+It never starts colder than its ambient, even if its setpoint is lower.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from heatwright.sim.plants import profile_c
 
 COMMANDED_STEP_K = 10.0
 BELOW_K = 5.0
-"""A machine that is to be heating begins so far below where its heater goes on."""
+"""A machine that has to heat starts this far below the temperature at which its heater goes on."""
 FIRST_STEPS = 3
-"""Periods after which readings come, every rule has begun and the setpoint is taken over."""
+"""Periods after which readings come, every rule has begun and the new setpoint is in use."""
 LONGEST_S = 3600.0
 SINGLE_K = 0.001
-"""More than single precision rounds in a few steps of keys, and less than anybody can ask for."""
+"""More than the rounding error of a few key steps, and less than the finest setpoint step."""
 
 
 def ambient_c(site: Place) -> float:
-    """Return the temperature of the surroundings as specified, °C."""
+    """Return the ambient temperature of the spec, °C."""
     return site.ambient_c
 
 
 def setpoints_c(site: Place) -> tuple[float, ...]:
-    """Return setpoints the operator can ask for, ascending; without one the initial one alone.
+    """Return setpoints that the operator can set, °C, ascending; without one, the initial one.
 
-    A host can ask for any; here for every tenth degree from the surroundings' up. Keys go in their
-    own steps from the initial one, and held down in a menu several at once.
+    A host can set any: these are 10 K apart, from the ambient up. Keys go in their own steps from
+    the initial setpoint, or several steps at once in a menu, where they can be held down.
     """
     setpoint, step_k = site.loop.setpoint, site.key_step_k
     if site.has_menu:
@@ -50,7 +50,7 @@ def setpoints_c(site: Place) -> tuple[float, ...]:
 
 @lru_cache(maxsize=16)
 def highest_c(site: Place) -> float:
-    """Return the highest setpoint the keys reach and the machine can hold, °C."""
+    """Return the highest setpoint that the operator can set and the machine can hold, °C."""
     most_c = usable_c(site, site.network, ambient_c=ambient_c(site))
     reached = [each for each in setpoints_c(site) if each <= most_c]
     return max(reached, default=min(setpoints_c(site)))
@@ -58,9 +58,9 @@ def highest_c(site: Place) -> float:
 
 @lru_cache(maxsize=16)
 def permitted_c(site: Place, start_c: float) -> float:
-    """Return a temperature to begin at, °C: this one, if no monitor and no other loop trips there.
+    """Return a start temperature, °C: this one, if no monitor and no other loop trips there.
 
-    Else the hottest below it: what else is measured becomes warm with the loop.
+    Else the highest one below it: the other sensors become warm with the loop.
     """
     limits_c, around_c = hottest_c(site.controller, site.loop_name), ambient_c(site)
     if not limits_c:
@@ -76,19 +76,19 @@ def permitted_c(site: Place, start_c: float) -> float:
 
 
 def setpoint_moved(world: World, expected_c: float) -> str:
-    """Say where the setpoint went; "" if it is this one, as single precision has it."""
+    """Return a complaint if the setpoint is not the expected one in single precision; else ""."""
     found_c = world.setpoint_c
     exact = abs(found_c - expected_c) < SINGLE_K
-    return "" if exact else f"the setpoint went to {found_c:g} °C"
+    return "" if exact else f"the setpoint is {found_c:g} °C, not {expected_c:g}"
 
 
 def first_steps(world: Operated) -> None:
-    """Let the controller start."""
+    """Run the first periods, until the controller has readings and follows its setpoint."""
     world.run(world.site.loop.periods_s(FIRST_STEPS))
 
 
 def heating(site: Site) -> World:
-    """Begin below the highest usable setpoint, with the heater on at this moment."""
+    """Return a world below its highest usable setpoint, at a moment when the heater is on."""
     target_c = highest_c(site)
     below_c = target_c - site.loop.algorithm.swing_k / 2 - BELOW_K
     start_c = max(below_c, coldest_c(site.controller, site.loop_name), ambient_c(site))
@@ -100,10 +100,10 @@ def heating(site: Site) -> World:
 
 
 def heater_on(site: Site) -> Condition:
-    """Return the condition that the loop's heater is on, by its controller.
+    """Return the condition that the controller has the loop's heater on.
 
-    Under pulse width it is on while it has pulses: looked at every so often, its pin may show the
-    same part of each period for ever.
+    A heater under PWM counts as on while its duty is not 0: samples of its pin at regular
+    intervals could always hit the same part of its period.
     """
     if site.controller.outputs[site.loop.heater].frequency_hz:
         return given(site)
@@ -111,7 +111,7 @@ def heater_on(site: Site) -> Condition:
 
 
 def at_rest(site: Site, *, above_k: float) -> World:
-    """Begin with a machine so far above the lowest setpoint, which is asked for: heater off."""
+    """Return a world at `above_k` above its lowest setpoint, which is set: the heater is off."""
     lowest_c = setpoints_c(site)[0]
     world = resting(site, max(lowest_c, ambient_c(site)) + above_k)
     world.set_setpoint(lowest_c)
@@ -120,27 +120,27 @@ def at_rest(site: Site, *, above_k: float) -> World:
 
 
 def cold(site: Site) -> World:
-    """Begin with a machine as cold as its surroundings."""
+    """Return a world whose machine is at its ambient temperature."""
     return resting(site, ambient_c(site))
 
 
 def resting(site: Site, start_c: float) -> World:
-    """Begin with a machine at a temperature, asked for nothing."""
+    """Return a world that starts at a temperature, with its initial setpoint."""
     world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
     first_steps(world)
     return world
 
 
 def resting_c(site: Site) -> float:
-    """Return the initial setpoint; of a loop that begins switched off, the surroundings', °C."""
+    """Return the initial setpoint, °C; for a loop that starts off, the ambient temperature."""
     initial_c = site.loop.setpoint.initial_c
     return ambient_c(site) if site.facts.commanded and initial_c == 0 else initial_c
 
 
 def hot(site: Site) -> World:
-    """Begin just below the protection's maximum, or where another limit lets the machine be.
+    """Return a world just below the protection's maximum, or at another loop's or monitor's limit.
 
-    A safety relay is closed then: behind an open one nothing heats that is on the supply.
+    A safety relay is closed: an open one would cut the supply of every heater.
     """
     start_c = site.loop.protection.maximum_c - 1.0 - sensor_step_k(site)
     world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
@@ -154,9 +154,9 @@ def hot(site: Site) -> World:
 
 
 def held(site: Site) -> World:
-    """Begin at the highest usable setpoint, and hold it until the heater goes off and on.
+    """Return a world at its highest usable setpoint, held until the heater has gone off and on.
 
-    A heater under pulse width does so all the time: there it is until less than all is asked for.
+    A heater under PWM switches all the time: it is held until the duty is below full.
     """
     target_c = highest_c(site)
     world = World(site, Weather(max(target_c, ambient_c(site)), ambient_c(site)))

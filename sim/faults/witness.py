@@ -1,9 +1,9 @@
-"""What the reference model and the machine say of a trial, beside the firmware.
+"""Check a trial of the firmware against the reference model and the simulated machine.
 
-The reference model takes what the firmware read at every control step, and must come to the same
-state, bit for bit: so the first rule that it names is the one whose condition was met first, and
-the firmware has latched it in the same step. And what the firmware read must be what the sensor's
-tip felt, and of a current what flowed, unless the sensor itself is what fails.
+The reference model takes the firmware's readings of every control step and must reach the same
+state, bit for bit. So the first rule that it names is the one whose condition was met first, and
+the firmware has latched it in the same step. The readings must also equal the temperatures of the
+sensors' tips, and the currents that flowed, unless the sensor itself is faulty.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ COUNTS = {
     "current.none_steps": "no_current",
     "current.leak_steps": "current_while_off",
 }
-"""Members of a control step that count until a rule is broken."""
+"""Members of a control step that count steps until a rule trips, and the rule's id."""
 
 
 def counting(world: World) -> tuple[str, ...]:
-    """Name the rules of the loop that counted in its last control step, as ids."""
+    """Return the ids of the loop's rules that were counting steps in its last control step."""
     log = world.device.steps(world.site.loop_name)
     if not len(log):
         return ()
@@ -54,10 +54,10 @@ def counting(world: World) -> tuple[str, ...]:
 
 
 def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> Iterator[str]:
-    """Yield where the firmware differs from the reference model, or its readings from the truth.
+    """Yield how the firmware differs from the reference model, or its readings from the machine.
 
-    lying -- the loops and monitors whose sensors fail; current_lies -- whether one of a current
-    does.
+    lying -- the loops and monitors whose sensors are faulty; current_lies -- whether a current
+    sensor is.
     """
     logs = {name: world.device.steps(name) for name in world.site.controller.loops}
     idle = [name for name, log in logs.items() if not len(log)]
@@ -81,9 +81,9 @@ def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> I
 
 
 def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
-    """Compare each good reading with what the tip felt from a period and a conversion before on.
+    """Compare each good reading with the tip's temperatures since a period and a conversion before.
 
-    prefix -- of its members in the log of the loop in whose steps it is read.
+    prefix -- of the sensor's members in the log of the loop that reads it.
     """
     controller = world.site.controller
     log = world.device.steps(name)
@@ -98,26 +98,26 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
         tips_c = np.clip(tips_c, *thermometer.clips_c)
     spans = _spans(times_s, good["time_s"] - age_s, good["time_s"] + world.step_s)
     least_c, most_c = _extremes(tips_c, spans)
-    readings_c, which = np.unique(read_c, return_inverse=True)  # most rows say the same as others
+    readings_c, which = np.unique(read_c, return_inverse=True)  # most rows have equal readings
     blurs_k = [sensor_blur_k(controller, sensor, each) for each in readings_c.tolist()]
     off_k, found_c = thermometer.step_k + np.array(blurs_k)[which], read_c.astype(np.float64)
     is_true = (least_c - off_k <= found_c) & (found_c <= most_c + off_k)
     for row in np.flatnonzero(~is_true)[:1]:
         yield (
             f"{sensor} of {prefix.rstrip('.') or name} read {found_c[row]:.2f} °C at "
-            f"{good['time_s'][row]:.2f} s, where it felt {least_c[row]:.2f} to "
+            f"{good['time_s'][row]:.2f} s, but its tip was at {least_c[row]:.2f} to "
             f"{most_c[row]:.2f} °C"
         )
 
 
 def _spans(times_s: Numbers, since_s: Numbers, until_s: Numbers) -> NDArray[np.intp]:
-    """Return the first element of what held from one time to another, and the one behind it."""
+    """Return for each time span the indices of the first value in it and of the end."""
     first, last = np.searchsorted(times_s, since_s), np.searchsorted(times_s, until_s)
     return np.stack((np.maximum(0, first - 1), np.minimum(last + 1, len(times_s))), axis=1)
 
 
 def _extremes(values: Numbers, spans: NDArray[np.intp]) -> tuple[Numbers, Numbers]:
-    """Return the least and the most of each span."""
+    """Return the least and the greatest value of each span."""
     if not len(spans):
         return np.empty(0), np.empty(0)
     padded = np.append(values, 0.0)  # so that a span may end at the end
@@ -126,9 +126,9 @@ def _extremes(values: Numbers, spans: NDArray[np.intp]) -> tuple[Numbers, Number
 
 
 def _not_flowed(world: World, name: str) -> Iterator[str]:
-    """Compare each reading of the heater's current with what flowed, to a code of the ADC.
+    """Compare each reading of the heater's current with the real one, to one code of the ADC.
 
-    What a step takes is the last whole sum, one code a tick: begun in the period before it.
+    A step takes the last complete sum of one code per tick, which began in the period before.
     """
     controller, loop = world.site.controller, world.site.controller.loops[name]
     current = getattr(controller.outputs[loop.heater], "current", None)

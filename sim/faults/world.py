@@ -1,4 +1,4 @@
-"""A binary on its machine, with hands that can break any part of it."""
+"""A binary on its machine, of which any part can be broken."""
 
 from __future__ import annotations
 
@@ -56,15 +56,15 @@ ROUNDING = 1e-6
 ANSWER_S = 1.0
 ANSWER_CHARACTERS = 2048
 CHARACTER_BITS = 11
-"""Within this long, and what so many characters take, a host has had its answer, if the line works:
-what it had asked before is answered first."""
+"""A host has its answer within ANSWER_S and the time of so many characters, if the line works:
+earlier questions are answered first."""
 
 Condition = Callable[["World"], bool]
 
 
 @dataclass(frozen=True)
 class Below:
-    """The condition that the loop's sensor feels less than so many °C."""
+    """The condition that the machine's temperature at the loop's sensor is below a limit, °C."""
 
     limit_c: float
 
@@ -73,44 +73,44 @@ class Below:
         return world.sensed_c < self.limit_c
 
     def stop(self, world: World) -> Stop:
-        """Say what the machine has to wait for."""
+        """Return this condition as a stop of the machine."""
         return Stop(below=(world.site.loop.sensor, self.limit_c))
 
 
 @dataclass(frozen=True)
 class Spread:
-    """The condition that no node becomes hotter without heat."""
+    """The condition that no node becomes hotter any more while no heater gives power."""
 
     def __call__(self, world: World) -> bool:
         """Return whether the condition holds now."""
         return not world.peaks.spreads
 
     def stop(self, world: World) -> Stop:
-        """Say what the machine has to wait for."""
+        """Return this condition as a stop of the machine."""
         del world
         return Stop(spread=True)
 
 
 @dataclass(frozen=True)
 class Given:
-    """The condition that the loop's heater is given some time."""
+    """The condition that the loop's heater has an on-time above 0."""
 
     variable: str
-    """The program's variable that holds this time."""
+    """The program's variable that holds this time, or the duty."""
 
     def __call__(self, world: World) -> bool:
         """Return whether the condition holds now."""
         return bool(world.device.read(self.variable) > 0)
 
     def stop(self, world: World) -> Stop:
-        """Say what the machine has to wait for."""
+        """Return this condition as a stop of the machine."""
         return Stop(changed=(world.device.variables[self.variable],))
 
 
 def given(site: Site) -> Given:
-    """Return the condition that the loop's heater is given some time.
+    """Return the condition that the loop's heater has an on-time above 0.
 
-    A duty below the shortest pulse is none.
+    A duty below the shortest pulse gives none.
     """
     heater = site.loop.heater
     members = heater_of(site.controller, heater).members
@@ -130,21 +130,21 @@ class Switched:
         return world.device.outputs[world.site.loop.heater].on == self.on
 
     def stop(self, world: World) -> Stop:
-        """Say what the machine has to wait for."""
+        """Return this condition as a stop of the machine."""
         return Stop(turned=world.site.loop.heater)
 
 
 @dataclass(frozen=True)
 class Weather:
-    """The machine at the start: what the loop's sensor feels, and the surroundings, °C.
+    """The machine at the start: temperatures of the loop's sensor and of the ambient, °C.
 
-    It has been so for long. What belongs to other loops is as cold as the surroundings.
+    The machine has settled there. Nodes of other loops are at the ambient temperature.
     """
 
     start_c: float
     ambient_c: float
     network: ThermalNetwork | None = None
-    """Another machine than the specified one."""
+    """The machine, if it is not that of the spec."""
     seed: int = 0
 
 
@@ -153,12 +153,12 @@ Spoilt = tuple[dict[str, Heat], dict[str, Beside], dict[str, Feel], float, dict[
 
 @dataclass
 class Wiring:
-    """What lies between controller and machine, and can break.
+    """The connections between controller and machine, which can break.
 
-    heat -- by output: between its pin and what it gives. besides -- by output: heat from elsewhere
-    at the same place. feel -- by sensor: from the machine's temperature to the tip's, °C. volts --
-    of the heaters' supply, of what it should have; taken -- by output: the share of a heater's
-    power that something takes away at the same place.
+    heat -- by output: changes its power. besides -- by output: another source of heat at its node.
+    feel -- by sensor: from the machine's temperature to the tip's, °C. volts -- of the heaters'
+    supply, as a share of the nominal voltage; taken -- by output: the share of its power that
+    something takes away at its node.
     """
 
     heat: dict[str, Heat] = field(default_factory=dict)
@@ -169,17 +169,17 @@ class Wiring:
 
     @property
     def spoils(self) -> Spoilt:
-        """What of it the machine has to know, as it is now."""
+        """A copy of the present state, for the machine."""
         return dict(self.heat), dict(self.besides), dict(self.feel), self.volts, dict(self.taken)
 
 
 class World:
-    """A powered controller on its machine, after the first step of time, in which it starts.
+    """A powered controller on its machine, after the first step of time, in which it starts up.
 
-    device -- the controller; hand -- who serves the loop; wiring -- what lies between, coupling --
-    what goes to the machine when nothing is broken; trips, heaters -- what was recorded, heater --
-    of the loop's own one alone; peak_c -- the highest temperature at the loop's sensor since
-    `watch_peaks`, °C; peaks -- of all nodes.
+    device -- the controller; hand -- the loop's operator; wiring -- the connections that can break;
+    coupling -- powers and feed of a sound machine; trips, heaters -- records of all loops; heater
+    -- the record of the loop's own heater; peak_c -- highest temperature at the loop's sensor since
+    `watch_peaks`, °C; peaks -- the same for all nodes.
     """
 
     def __init__(self, site: Site, weather: Weather, *, logs_nodes: bool = False) -> None:
@@ -189,7 +189,7 @@ class World:
         self.ambient_c = weather.ambient_c
         sensors = (loop.sensor for loop in site.controller.loops.values())
         sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
-        period_s = site.loop.period_s  # whole steps, or readings would seem to jump
+        period_s = site.loop.period_s  # in whole steps, else readings would seem to jump
         shortest_s = site.controller.shortest_period_s
         most_s = min(STEP_S, metered_step_s(site.controller), shortest_s)
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
@@ -232,26 +232,26 @@ class World:
 
     @property
     def now_s(self) -> float:
-        """The controller's time, s: power cuts do not count."""
+        """The controller's time, s, without the power cuts."""
         return self.device.time_s
 
     @property
     def sensed_c(self) -> float:
-        """What the machine makes the loop's sensor feel, broken or not, °C."""
+        """The machine's temperature at the loop's sensor, whatever its tip feels, °C."""
         return self._felt(self.site.loop.sensor)
 
     @property
     def tip_c(self) -> float:
-        """What the tip of the loop's sensor feels, °C."""
+        """The temperature of the tip of the loop's sensor, °C."""
         feel = self.wiring.feel.get(self.site.loop.sensor)
         return feel(self.sensed_c) if feel else self.sensed_c
 
     def tips_c(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return what a sensor's tip felt, °C, from each of these times on, s."""
+        """Return times, s, and the temperatures of a sensor's tip since then, °C."""
         return self._told(sensor)
 
     def currents_a(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the current that a sensor had to see, A, from each of these times on, s."""
+        """Return times, s, and the currents that a sensor had to measure since then, A."""
         return self._told(sensor)
 
     def _told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -260,7 +260,7 @@ class World:
         return rows[told, TIME], rows[told, TIPS + self._machine.sensors.index(sensor)]
 
     def watch_peaks(self) -> None:
-        """Look for the highest temperatures from now on."""
+        """Record the highest temperatures from now on."""
         self.peaks = Peaks(self._machine, self.site.loop.sensor)
 
     @property
@@ -277,11 +277,11 @@ class World:
         return float(self._machine.felt[self._machine.sensors.index(sensor)])
 
     def run(self, seconds: float) -> None:
-        """Run for a time, in whole steps."""
+        """Run for a time, rounded to whole steps."""
         self._go(round(seconds / self.step_s))
 
     def wait(self, seconds: float) -> None:
-        """Run for at least a time, in whole steps: a key's press must be long enough."""
+        """Run for at least a time, in whole steps, so that a key's press is long enough."""
         self._go(math.ceil(seconds / self.step_s - ROUNDING))
 
     def until(self, condition: Condition, within_s: float) -> bool:
@@ -301,7 +301,7 @@ class World:
                 left = self._go(left, stop)
 
     def _stop_of(self, condition: Condition) -> Stop | None:
-        """Say what the machine has to wait for; None where only a look at each step tells."""
+        """Return what the machine can wait for; None: the condition must be tested at each step."""
         if isinstance(condition, OfState):
             return Stop(changed=tuple(self.device.looked_at.values()))
         if isinstance(condition, Below | Given | Spread | Switched):
@@ -313,17 +313,17 @@ class World:
         self._go(1)
 
     def _go(self, steps: int, stop: Stop = NO_STOP) -> int:
-        """Advance by some steps, together where all is sound. Return how many are left."""
+        """Advance by some steps, in one go if possible. Return how many are left."""
         self._look()
         return self._machine.go(steps, stop)
 
     def act_within(self, act: Callable[[float], None]) -> None:
-        """Advance by one step; act -- runs the device to its end, s, and does something in it."""
+        """Advance by one step; act -- runs the device to the step's end (s) and acts within it."""
         self._look()
         self._machine.by_hand(act)
 
     def _look(self) -> None:
-        """See what is broken now; for heat from elsewhere nothing here is to blame."""
+        """Tell the machine what is broken; peaks do not count while another source heats it."""
         wiring = self.wiring
         if wiring.spoils != self._spoilt:
             self._spoilt = heat, besides, feels, volts, taken = wiring.spoils
@@ -334,7 +334,7 @@ class World:
 
     @contextmanager
     def at(self, loop: str) -> Iterator[None]:
-        """Turn to one of the loops."""
+        """Operate another loop within the context."""
         kept = self.site, self.hand
         self.site = replace(self.site, loop_name=loop)
         self.hand = hand_of(self.site)
@@ -344,7 +344,7 @@ class World:
             self.site, self.hand = kept
 
     def do(self, action: Action) -> None:
-        """Do what stands in a scenario, without waiting for what follows."""
+        """Do an action of a scenario, without waiting for its effect."""
         if action.line is not None:
             self.device.send(action.line)
         elif action.write is not None:
@@ -357,7 +357,7 @@ class World:
             self.device.press(action.key)
 
     def press(self, key: str, times: int = 1) -> None:
-        """Press a key and let it go."""
+        """Press a key and release it, several times."""
         for _ in range(times):
             self.device.press(key)
             self.wait(PRESS_S)
@@ -365,12 +365,12 @@ class World:
             self.wait(PRESS_S)
 
     def send(self, line: str) -> None:
-        """Let the host send a line, and give the board time to answer."""
+        """Send a line as the host, and wait for the answer."""
         self.device.send(line)
         self.until(lambda now: not now.device.host.is_busy, self._answer_s)
 
     def write(self, name: str, value: float | bool) -> None:
-        """Let the master write a value, and give the board time to answer."""
+        """Write a value as the master, and wait for the answer."""
         self.device.write(name, value)
         self.until(lambda now: not now.device.master.is_busy, self._answer_s)
 
@@ -381,9 +381,9 @@ class World:
         return ANSWER_S + ANSWER_CHARACTERS * CHARACTER_BITS / slowest
 
     def acknowledge(self) -> None:
-        """Acknowledge the latched fault, by key, touch or command; at the machine if need be.
+        """Acknowledge the latched fault, by key, touch or command; at the machine if locked out.
 
-        A loop that is commanded is off then, and asked for the same once more.
+        A commanded loop is then off: it gets its setpoint again.
         """
         was_on, setpoint_c = self._switched_on, self.setpoint_c
         if self.is_locked_out:
@@ -398,27 +398,27 @@ class World:
             self.set_setpoint(setpoint_c)
 
     def insist(self, setpoint_c: float) -> None:
-        """Acknowledge without a look at the machine, and ask for a setpoint, °C, once more."""
+        """Acknowledge as somebody who ignores the machine, and set the setpoint, °C, again."""
         self.hand.acknowledge(self)
         if not self.fault:
             self.set_setpoint(setpoint_c)
 
     def switch(self, *, on: bool) -> None:
-        """Switch a loop that is switched apart from its setpoint."""
+        """Switch a loop that has a switch beside its setpoint."""
         self._switched_on = on
         self.hand.switch(self, on=on)
 
     def set_setpoint(self, setpoint_c: float) -> None:
-        """Ask for a setpoint: by command, or with UP and DOWN as near as the keys come.
+        """Set the setpoint: by command, or with UP and DOWN to the nearest step.
 
-        A loop that is switched is switched on, too.
+        A loop with a switch is switched on, too.
         """
         self.hand.set_setpoint(self, setpoint_c)
         if self.site.facts.switched:
             self.switch(on=True)
 
     def switch_off(self) -> None:
-        """Switch the loop off, by its switch or, under a host, by its setpoint."""
+        """Switch the loop off, by its switch or, from a host, by a setpoint of 0."""
         if self.site.facts.switched:
             self.switch(on=False)
         else:
@@ -426,12 +426,12 @@ class World:
 
     @property
     def power_on_s(self) -> float:
-        """When the controller's power came on last, on its own time, s."""
+        """When the controller's power last came on (device time, s)."""
         return self.device.powered_s
 
     @property
     def setpoint_c(self) -> float:
-        """What the operator has asked for, °C."""
+        """The setpoint of the operator, °C."""
         return float(self.device.read(f"settings.{self.site.loop_name}_setpoint_c"))
 
     @property
@@ -440,9 +440,9 @@ class World:
         return self.device.shield.lcd.text
 
     def read_display(self) -> tuple[str, str]:
-        """Return what somebody reads there.
+        """Return the two lines that a person reads on the display.
 
-        It is started anew every so often, and its second line is dark for less than a millisecond.
+        The firmware restarts it at intervals; then its second line is dark for less than 1 ms.
         """
         if not self.screen[1].strip():
             self.step()
@@ -457,18 +457,18 @@ class World:
 
     @property
     def is_locked_out(self) -> bool:
-        """Whether the latched fault waits for a person at the machine."""
+        """Whether only a person at the machine can acknowledge the latched fault (lock-out)."""
         lockout = lockout_of(self.site.controller)
         return lockout is not None and int(self.device.read("fault.trips")) >= lockout.trips
 
     def loop(self, member: str) -> float:
-        """Return a number of the loop's state."""
+        """Return a member of the loop's state."""
         return float(self.device.read(f"loop_{self.site.loop_name}.{member}"))
 
     def power_cut(self, off_s: float = 1.0, *, undefined: int = 0xFF) -> None:
-        """Cut the controller's power for a time, s, and let it start. The heater's supply stays.
+        """Cut the controller's power for a time, s, and start it. The heaters' supply stays on.
 
-        undefined -- what an EEPROM byte reads that was being written.
+        undefined -- the value of an EEPROM byte that was being written at the cut.
         """
         self.device.feed()
         self.trips.collect()

@@ -1,8 +1,8 @@
-"""The host build: the generated C of all loops, compiled unchanged by gcc and called from Python.
+"""The host build: the generated C of all loops, compiled unchanged by gcc, called from Python.
 
-The third executable beside the reference model and the AVR binary. Where the reference differs
-from it, the algorithm is wrong; where the binary does, the C means something else on the AVR.
-Structures are packed, as on the AVR, and the headers of avr-libc are our own few (`include/`).
+It is the third executable beside the reference model and the AVR binary. If the reference model
+differs from it, the algorithm is wrong; if the binary differs, the C behaves otherwise on the AVR.
+Structures are packed, as on the AVR; own headers replace those of avr-libc (`include/`).
 """
 
 from heatwright.sim.host.build import HostBuild, HostBuildFailed, build_host

@@ -24,8 +24,8 @@ HERE = Path(__file__).parent
 INSTALL = "sudo apt-get install gcc libc6-dev"
 
 FLAGS = ("-std=c11", "-ffp-contract=off", "-fPIC", "-fpack-struct=1", "-Wall", "-Wextra")
-# Packed, as the AVR has it, structures give pointers to members at odd addresses.
-# One changed file is compiled without warnings, and as fast as may be.
+# Structures are packed as on the AVR, so pointers to their members may be unaligned.
+# A single changed file is compiled without warnings, as fast as possible.
 STRICT = ("-Werror", "-Wno-address-of-packed-member")
 SANITIZE = (
     "-fsanitize=undefined,float-cast-overflow,float-divide-by-zero",
@@ -40,7 +40,7 @@ class HostBuildFailed(RuntimeError):
 
 @dataclass(frozen=True)
 class HostBuild:
-    """A compiled library and all that is needed to compile it again with one file changed."""
+    """A compiled library, and what is needed to compile it again with one file changed."""
 
     library: Path
     project: Path
@@ -48,15 +48,15 @@ class HostBuild:
     loops: tuple[Parts, ...]
     sanitized: bool
     objects: Mapping[str, Path] = field(repr=False)
-    """Object file by the name of its source."""
+    """Object files by the name of their source."""
 
     @property
     def parts(self) -> Parts:
-        """Those of the first loop."""
+        """The parts of the first loop."""
         return self.loops[0]
 
     def with_changed(self, name: str, text: str, folder: Path) -> HostBuild:
-        """Compile one source anew, with another text, and link it with the others as they are.
+        """Compile one source with another text, and link it with the existing other objects.
 
         Raises:
             HostBuildFailed: it does not compile.
@@ -76,12 +76,12 @@ class HostBuild:
 def build_host(
     project: Path, controller: Controller, folder: Path, *, sanitized: bool = True
 ) -> HostBuild:
-    """Compile what decides in a generated project.
+    """Compile the files of a generated project that decide about heaters.
 
     Args:
         project: the generated project, with its `src/`.
         controller: the specification it was generated from.
-        folder: where objects and library go.
+        folder: the output folder of objects and library.
         sanitized: end the process at undefined behaviour (gcc's sanitizer).
 
     Raises:
@@ -92,7 +92,7 @@ def build_host(
     folder.mkdir(parents=True, exist_ok=True)
     build = HostBuild(folder / "host.so", project, controller, loops, sanitized, {})
     names = dict.fromkeys(name for parts in loops for name in _names(parts))
-    if (project / "src" / "text.c").exists():  # only what shows numbers has it
+    if (project / "src" / "text.c").exists():  # only projects that show numbers have it
         names["text.c"] = None
     jobs = [(HERE / "world.c", folder / "world.o", names_for_world(controller, loops))]
     jobs += [
@@ -166,6 +166,6 @@ def _run(*command: str) -> None:
 
 
 def _board(controller: Controller) -> list[str]:
-    """Say what config.h asks for: the clock, and avr-gcc's macro of the chip."""
+    """Return the macros that config.h needs: the clock, and avr-gcc's macro of the chip."""
     board = controller.board
     return [f"-DF_CPU={board.clock_hz}UL", f"-D{board.macro}"]

@@ -1,4 +1,4 @@
-"""One firmware, its world, and the state that each control step leaves behind."""
+"""Run a host build: one firmware, its world, and its state after each control step."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ INPUT = np.dtype(
         ("monitored", "u1"),
     ]
 )  # fmt: skip
-"""What goes into one control step: `struct host_input`."""
+"""The inputs of one control step: `struct host_input`."""
 
 
 READY = "ready"
-"""The last member of the state of a loop that a host commands by its setpoint: what
-`loop_X_is_ready` says after the step."""
+"""Last member of the state of a loop that a host commands by its setpoint: the result of
+`loop_X_is_ready` after the step."""
 STATE = "state"
-"""The last member of a switched loop's state: what `loop_X_state` says after the step."""
+"""Last member of a switched loop's state: the result of `loop_X_state` after the step."""
 
 
 class Command(IntEnum):
-    """What a host asks of a commanded loop: `HOST_*` of world.h, where `value` and `gains` are."""
+    """A host's command to a loop: `HOST_*` of world.h, which explains `value` and `gains`."""
 
     NOTHING = 0
     SET = 1
@@ -54,20 +54,20 @@ class Command(IntEnum):
 
 
 class HostHangs(RuntimeError):
-    """The control step did not come."""
+    """An expected control step did not come."""
 
 
 class Run(NamedTuple):
-    """What a sequence of control steps left behind."""
+    """The results of a sequence of control steps."""
 
     states: NDArray[Any]
-    """One row for each step, by the names of docs/control.md."""
+    """One row of states for each step, with the names of docs/control.md."""
     heater_counts: NDArray[np.uint32]
-    """Ticks (counts, where a timer drives the pin) that the heater was on before each step."""
+    """Ticks (timer counts, if a timer drives the pin) for which the heater was on by each step."""
 
 
 class Host:
-    """The host build of a firmware. What names no loop is about the first, mostly the only one."""
+    """The host build of a firmware. Methods that name no loop act on the first loop."""
 
     def __init__(self, build: HostBuild) -> None:
         """Load the library and power up with an empty EEPROM."""
@@ -88,24 +88,24 @@ class Host:
         self._ffi.dlclose(self.library)
 
     def erase(self) -> None:
-        """Make the EEPROM as it comes from the factory."""
+        """Erase the EEPROM to its factory state."""
         self.eeprom[:] = b"\xff" * len(self.eeprom)
 
     @property
     def eeprom(self) -> Any:
-        """The EEPROM's bytes, to be read and written."""
+        """The EEPROM's bytes, readable and writable."""
         return self._ffi.buffer(self.world.eeprom, self.world.eeprom_bytes)
 
     def power_up(self) -> None:
-        """Reset all memory but the EEPROM, and start."""
+        """Reset all memory but the EEPROM, and start the firmware."""
         self.library.host_power_up()
 
     def set_reading(self, status: int, raw: int) -> None:
-        """Let the sensor answer so from now on."""
+        """Set the sensor's answer from now on."""
         self._input["reading_status"], self._input["reading_raw"] = status, raw
 
     def set_setpoint(self, setpoint_c: float) -> None:
-        """Ask for this temperature from now on, °C."""
+        """Set the setpoint from now on, °C."""
         self._input["setpoint_c"] = setpoint_c
         if self.build.parts.commanded:
             self.command(Command.SET, setpoint_c)
@@ -128,7 +128,7 @@ class Host:
         """Run to the end of the next control step and return the state.
 
         Raises:
-            HostHangs: it does not come.
+            HostHangs: the step does not come.
 
         """
         run = self.run(self._input)
@@ -139,7 +139,7 @@ class Host:
         return {name: row[name] for name in self.type.names or ()}
 
     def run(self, inputs: NDArray[Any]) -> Run:
-        """Do a control step with each of the inputs (of type INPUT).
+        """Run one control step for each of the inputs (of type INPUT).
 
         Raises:
             HostHangs: a step does not come.
@@ -149,7 +149,7 @@ class Host:
         return self.run_all({loop: inputs})[loop]
 
     def run_all(self, inputs: Mapping[str, NDArray[Any]]) -> dict[str, Run]:
-        """Do a control step of each loop with each of its inputs, all loops in the same time.
+        """Run one control step for each input of each loop, with all loops at the same time.
 
         Raises:
             HostHangs: a step does not come.
@@ -164,7 +164,7 @@ class Host:
             course.inputs = self._ffi.from_buffer("struct host_input[]", rows)
             course.states = self._ffi.from_buffer("uint8_t[]", run.states)
             course.counts = self._ffi.from_buffer("uint32_t[]", run.heater_counts)
-            kept.append(rows)  # for as long as the course points to them
+            kept.append(rows)  # keeps them alive while the course points to them
         self.library.host_run(courses)
         for course, loop in zip(courses, found, strict=True):
             if course.done != course.steps:
@@ -173,10 +173,10 @@ class Host:
         return found
 
     def number(self, value: float, decimals: int) -> str:
-        """Return what `text_number` makes of a value.
+        """Return the text that `text_number` makes of a value.
 
         Raises:
-            ValueError: it wrote outside its text, or its length is wrong.
+            ValueError: it wrote outside its buffer, or returned a wrong length.
 
         """
         guard, size = 16, self.library.TEXT_SIZE

@@ -1,4 +1,4 @@
-"""What the firmware's own headers say of its state: names, widths, places."""
+"""The layout of the firmware's state from its own headers: names, widths, offsets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NUMPY = {"float": "f4", "_Bool": "u1", "bool": "u1"}
 
 @cache
 def declarations(project: Path, *loops: Parts) -> Any:
-    """Read the headers of the files under test; structures are packed."""
+    """Parse the headers of the files under test, with packed structures."""
     source = project / "src"
     names = ["fault", "settings", "gate", "reset"]
     for parts in loops:
@@ -45,7 +45,7 @@ def _bare(header: Path) -> str:
 
 
 def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
-    """Return the type of what `host_state` writes, named as docs/control.md does."""
+    """Return the type of the state that `host_state` writes, with the names of docs/control.md."""
     structures = {
         "": f"loop_{parts.name}_state",
         "guard.": f"guard_{parts.name}_state",
@@ -77,6 +77,6 @@ def _width(kind: Any) -> str:
         return _NUMPY[kind.cname]
     match = re.fullmatch(r"(u?)int(8|16|32)_t", kind.cname)
     if match is None:
-        message = f"{kind.cname} is no type of a state member"
+        message = f"A state member cannot have the type {kind.cname}"
         raise ValueError(message)
     return f"{match[1] or 'i'}{int(match[2]) // 8}"

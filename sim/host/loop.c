@@ -1,9 +1,9 @@
-/* One loop of the host build: its sensors, its pins, and what is asked of it.
+/* One loop of the host build: its sensors, its pins, and its commands.
  *
- * Compiled once for each loop. The names of the loop and its parts come from the command line: LOOP,
- * SENSOR, HEATER, perhaps FAN, COOLER, CURRENT, HAS_STATE, and what can be commanded: HOSTED or
- * SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, LIMITS, PROGRAMMED; NUMBERS that keys set; MONITORS and MONITORED, their sensors and names; RAW is the type of the sensor's readings; the
- * firmware's headers are included there, too.
+ * Compiled once for each loop. The command line includes the firmware's headers, and defines the
+ * names of the loop and its parts: LOOP, SENSOR, HEATER; if any, FAN, COOLER, CURRENT, HAS_STATE; for
+ * commands HOSTED or SWITCHED, TUNABLE, AUTOTUNE, ADJUSTABLE, LIMITS, PROGRAMMED; NUMBERS that keys
+ * set; MONITORS and MONITORED, their sensors and names; RAW, the type of the sensor's readings.
  */
 #include "world.h"
 
@@ -24,7 +24,7 @@ extern struct host_loop SELF;
 
 /* ---- sensors ---- */
 
-static bool asked; /* for a reading: without being asked, a sensor has none */
+static bool asked; /* whether a reading was requested: without a request there is none */
 
 uint8_t JOIN(sensor_, SENSOR, _take)(RAW *raw)
 {
@@ -64,7 +64,7 @@ void JOIN(sensor_, CURRENT, _begin)(void)
 #endif
 
 #ifdef MONITORS
-/* For each monitor: its sensor, the type of its readings, and those that it may give. */
+/* For each monitor: its sensor, the type of its readings, and its possible readings. */
 #define MONITOR(NAME, NUMBER, TYPE, ...)                                                           \
     static bool JOIN(NAME, _asked, );                                                              \
     uint8_t JOIN(sensor_, NAME, _take)(TYPE *raw)                                                  \
@@ -98,10 +98,10 @@ MONITORS
 void PWM_INTERRUPT(void);
 
 static bool pulses;
-static uint16_t count; /* of the timer, as this output sees it: it may have other periods than others */
+static uint16_t count; /* of the timer, for this output: other outputs may have other periods */
 
-/* Counts of one period by which the pin is on: the timer counts, and where it matches, its
- * interrupt comes. */
+/* Returns the counts of one period for which the pin is on: the timer counts, and its interrupt
+ * comes at each match. */
 static uint32_t one_period(void)
 {
     const uint16_t others_count = PWM_COUNT;
@@ -172,7 +172,7 @@ static void off(void)
 static void start(void)
 {
 #ifdef CURRENT
-    current_asked = true; /* the first codes come by themselves */
+    current_asked = true; /* the first codes come without a request */
 #endif
 #ifdef FAN
     JOIN(output_, FAN, _start)();
@@ -202,7 +202,7 @@ static void tick(void)
     JOIN(loop_, LOOP, _tick)();
 }
 
-/* False if the firmware refuses it. */
+/* Returns false if the firmware refuses the command. */
 static bool command(const struct host_input *asked)
 {
 #if !defined(HOSTED) && !defined(SWITCHED)

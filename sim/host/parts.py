@@ -1,4 +1,4 @@
-"""What the host build is made of: loops, their parts, and the names for world.c and loop.c."""
+"""The loops and parts of a host build, as macros for world.c and loop.c."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
 
 HOST_SHORTED = 2
-"""As in world.h: a line that is shorted to ground."""
+"""As in world.h: a line shorted to ground."""
 
 PORTS = "ABCDEFGHJKL"
-"""In the order of include/avr/io.h."""
+"""The ports in the order of include/avr/io.h."""
 
 
 class Watched(NamedTuple):
@@ -29,28 +29,28 @@ class Watched(NamedTuple):
     values: str
     """The C type and the values of its readings."""
     table: bool
-    """A table makes temperatures of them."""
+    """Whether a table converts the readings to temperatures."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parts(LoopFacts):
-    """A loop, and what belongs to it."""
+    """A loop and its parts."""
 
     stepper: str | None
     ammeter: str | None
     """The sensor of the heater's current."""
     has_output_state: bool
     table: bool
-    """The sensor's readings are made temperatures by a table in a file of its own."""
+    """Whether a table in its own file converts the sensor's readings to temperatures."""
     relay: str | None
     """The safety relay's output."""
     all_proven: tuple[str, ...]
-    """Fans whose proof is asked for, in the steps of any loop."""
+    """All fans whose proof is checked in the steps of any loop."""
     watched: tuple[Watched, ...]
 
 
 def monitor_readings(controller: Controller, name: str) -> tuple[int, ...]:
-    """Return raw readings of a monitor: about both ends of the warning, and about the limit."""
+    """Return raw readings of a monitor: near both ends of the warning, and near the limit."""
     monitor = controller.monitors[name]
     sensor = controller.thermometers[monitor.sensor]
     ideal = import_module(module_of("sensor", "reference", sensor.kind)).IdealSensor(
@@ -70,7 +70,7 @@ def monitor_readings(controller: Controller, name: str) -> tuple[int, ...]:
 
 
 def parts_of(controller: Controller) -> tuple[Parts, ...]:
-    """Find the loops of a controller, in their order, and what belongs to each."""
+    """Return the loops of a controller, in their order, with their parts."""
     return tuple(_parts(controller, facts_of(controller, name)) for name in controller.loops)
 
 
@@ -97,22 +97,22 @@ def _parts(controller: Controller, facts: LoopFacts) -> Parts:
 
 
 def control_files(parts: Parts) -> list[str]:
-    """Stems of what decides in a loop."""
+    """Return the stems of the files that decide about a loop's heater."""
     return ["loop", "guard", "algorithm", *(["autotune"] if parts.autotune else [])]
 
 
 def _raw_type(sensor: Thermometer) -> str:
-    """Name the C type of a sensor's readings."""
+    """Return the C type of a sensor's readings."""
     return f"int{sensor.reading_bits}_t"
 
 
 def program_files(parts: Parts) -> list[str]:
-    """Stems of what moves the setpoint, each after what it needs."""
+    """Return the stems of the files that move the setpoint, each after those that it needs."""
     return ["programs", "progress", "program"] * parts.programmed
 
 
 def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[str]:
-    """Return gcc's options that give world.c the loops' names, and what the loops share."""
+    """Return gcc's options for world.c: the loops' names, and the parts that the loops share."""
     first = loops[0]
     flags = ["-DLOOPS=" + "".join(f"LOOP({parts.name})" for parts in loops)]
     headers = ["fault.h", "gate.h", "reset.h", "settings.h", "config.h", "pins.h"]
@@ -137,12 +137,12 @@ def names_for_world(controller: Controller, loops: tuple[Parts, ...]) -> list[st
 
 
 def looks_of(controller: Controller) -> int:
-    """Return how often a tick looks at the lines of tachometers; once where there are none."""
+    """Return how often a tick reads the tachometers' lines; 1 if there are none."""
     return looks_in_tick(controller) if looks(controller) else 1
 
 
 def healthy_line(controller: Controller, fan: str) -> int:
-    """Return `proof_line` of world.h of a healthy fan: looks in a pulse, or HOST_SHORTED."""
+    """Return `proof_line` of world.h for a healthy fan: reads per pulse, or HOST_SHORTED."""
     counted = proofs(controller)[fan].tachometer
     if counted is None:
         return HOST_SHORTED
@@ -170,7 +170,7 @@ def _input_flags(controller: Controller) -> list[str]:
 
 
 def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
-    """Return the options that give loop.c the names of the loop and its parts."""
+    """Return gcc's options for loop.c: the names of the loop and its parts."""
     control: Loop = controller.loops[parts.name]
     flags = [f"-DLOOP={parts.name}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DRAW={_raw_type(controller.thermometers[parts.sensor])}")
@@ -219,7 +219,7 @@ def _included(headers: list[str]) -> list[str]:
 
 
 def _line_flags(controller: Controller, what: str, name: str) -> list[str]:
-    """Say where the line of a digital output is, and its inactive level."""
+    """Return the options with a digital output's port and bit, and its inactive level."""
     output = controller.on_off_output(name)
     pin = controller.board.pins[output.pin]
     mask = f"(1u<<{pin.bit})"
@@ -229,7 +229,7 @@ def _line_flags(controller: Controller, what: str, name: str) -> list[str]:
 
 
 def _pwm_flags(controller: Controller, heater: str) -> list[str]:
-    """Say which registers tell for how long a pulse-width output is on."""
+    """Return the options with the registers that determine a PWM output's on-time."""
     pwm = allocate(controller).pwm.get(heater)
     if pwm is None:
         return []

@@ -1,8 +1,8 @@
-/* The world around the firmware's own files in the host build: what all its loops share.
+/* Replaces the hardware around the firmware's own files in the host build, for all loops.
  *
- * Linked first, so that its data begin the memory that a reset restores. Names come from the command
- * line: LOOPS has LOOP(name) for each loop, in the order of the specification, and perhaps there are
- * STEPPER, RELAY and its CONTACT, PROGRAMMED, PROOFS and those of them that are COUNTED, INPUTS; the firmware's headers are included there, too.
+ * Linked first, so that its data is at the start of the memory that a reset restores. The command
+ * line includes the firmware's headers, and defines names: LOOPS has LOOP(name) for each loop, in the
+ * order of the spec; if any, STEPPER, RELAY, its CONTACT, PROGRAMMED, PROOFS, COUNTED ones, INPUTS.
  */
 #include "world.h"
 
@@ -21,10 +21,10 @@ enum { LOOP_COUNT = sizeof loops / sizeof *loops };
 
 extern char _end[] __attribute__((visibility("hidden")));
 
-static char first = 1; /* of the memory of the firmware; not 0, for then it would not be in .data */
-static char *image;    /* that memory as it is at power-up */
+static char first = 1; /* of the firmware's memory; not 0, else it would not be in .data */
+static char *image;    /* a copy of that memory at power-up */
 static struct host_world *world;
-static struct host_course *courses; /* that are run now, one for each loop */
+static struct host_course *courses; /* those that run now, one for each loop */
 static const struct host_loop *ticking;
 
 volatile uint8_t host_port[HOST_PORTS];
@@ -127,7 +127,7 @@ void eeprom_write_byte(uint8_t *place, uint8_t value)
         world->eeprom[(uintptr_t)place] = value;
     } else if (world->torn >= 0) {
         world->eeprom[(uintptr_t)place] = (uint8_t)world->torn;
-        world->torn = -1; /* nothing is written after that */
+        world->torn = -1; /* nothing is written after the power failure */
     }
     if (world->writes_left > 0) {
         world->writes_left--;
@@ -137,8 +137,8 @@ void eeprom_write_byte(uint8_t *place, uint8_t value)
 /* ---- pins ---- */
 
 #ifdef PROOFS
-/* A line to ground, which its pull-up makes high where nobody holds it low. A pulse is high in its
- * second half, and where it has no middle for longer low. */
+/* Whether a line with a pull-up is held to ground. A pulse is high in its second half; with an odd
+ * length it is low for longer. */
 static bool is_grounded(uint16_t healthy)
 {
     const uint16_t line = world->proof_line == HOST_PROVES ? healthy : world->proof_line;
@@ -190,7 +190,7 @@ uint8_t host_level(uint8_t port)
 
 /* ---- the firmware's life ---- */
 
-/* The clock's interrupts of a tick, but for the gate. */
+/* The clock's interrupts within a tick, without the gate. */
 static void look_at_lines(void)
 {
     for (uint8_t i = 0; i < LOOKS; i++) {
@@ -203,7 +203,7 @@ static void look_at_lines(void)
     }
 }
 
-/* What is counted has been so for a window. */
+/* Start the proofs as if they had been counted for a whole window. */
 static void begin_proofs(void)
 {
     world->looks = 0;
@@ -279,7 +279,7 @@ static void look_at_pins(struct host_loop *loop)
     world->both_on += cools && counts != 0;
 }
 
-/* The loop's step has come: say what it left behind, before the next loop's. */
+/* Record the state after a loop's step, before the next loop's step. */
 static void note(const struct host_loop *loop, struct host_course *course)
 {
     course->waited_ticks = 0;
@@ -381,8 +381,8 @@ uint32_t host_state(uint8_t loop, uint8_t *to)
     return loops[loop]->state(to);
 }
 
-/* Whether there is anything left to do; a course goes on with its next input, once all loops have
- * done what they do in a tick. */
+/* Whether any course is left; each continues with its next input after all loops have run in the
+ * tick. */
 static bool go_on(void)
 {
     bool left = false;
@@ -396,7 +396,7 @@ static bool go_on(void)
         if (course->done != course->steps) {
             left = true;
             if (course->waited_ticks > 2u * loops[i]->period_ticks) {
-                return false; /* the step does not come */
+                return false; /* the expected step did not come */
             }
         }
     }

@@ -1,7 +1,7 @@
-"""A plant from a recorded step: the thermal network whose answer is nearest to the record.
+"""A plant from a recorded step: the thermal network whose response is nearest to the record.
 
-`read_log` makes rows of numbers of any log, `record_of` a record of time, temperature and power of
-them, `fit` the machine of that, with how sure it is.
+`read_log` reads the rows of numbers of any log; `record_of` turns them into a record of time,
+temperature and power; `fit` finds the plant, with the uncertainty of its parameters.
 """
 
 from heatwright.sim.identify.columns import ROLES, Roles, chosen_roles, named_roles

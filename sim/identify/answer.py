@@ -1,8 +1,8 @@
-"""What a network's sensor reads over a record, exactly, at any times.
+"""The exact response of a network's sensor to a record's power, at any times.
 
-The power is constant between its changes. So each mode of the network moves on an exponential
-between them, and a dead time only shifts what the sensor reads: no step of time is needed, and the
-answer is smooth in every parameter, as a fit by gradients wants it.
+The power is constant between its changes. So each mode of the network follows an exponential
+between them, and a dead time only shifts the readings. No time step is needed, and the response is
+smooth in every parameter, as a gradient fit needs it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from heatwright.sim.trace import Series
 from heatwright.spec import ThermalNetwork
 
 LEAST_LAG_S = 1e-6
-"""In place of none, so that the sensor always has a state of its own."""
+"""In place of 0, so that the sensor always has its own state."""
 
 APART = 1e-6
-"""Two equal time constants have no modes of their own; this relative distance gives them some."""
+"""Two equal time constants have no separate modes; this relative distance separates them."""
 
 WORST_CONDITION = 1e10
 
@@ -33,9 +33,9 @@ class Modes:
     rates: Series
     """Eigenvalues, 1/s, all negative."""
     power: Series
-    """What one watt brings into each mode, K/s."""
+    """Change of each mode per watt of power, K/s."""
     ambient: Series
-    """What each degree of ambient brings into each mode, 1/s."""
+    """Change of each mode per degree of ambient temperature, 1/s."""
     inward: NDArray[np.float64]
     """From states to modes."""
     reading: Series
@@ -43,7 +43,7 @@ class Modes:
 
 
 def modes(network: ThermalNetwork, heater: str, sensor: str) -> Modes:
-    """Find the modes of a network of ours."""
+    """Return the modes of a thermal network."""
     sense = network.sense[sensor]
     lag_s = max(sense.lag_s, LEAST_LAG_S)
     for _ in range(8):
@@ -90,12 +90,12 @@ class Answer:
     def readings(
         self, found: Modes, late_s: float, ambient_c: float, start_c: Series | None
     ) -> Series:
-        """Return what the sensor reads.
+        """Return the sensor's readings.
 
         Args:
             found: the network.
             late_s: dead time and age of the readings, s.
-            ambient_c: temperature of the surroundings, °C.
+            ambient_c: ambient temperature, °C.
             start_c: states of the network a time `late_s` before the first row, °C; None: at rest
                 under the power before the record.
 
@@ -116,7 +116,7 @@ class Answer:
 
 
 def _course(start: float, ends: Series, shares: Series) -> Series:
-    """Return a mode's value at each change: it goes towards `ends`, a share of the way is left."""
+    """Return a mode's value at each change: it approaches `ends`; `shares` of the way are left."""
     value, values = start, [start]
     for end, share in zip(ends.tolist(), shares.tolist(), strict=False):
         value = end + (value - end) * share

@@ -1,4 +1,4 @@
-"""One line of a log taken apart: numbers, labels, clock times."""
+"""Parse one line of a log: numbers, labels, clock times."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ DIALECTS = (
     Dialect(None, "."),
     Dialect(None, ","),
 )
-"""In the order in which they are preferred where several would do."""
+"""In order of preference, if several fit."""
 
 
 def unstamped(line: str) -> tuple[float | None, str]:
-    """Remove the clock time that a terminal program puts before a line, s."""
+    """Split off the clock time (s) that a terminal program puts before a line."""
     found = _STAMPED.match(line)
     if found is None:
         return None, line
@@ -48,7 +48,7 @@ def unstamped(line: str) -> tuple[float | None, str]:
 
 
 def fields(line: str, dialect: Dialect) -> list[str]:
-    """Cut a line into fields; `$1.00 2.00;` of Serial Port Plotter is one of 1.00 and 2.00."""
+    """Split a line into fields; `$1.00 2.00;` of Serial Port Plotter gives 1.00 and 2.00."""
     bare = line.strip()
     if bare.startswith("$"):
         bare = bare[1:].rstrip(";").strip()

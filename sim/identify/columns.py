@@ -1,4 +1,4 @@
-"""Which column of a log is what: by the names of its header, or as the user says."""
+"""The meaning of a log's columns: by the names in its header, or by the user's options."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from heatwright.sim.identify.unusable import Unusable
 
 ROLES = ("time", "temperature", "duty", "power")
 OTHERS = re.compile(r"set.?point|target|ambient|fault|error", re.IGNORECASE)
-"""Columns that have a temperature's or a duty's unit and are something else."""
+"""Columns with the unit of a temperature or a duty that are something else."""
 
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\])]*)[\])]$")
 _ENDINGS = (("_percent", "%"), ("_ms", "ms"), ("_c", "°C"), ("_s", "s"), ("_w", "W"))
 
 
 class Column(NamedTuple):
-    """A column of the log and its unit, as far as the log tells."""
+    """A column of the log, and its unit if the log names it."""
 
     place: int
     """From 0."""
     unit: str
-    """Empty: not told."""
+    """Empty: unknown."""
 
 
 class Roles(NamedTuple):
-    """What is read of a log."""
+    """The columns of a log that are used."""
 
     temperature: Column
     time: Column | None = None
@@ -67,7 +67,7 @@ PREFERENCES: dict[str, tuple[Look, ...]] = {
     ),
     "power": (_in("W", "kW", "mW"), _like(r"power|watt")),
 }
-"""How each role is known, from the surest sign to the least."""
+"""How each role is recognised, from the surest sign to the weakest."""
 
 
 def with_unit(title: str) -> tuple[str, str]:
@@ -85,12 +85,12 @@ def named_roles(names: Sequence[str], loop: str = "") -> Roles:
     """Find the columns by the names in the log's header; of several that fit, those of the loop.
 
     Raises:
-        Unusable: there are no names, or they do not tell.
+        Unusable: there are no names, or they are not clear.
 
     """
     if not names:
         raise Unusable(
-            "does not name its columns; say what they are, such as --columns time,temperature,duty"
+            "does not name its columns; name them, such as --columns time,temperature,duty"
         )
     found = {role: _one(role, names, loop) for role in ROLES}
     stamps = [place for place, name in enumerate(names) if name == STAMP]
@@ -123,7 +123,7 @@ def _one(role: str, names: Sequence[str], loop: str) -> Column | None:
 def chosen_roles(
     text: str, names: Sequence[str], width: int, *, stamped: bool, loop: str = ""
 ) -> Roles:
-    """Read what the user says: roles in the order of the columns, or `role=name or number`.
+    """Parse the user's option: roles in the order of the columns, or `role=name or number`.
 
     `time[ms],temperature,-,duty`, `temperature=air [°C],duty=5`. Roles not named are looked for in
     the header, if there is one and only `role=…` is used.

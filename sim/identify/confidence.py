@@ -1,4 +1,4 @@
-"""How sure the numbers of a fit are."""
+"""The uncertainty of the parameters of a fit."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ CONFIDENCE = 0.95
 def half_widths(solution: Solution) -> Series:
     """Return half of each parameter's 95 % interval, in the units of the fit; 0 if it was given.
 
-    Linearised about the solution (Seber & Wild, Nonlinear Regression, 1989, chapter 5). Residuals
-    that say the same are not counted twice: the covariance is that of independent ones, times the
-    number of rows over which they are correlated.
+    Linearised about the solution (Seber & Wild, Nonlinear Regression, 1989, chapter 5). Correlated
+    residuals count less: the covariance is that of independent ones, times the number of rows over
+    which they are correlated.
     """
     residuals_k = solution.residuals_k
     count, unknowns = solution.jacobian.shape
@@ -33,7 +33,7 @@ def half_widths(solution: Solution) -> Series:
 
 
 def _inverse_diagonal(jacobian: NDArray[np.float64]) -> Series:
-    """Diagonal of (JᵀJ)⁻¹; infinite for what the record says nothing of."""
+    """Return the diagonal of (JᵀJ)⁻¹; infinite for parameters without effect on the record."""
     scale = np.linalg.norm(jacobian, axis=0)
     seen = scale > 0
     _, singular, right = np.linalg.svd(jacobian[:, seen] / scale[seen], full_matrices=False)

@@ -1,4 +1,4 @@
-"""The machine nearest to a record."""
+"""Fit the plant that is nearest to a record."""
 
 from __future__ import annotations
 
@@ -20,39 +20,39 @@ from heatwright.sim.identify.verdict import Found, findings, warnings
 from heatwright.sim.trace import Series
 
 Progress = Callable[[float, float], None]
-"""Called with how many fits are done, and how many there are."""
+"""Called with the number of fits that are done, and their total number."""
 
 ROUGH_ROWS = 2000
-"""Readings looked at while beginnings are compared; the best then gets them all."""
+"""Readings used while start values are compared; the best one is then fitted to all."""
 
 
 @dataclass(frozen=True)
 class Identified:
-    """What was found, and how well it fits."""
+    """The plant that was found, and how well it fits."""
 
     record: Record
     structure: Structure
     values: Series
     """Parameters in the order of the structure's."""
     found: tuple[Found, ...]
-    """The same, with how sure they are."""
+    """The parameters with their uncertainty."""
     model_c: Series
-    """What the machine found would have read, at the rows of the record."""
+    """The readings of the plant that was found, at the rows of the record."""
     left_out: NDArray[np.bool_]
-    """Rows whose readings no machine could give, and that were left out of the fit."""
+    """Rows whose readings no machine could give; they were left out of the fit."""
     at_rest: bool
-    """Whether the machine is taken to have been at rest when the record began."""
+    """Whether the fit assumes that the machine was at rest when the record began."""
     warnings: tuple[str, ...]
 
     @property
     def residuals_k(self) -> Series:
-        """Reading minus model where the fit looked, K."""
+        """Reading minus model at the fitted rows, K."""
         kept = ~self.left_out
         return np.asarray(self.record.readings_c[kept] - self.model_c[kept])
 
     @property
     def rms_k(self) -> float:
-        """Root of the mean square of what is left, K."""
+        """Root mean square of the residuals, K."""
         return float(np.sqrt((self.residuals_k**2).mean()))
 
     @property
@@ -62,12 +62,12 @@ class Identified:
 
     @property
     def noise_k(self) -> float:
-        """What differs from one reading to the next, without pattern, K."""
+        """Noise from one reading to the next, without pattern, K."""
         return noise(self.residuals_k)
 
     @property
     def percent(self) -> float:
-        """How much of the readings' movement the model tells: 100 % is all."""
+        """Share of the readings' movement that the model explains; 100 %: all."""
         readings_c = self.record.readings_c[~self.left_out]
         return float(100 * (1 - self.rms_k / readings_c.std()))
 
@@ -85,11 +85,11 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
 
     Args:
         record: times, readings, power.
-        structure: the machine that is looked for.
-        ambient_c: temperature of the surroundings if it is known, °C; else it is found too.
+        structure: the structure of the plant to find.
+        ambient_c: ambient temperature if known, °C; else it is fitted, too.
         age_s: how old a reading is when it is logged, s.
-        cold: whether all of the machine was at ambient when the record began; else that is judged.
-        progress: told of the fits.
+        cold: whether the machine was at ambient when the record began; else this is judged.
+        progress: called with the progress of the fits.
 
     Raises:
         Unusable: no machine with a heater that heats comes near the record.
@@ -104,7 +104,7 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
 
 
 def _best(setting: Setting, cold: bool, progress: Progress | None) -> Solution:
-    """Fit from every beginning; keep the best, and take a machine for rested if that will do."""
+    """Fit from every start value and keep the best; assume a start at rest if that fits as well."""
     starts = list(_starts(setting, cold))
     if not starts:
         raise Unusable(
@@ -124,7 +124,7 @@ def _best(setting: Setting, cold: bool, progress: Progress | None) -> Solution:
 
 
 def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]:
-    """Yield where to begin.
+    """Yield the start values of the fits.
 
     The heater may have been switched on by the first row, or long before it; the machine may have
     been at rest then, or not.
@@ -134,17 +134,17 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
     for before_w in (0.0,) if cold else sorted({0.0, first_w}):
         for rest in (True,) if cold else (True, False):
             if before_w > 0 and rest and not moves:
-                continue  # it would rest for ever
+                continue  # at rest under constant power nothing would ever move
             each = replace(setting, before_w=before_w, rest=rest)
             for start in beginnings(each):
                 yield each, start
 
 
 def _as_good(rested: Solution, free: Solution) -> bool:
-    """Return whether temperatures at the start that are free are not worth their number.
+    """Return whether a start at rest fits as well as free temperatures at the start.
 
-    By the Bayesian information criterion (Schwarz, Annals of Statistics 6, 1978), with correlated
-    residuals counted as the fewer independent ones that they are worth.
+    By the Bayesian information criterion (Schwarz, Annals of Statistics 6, 1978), with the
+    equivalent number of independent residuals.
     """
     worth = len(free.residuals_k) / correlation_rows(free.residuals_k)
     if free.cost == 0:

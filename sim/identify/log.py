@@ -1,4 +1,4 @@
-"""Rows of numbers of a log, whatever program wrote it and whatever else is in it."""
+"""Read the rows of numbers of a log, whatever program wrote it and whatever else it contains."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LARGEST_LOG = 64 << 20
 """Bytes; a day at ten lines a second is below it."""
 
 SAMPLE = 500
-"""Lines by which the form of a log is judged."""
+"""Number of lines from which the format of a log is determined."""
 
 DAY_S = 86400.0
 STAMP = "time stamp [s]"
@@ -41,9 +41,9 @@ class Log:
     values: NDArray[np.float64]
     """One row for each line of numbers."""
     dropped: int
-    """Lines that were something else."""
+    """Number of lines that were something else."""
     stamped: bool = False
-    """Whether the last column holds clock times from before the lines."""
+    """Whether the last column holds the clock times that stood before the lines."""
 
 
 def read_log(data: bytes) -> Log:
@@ -84,7 +84,7 @@ def _unstamped(lines: Sequence[str]) -> tuple[list[float | None], list[str]]:
 
 
 def _form(sample: Sequence[str]) -> tuple[Dialect, int, int]:
-    """Find the dialect that most lines have, their number of fields, and how many they are."""
+    """Return the dialect of most lines, their number of fields, and the number of such lines."""
     best = (DIALECTS[0], 0, 0)
     for dialect in DIALECTS:
         widths = Counter(
@@ -147,7 +147,7 @@ def _log(
 
 
 def _unwrapped(stamps: Iterable[float | None]) -> list[float]:
-    """Let times of day go on after midnight."""
+    """Add a day to times of day after each midnight."""
     times = [math.nan if stamp is None else stamp for stamp in stamps]
     days, found = 0.0, times[:1]
     for before, after in pairwise(times):

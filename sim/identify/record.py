@@ -1,4 +1,4 @@
-"""A record of time, temperature and power: what is left of a log once its units are known."""
+"""A record of time, temperature and power, made from a log and its units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from heatwright.sim.identify.unusable import Unusable
 from heatwright.sim.trace import Series
 
 FEWEST_ROWS = 10
-"""The model has seven numbers to find; fewer rows leave nothing to judge it by."""
+"""The model has seven parameters; fewer rows could not show how well they fit."""
 
 _SECONDS: Mapping[str, float] = {
     "": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0,
@@ -27,19 +27,19 @@ HOTTEST_C, COLDEST_C = 5000.0, -273.15
 
 @dataclass(frozen=True)
 class Scales:
-    """What a log does not say itself."""
+    """Values that a log does not contain."""
 
     power_w: float | None = None
     """Power of the heater at full duty, W."""
     full: float | None = None
     """Number in the duty's column that means full power."""
     every_s: float | None = None
-    """Time between two rows, s, where the log has no times."""
+    """Time between two rows, s, if the log has no times."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """Readings, and the power from each on."""
+    """Readings, and the power from each row to the next."""
 
     times_s: Series
     """From 0, ascending."""
@@ -47,7 +47,7 @@ class Record:
     powers_w: Series
     """Each holds from its row to the next."""
     notes: tuple[str, ...] = field(default=())
-    """What was taken for granted, or left out."""
+    """Notes for the user: what was assumed or left out."""
 
     @property
     def rows(self) -> int:
@@ -72,13 +72,13 @@ class Record:
     def resolution_k(self) -> float:
         """Smallest difference of two readings, K: the sensor's step, or the log's last digit."""
         levels = np.unique(self.readings_c)
-        # Below is only the noise of converting decimal numbers.
+        # Smaller gaps are only rounding errors of decimal numbers.
         gaps = np.diff(levels)
         gaps = gaps[gaps > 1e-9 * max(1.0, float(np.abs(levels).max()))]
         return float(gaps.min()) if len(gaps) else 0.0
 
     def without(self, rows: NDArray[np.bool_]) -> Record:
-        """Leave readings out, but not what the heater did."""
+        """Return the record without some readings, but with all of the power."""
         keep = ~rows
         return Record(self.times_s, np.where(keep, self.readings_c, np.nan), self.powers_w)
 
@@ -87,7 +87,7 @@ def record_of(log: Log, roles: Roles, scales: Scales) -> Record:
     """Make a record of a log.
 
     Raises:
-        Unusable: something is missing, or nothing can be told from what is there.
+        Unusable: something is missing, or the record cannot determine a plant.
 
     """
     notes: list[str] = []
@@ -124,14 +124,14 @@ def _celsius(values: Series, column: Column) -> Series:
 def _times(values: Series, column: Column | None, scales: Scales) -> Series:
     if column is None:
         if scales.every_s is None:
-            raise Unusable("has no times; say how far its lines are apart, such as --period 1s")
+            raise Unusable("has no times; give the time between its lines, such as --period 1s")
         return np.arange(len(values), dtype=np.float64) * scales.every_s
     seconds = _SECONDS.get(column.unit)
     if seconds is None:
         raise Unusable(f"has times in {column.unit}; s, ms, min and h can be read")
     times_s = values[:, column.place] * seconds
     known = times_s[np.isfinite(times_s)]
-    if len(known) and known.min() >= 0 and known.max() < DAY_S:  # times of day pass midnight
+    if len(known) and known.min() >= 0 and known.max() < DAY_S:  # times of day may pass midnight
         times_s = times_s + DAY_S * np.cumsum(np.diff(times_s, prepend=times_s[0]) < -DAY_S / 2)
     return times_s
 
@@ -158,7 +158,7 @@ def _powers(values: Series, roles: Roles, scales: Scales, notes: list[str]) -> S
 
 
 def _guessed(duty: Series, notes: list[str]) -> float:
-    """Interpret 0..1 as shares and 0..100 as percent."""
+    """Return the duty of full power: 1 for duties up to 1, else 100."""
     full = 1.0 if np.nanmax(duty, initial=0.0) <= 1 else 100.0
     notes.append(f"full power is taken to be a duty of {full:g} (--full says otherwise)")
     return full
@@ -173,7 +173,7 @@ def _not_negative(values: Series, what: str) -> Series:
 def _longest(
     times_s: Series, readings_c: Series, powers_w: Series, notes: list[str]
 ) -> tuple[Series, Series, Series]:
-    """Return the longest part in which time goes on; of rows of one time, the last."""
+    """Return the longest part with ascending times; of rows with the same time, the last one."""
     if not len(times_s):
         return times_s, readings_c, powers_w
     starts = [0, *(np.flatnonzero(np.diff(times_s) < 0) + 1).tolist(), len(times_s)]
@@ -197,8 +197,8 @@ def _check(record: Record) -> None:
         )
     if record.powers_w.max() == 0:
         raise Unusable(
-            "never has the heater on, and a machine that only cools does not tell its heat "
-            "capacity. Record a step: heater off, then on"
+            "never has the heater on, and cooling alone does not show the heat capacity. "
+            "Record a step: heater off, then on"
         )
     if np.ptp(record.readings_c) == 0:
         raise Unusable(

@@ -1,4 +1,4 @@
-"""What is left between record and model: noise, pattern, readings that are none."""
+"""The residuals between record and model: noise, pattern and outliers."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from scipy.stats import norm
 from heatwright.sim.trace import Series
 
 FALSE_ALARM = 0.05
-"""Chance that a record of pure noise loses a reading (Bonferroni's share for each row)."""
+"""Probability that a record of pure noise loses a reading (Bonferroni's share for each row)."""
 
 NEIGHBOURS = 5
-"""Rows of the median: two of them may be garbled."""
+"""Number of rows of the median: two of them may be garbled."""
 
 TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -23,8 +23,8 @@ def outliers(residuals_k: Series, resolution_k: float) -> NDArray[np.bool_]:
     """Find single readings that stand out: a garbled line, a sensor's power-on value.
 
     Each is compared with the median of its neighbours (Hampel's identifier: Davies & Gather,
-    Journal of the American Statistical Association 88, 1993). Where several in a row stand out, it
-    is the model that is wrong and not the readings.
+    Journal of the American Statistical Association 88, 1993). If several in a row stand out, the
+    model is wrong, not the readings.
     """
     beyond_k = np.abs(residuals_k - median_filter(residuals_k, NEIGHBOURS, mode="nearest"))
     spread_k = TO_SIGMA * float(np.median(np.abs(residuals_k - np.median(residuals_k))))
@@ -38,7 +38,7 @@ def outliers(residuals_k: Series, resolution_k: float) -> NDArray[np.bool_]:
 
 
 def noise(residuals_k: Series) -> float:
-    """Standard deviation of what changes from one reading to the next, K.
+    """Return the standard deviation of the noise from one reading to the next, K.
 
     (von Neumann's mean square successive difference, Annals of Mathematical Statistics 12, 1941.)
     """
@@ -46,12 +46,12 @@ def noise(residuals_k: Series) -> float:
 
 
 def pattern(residuals_k: Series) -> float:
-    """Part of the root mean square that noise does not explain, K."""
+    """Return the part of the root mean square that noise does not explain, K."""
     return float(np.sqrt(max(0.0, (residuals_k**2).mean() - noise(residuals_k) ** 2)))
 
 
 def correlation_rows(residuals_k: Series) -> float:
-    """Over how many rows residuals say the same: n of them are worth n / this independent ones.
+    """Return over how many rows residuals are correlated: n equal n / this independent ones.
 
     1 + 2·Σρ_k, summed while pairs of neighbours stay positive (Geyer, Statistical Science 7, 1992).
     """

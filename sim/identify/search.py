@@ -1,7 +1,7 @@
-"""Where to begin: a coarse search over time constants, the rest by linear least squares.
+"""Start values of a fit: a coarse search over time constants, the rest by linear least squares.
 
 For given time constants the reading is linear in the gain, the ambient and the temperatures at the
-start. So only a few shapes of the answer have to be tried (separable least squares: Golub &
+start. So only a few shapes of the response have to be tried (separable least squares: Golub &
 Pereyra, SIAM Journal on Numerical Analysis 10, 1973).
 """
 
@@ -21,7 +21,7 @@ from heatwright.sim.identify.structure import Structure
 from heatwright.sim.trace import Series
 
 SEARCHED_ROWS = 400
-"""Readings that are looked at; more do not make a coarse search finer."""
+"""Number of readings used; more would not improve a coarse search."""
 
 TIMES = 14
 LAGS = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 0.8)
@@ -35,19 +35,19 @@ SPLITS = ((0.2, 0.3), (0.2, 1.0), (1.0, 0.3), (1.0, 1.0), (5.0, 0.3), (5.0, 1.0)
 """For two bodies: capacity and resistance of the outer one over those of the inner one."""
 
 KEPT = 3
-"""Beginnings that are worth a fit each."""
+"""Number of best start values that are each fitted."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What is taken for granted in a fit."""
+    """The assumptions of a fit."""
 
     record: Record
     structure: Structure
     age_s: float
     """How old a reading is when it is logged, s."""
     ambient_c: float | None
-    """None: it is looked for."""
+    """None: it is fitted."""
     before_w: float = 0.0
     """Power before the record."""
     rest: bool = False
@@ -59,7 +59,7 @@ class Setting:
         return np.flatnonzero(np.isfinite(self.record.readings_c))
 
     def thinned(self, most: int) -> NDArray[np.intp]:
-        """Choose about so many of them, evenly."""
+        """Choose about so many of these rows, evenly spaced."""
         seen = self.seen
         return seen[:: max(1, len(seen) // most)]
 
@@ -71,11 +71,11 @@ class Beginning(NamedTuple):
     start_c: Series
     cost: float
     heats: bool = True
-    """False: the machine would have to become colder when heated, and the rest means nothing."""
+    """False: the heater would have to cool the machine; the other members are then meaningless."""
 
 
 def beginnings(setting: Setting) -> list[Beginning]:
-    """Return the best shapes, best first; none if a heater that cools would fit better."""
+    """Return the best start values, best first; none if a heater that cools would fit better."""
     search = Search(setting)
     found = sorted(
         (search.linear(shape) for shape in _shapes(setting.record, setting.structure)),
@@ -85,7 +85,7 @@ def beginnings(setting: Setting) -> list[Beginning]:
 
 
 class Search:
-    """A thinned record, ready to try shapes on."""
+    """A thinned record, prepared to test shapes of the response."""
 
     def __init__(self, setting: Setting) -> None:
         record, rows = setting.record, setting.thinned(SEARCHED_ROWS)
@@ -96,7 +96,7 @@ class Search:
         self._quiet = Answer(off, 0.0, rows)
 
     def linear(self, shape: Series) -> Beginning:
-        """Find gain, ambient and start for the time constants of a shape."""
+        """Fit gain, ambient and start for the time constants of a shape."""
         setting = self._setting
         columns, surroundings = self._columns(shape)
         target_c = self._readings_c
@@ -119,7 +119,7 @@ class Search:
         return Beginning(values, np.asarray(start_c, dtype=np.float64), cost)
 
     def _columns(self, shape: Series) -> tuple[list[Series], Series]:
-        """Return the answers to the power and to each start, and that to the ambient."""
+        """Return the responses to the power and to each start, and that to the ambient."""
         setting, structure = self._setting, self._setting.structure
         names = structure.names
         found = modes(structure.network(shape), names.heater, names.sensor)

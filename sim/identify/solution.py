@@ -15,12 +15,12 @@ from heatwright.spec.units import CAPACITY, DURATION, THERMAL_RESISTANCE
 
 MOST_EVALUATIONS = 200
 LEAST_CAPACITY, LEAST_RESISTANCE = 1e-3, 1e-6
-"""J/K, K/W: the least that the language takes."""
+"""The least values that a spec may have, J/K and K/W."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Where a fit has ended."""
+    """The result of a fit."""
 
     setting: Setting
     values: Series
@@ -31,7 +31,7 @@ class Solution:
     """Residuals of the rows that were compared."""
     jacobian: NDArray[np.float64]
     free: NDArray[np.bool_]
-    """Which parameters were looked for; all else that was, comes after them."""
+    """Which parameters were fitted; the fitted start temperatures come after them."""
 
     @property
     def cost(self) -> float:
@@ -40,11 +40,11 @@ class Solution:
 
     @property
     def beginning(self) -> Beginning:
-        """The solution as a place to start from."""
+        """The solution as start values of another fit."""
         return Beginning(self.values, self.start_c, self.cost)
 
     def model_c(self) -> Series:
-        """Return what the machine would have read, at every row of the record."""
+        """Return the model's readings at every row of the record."""
         rows = np.arange(self.setting.record.rows)
         return _Model(self.setting, Answer(self.setting.record, self.setting.before_w, rows))(
             self.values, self.start_c
@@ -57,10 +57,10 @@ def solve(
     """Find the parameters with the least sum of squares.
 
     Args:
-        setting: the record, and what is taken for granted.
-        start: where to begin.
-        most_rows: look at about so many readings only.
-        exact: take slopes by central differences, as the intervals need; else by forward ones.
+        setting: the record and the assumptions.
+        start: the start values.
+        most_rows: use only about so many readings.
+        exact: compute slopes by central differences, as the intervals need; else by forward ones.
 
     """
     rows = setting.seen if most_rows is None else setting.thinned(most_rows)
@@ -91,7 +91,7 @@ def solve(
 def ordered(solution: Solution) -> Solution:
     """Make the lag the shorter one of the two time constants.
 
-    A body and a lag cannot be told apart by their order: both ways answer alike.
+    Body and lag may be swapped: the response is the same.
     """
     setting, values = solution.setting, solution.values
     cooling_s, lag_s = setting.structure.cooling_s(values), float(values[-3])
@@ -102,7 +102,7 @@ def ordered(solution: Solution) -> Solution:
 
 
 class _Model:
-    """From parameters and start to readings."""
+    """Computes the residuals from parameters and start."""
 
     def __init__(self, setting: Setting, answer: Answer) -> None:
         self._setting, self._answer = setting, answer
@@ -144,7 +144,7 @@ class _Vector:
         lag, delay = self._count - 3, self._count - 2
         low[lag], low[delay] = LEAST_LAG_S, 0.0
         high[delay] = self._longest_s
-        # What the language can say: 1 mJ/K and 1 µK/W up to the largest of each dimension.
+        # The limits of a spec: 1 mJ/K and 1 µK/W up to the largest value of each dimension.
         bodies = (self._count - 3) // 2
         low[: 2 * bodies] = np.log(np.tile([LEAST_CAPACITY, LEAST_RESISTANCE], bodies))
         high[: 2 * bodies] = np.log(np.tile([CAPACITY.largest, THERMAL_RESISTANCE.largest], bodies))

@@ -1,4 +1,4 @@
-"""The machine that is looked for, as a thermal network of ours, and its parameters."""
+"""The structure of the plant to find, as a thermal network, and its parameters."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class Parameter(NamedTuple):
     title: str
     unit: str
     logarithmic: bool
-    """Above 0 by nature, and looked for by its logarithm."""
+    """Always above 0, and fitted by its logarithm."""
 
 
 @dataclass(frozen=True)
 class Names:
-    """What the parts are called in the plant."""
+    """The names of the parts in the plant."""
 
     body: str = "body"
     shell: str = "shell"
@@ -68,7 +68,7 @@ class Structure:
         )
 
     def network(self, values: Series, noise_k: float = 0.0) -> ThermalNetwork:
-        """Build the network of these parameters, without looking whether they are sensible."""
+        """Build the network of these parameters, without a check whether they are plausible."""
         size = 2 * self.bodies
         ends = (*self.nodes[1:], AMBIENT)
         links = tuple(
@@ -93,10 +93,10 @@ class Structure:
 
     @property
     def states(self) -> int:
-        """The temperatures that a record starts with: of each body, and of the sensor."""
+        """Number of temperatures at the start of a record: of each body, and of the sensor."""
         return self.bodies + 1
 
     def cooling_s(self, values: Series) -> float:
-        """Time constant of the whole, all its heat through all its resistance, s."""
+        """Return the plant's time constant: all heat capacity times all resistance, s."""
         size = 2 * self.bodies
         return float(np.sum(values[0:size:2]) * np.sum(values[1:size:2]))

@@ -1,2 +1,2 @@
 class Unusable(ValueError):
-    """A log no plant can be told from; the text says why, and what to do about it."""
+    """A log from which no plant can be found; the text says why, and what to do about it."""

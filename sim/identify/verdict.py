@@ -1,4 +1,4 @@
-"""What the record tells of each parameter, and what it cannot tell."""
+"""Which parameters the record determines, and which it cannot."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from heatwright.sim.trace import Series
 from heatwright.spec.quantity import about
 
 FIRST = 5
-"""Rows whose median is where the record begins."""
+"""Number of rows whose median is the temperature at the record's beginning."""
 COLDER_K = 2.0
-"""A machine this much colder than its surroundings is not one that had been off for long."""
+"""A machine this much colder than the ambient cannot simply have been off for long."""
 
 
 class Found(NamedTuple):
-    """A parameter, its 95 % interval, and whether the record tells it."""
+    """A parameter, its 95 % interval, and whether the record determines it."""
 
     parameter: Parameter
     value: float
     low: float
     high: float
-    """Infinite where the record sets no end."""
+    """Infinite if the record sets no upper limit."""
     told: bool
     given: bool = False
-    """By the user; not looked for."""
+    """Given by the user, not fitted."""
 
 
 def findings(
@@ -60,10 +60,10 @@ def _ends(parameter: Parameter, value: float, half: float) -> tuple[float, float
 
 
 def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool:
-    """Return whether the record sets the parameter apart from none.
+    """Return whether the record determines the parameter.
 
-    Heat capacity and conductance: a change of 100 % of it is outside of the interval. Lag and dead
-    time: 0 is. Ambient: it is known better than from a look at the record.
+    Heat capacity and conductance: a change by 100 % is outside the interval. Lag and dead time: 0
+    is outside. Ambient: the interval is narrower than the movement of the record.
     """
     if parameter.logarithmic:
         return half < 1
@@ -73,13 +73,13 @@ def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool
 def warnings(
     found: tuple[Found, ...], residuals_k: Series, record: Record, structure: Structure
 ) -> tuple[str, ...]:
-    """Say what the user should know before believing the numbers."""
+    """Return what the user should know before trusting the numbers."""
     said = [_untold(each) for each in found if not each.told]
     begins_c = float(np.median(record.readings_c[:FIRST]))
     said += [
-        f"the machine would have begun at {about(begins_c)} °C, colder than its surroundings of "
-        f"{about(each.value)} °C; if it began as cold as they were, say so (--cold), or give the "
-        "ambient (--ambient)"
+        f"the machine would have begun at {about(begins_c)} °C, colder than the ambient of "
+        f"{about(each.value)} °C; if the machine was at ambient when the record began, use --cold, "
+        "or give the ambient (--ambient)"
         for each in found
         if each.parameter.key == AMBIENT_C and not each.given and each.low > begins_c + COLDER_K
     ]
@@ -87,8 +87,8 @@ def warnings(
     if rest_k > max(record.resolution_k, noise(residuals_k)):
         remedy = "try --bodies 2" if structure.bodies == 1 else "look at the picture (--plot)"
         said.append(
-            f"the machine is not quite like this model: {about(rest_k)} K of the error has a "
-            f"pattern that noise does not explain, and the intervals do not cover it; {remedy}"
+            f"the machine differs from this model: {about(rest_k)} K of the error has a "
+            f"pattern that noise does not explain, and the intervals do not include it; {remedy}"
         )
     return (*said, *record.notes)
 
@@ -97,12 +97,12 @@ def _untold(each: Found) -> str:
     title, unit = each.parameter.title, each.parameter.unit
     if each.parameter.key in {LAG, DELAY}:
         return (
-            f"the {title} could as well be none, and is at most {about(each.high)} {unit}; lines "
-            "closer together around a step would tell it"
+            f"the {title} may be 0, and is at most {about(each.high)} {unit}; more "
+            "lines around a step would show it"
         )
     if each.parameter.key == AMBIENT_C:
-        return "the ambient cannot be told from this record; measure it and give it: --ambient 20C"
+        return "this record does not show the ambient; measure it and give it: --ambient 20C"
     remedy = "record until the temperature hardly rises, or give the ambient (--ambient)"
     if each.parameter.key.startswith("capacity"):
         remedy = "record a step from a temperature at rest, with more lines while it rises"
-    return f"the {title} cannot be told from this record; {remedy}"
+    return f"this record does not show the {title}; {remedy}"

@@ -1,1 +1,1 @@
-"""Simulated displays, keys and lines, one module for each kind of the language."""
+"""Simulated displays, keys and serial partners, one module for each kind of interface."""

@@ -1,6 +1,6 @@
-"""A computer that sends G-code: numbered lines with checksums, one for each `ok`.
+"""A G-code host: it sends numbered lines with checksums, one after each `ok`.
 
-From its first line on it asks for the temperatures whenever it has nothing else to say.
+After its first line it polls the temperatures whenever it has nothing else to send.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ RESEND = re.compile(r"(?:Resend|rs)\D*(\d+)", re.IGNORECASE)
 TEMPERATURE = re.compile(r"T:(-?\d+\.?\d*) /(-?\d+\.?\d*)")
 REFUSED = re.compile(r"echo:.*(nothing was changed$| refused: |Unknown command|Invalid )")
 TALK_S = 0.02
-"""How often it listens while it talks: so long the board takes to answer at most."""
+"""How often it reads answers while it is busy: the board answers within this time."""
 POLL_S = 5.0
-"""Between two such questions, as OctoPrint and Printrun do."""
+"""Time between two polls, as with OctoPrint and Printrun."""
 MOST_WAITING = 10_000
-"""Bytes of a line that never ends, kept at most."""
+"""Most bytes that are kept of a line that never ends."""
 
 
 @dataclass(frozen=True)
 class HostLine:
-    """A line that has come from the board, and the time of its last character, s."""
+    """A line from the board, and the time of its last character, s."""
 
     time_s: float
     text: str
@@ -43,7 +43,7 @@ class HostLine:
 
 @dataclass(frozen=True)
 class HostTemperature:
-    """What a report said of the first tool."""
+    """The first tool's temperatures in a report."""
 
     time_s: float
     temperature_c: float
@@ -51,27 +51,27 @@ class HostTemperature:
 
 
 def heats(address: str) -> str:
-    """Give the command that sets the target of a loop by what the host calls it, as `M104 T0`."""
+    """Return the command that sets the target of a loop by its host address, such as `M104 T0`."""
     return {"B": "M140", "C": "M141"}.get(address, f"M104 {address}")
 
 
 def tunes(address: str) -> str:
-    """Give the command that has a loop find its gains, as `M303 T0`."""
+    """Return the command that tunes a loop's gains, such as `M303 T0`."""
     return {"B": "M303 E-1", "C": "M303 E-2"}.get(address, f"M303 {address}")
 
 
 def numbered(number: int, line: str) -> str:
-    """Give a line its number and checksum: the exclusive or of all bytes before the star."""
+    """Return a line with number and checksum: the exclusive or of all bytes before the star."""
     text = f"N{number} {line}"
     return f"{text}*{reduce(xor, text.encode(), 0)}"
 
 
 class GcodeHost:
-    """The computer at the end of a UART.
+    """The host at the end of a UART.
 
-    lines -- what has come from the board; sent -- what went to it, with its times; resends -- how
-    often the board asked for a line again. numbers -- whether it numbers its lines, as hosts do
-    while they print.
+    lines -- lines from the board; sent -- lines to it, with their times; resends -- how often the
+    board asked for a line again. numbers -- whether it numbers its lines, as hosts do while they
+    print.
     """
 
     complaints: tuple[str, ...] = ()
@@ -94,10 +94,10 @@ class GcodeHost:
         self._poll_cycle: int | None = None
         self._plugged = True
 
-    # -- what a test does ----------------------------------------------------------------------
+    # -- operation -----------------------------------------------------------------------------
 
     def send(self, line: str) -> None:
-        """Send a line when those before it are answered; nothing while the plug is pulled."""
+        """Send a line once those before it are answered; does nothing while unplugged."""
         if not self._plugged:
             return
         self._poll_cycle = self._avr.cycle + round(POLL_S * self._avr.clock_hz)
@@ -107,23 +107,23 @@ class GcodeHost:
         self._go_on()
 
     def send_bytes(self, data: bytes) -> None:
-        """Send bytes as they are, now."""
+        """Send these bytes at once."""
         if self.noise is not None:
             data = self.noise.to_board(data)
         self._uart.send(data, self.baud)
 
     def unsend(self) -> None:
-        """Forget the bytes that have not begun."""
+        """Drop the bytes that have not begun."""
         self._uart.unsend()
 
     def unplug(self) -> None:
-        """Pull the plug: it says nothing more, not even what waits."""
+        """Unplug the host: it sends nothing more, not even waiting lines."""
         self._plugged, self._poll_cycle, self._awaits_ok = False, None, False
         self._queue.clear()
         self._next = len(self._history)
 
     def plug(self) -> None:
-        """Reconnect the plug; it asks again once it has sent a line."""
+        """Plug the host in again; it polls again after its next line."""
         self._plugged = True
 
     @property
@@ -133,7 +133,7 @@ class GcodeHost:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle at which it wants to hear, or to ask, again; None before its first line."""
+        """The cycle at which it next reads answers or polls; None before its first line."""
         if self.is_busy:
             return self._avr.cycle + round(TALK_S * self._avr.clock_hz)
         return None if self._poll_cycle is None else max(self._avr.cycle, self._poll_cycle)
@@ -144,12 +144,12 @@ class GcodeHost:
 
     @property
     def refusals(self) -> list[HostLine]:
-        """Return the lines in which the board says that it has not done what was asked."""
+        """Return the lines in which the board refuses a command."""
         return [line for line in self.lines if REFUSED.match(line.text)]
 
     @property
     def temperatures(self) -> list[HostTemperature]:
-        """Return what the board has reported of its (active) tool."""
+        """Return the temperatures of the (active) tool that the board has reported."""
         return [
             HostTemperature(line.time_s, float(found[1]), float(found[2]))
             for line in self.lines
@@ -159,7 +159,7 @@ class GcodeHost:
     # -- the line ------------------------------------------------------------------------------
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Receive what the UARTs have sent (UART_BYTE records)."""
+        """Receive the bytes that the UARTs sent (UART_BYTE records)."""
         del pins
         mine = sent_by(self._number, sent)
         for value, end in zip(mine["value"].tolist(), mine["end"].tolist(), strict=True):
@@ -187,7 +187,7 @@ class GcodeHost:
             if wanted <= len(self._history):
                 self._next = max(0, wanted - 1)
         elif text == "start":
-            self._awaits_ok = False  # the board was reset: it waits for nothing
+            self._awaits_ok = False  # the board was reset: no answer will come
         elif text == "ok" or text.startswith("ok "):
             self._awaits_ok = False
         self._go_on()
@@ -217,5 +217,5 @@ class GcodeHost:
 
 
 def attach(avr: Avr, board: Board, interface: Spec) -> GcodeHost:
-    """Connect the computer to the board's first UART."""
+    """Connect the host to the board's first UART."""
     return GcodeHost(avr, interface.baud, board.uarts[0].number)

@@ -1,4 +1,4 @@
-"""LEDs, and somebody who looks at them: each is lit, blinks or is dark."""
+"""LEDs as a person sees them: lit, blinking or dark."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ Light = Literal["lit", "blinking", "dark", "unsteady"]
 BLINK_S = 0.5
 """Bright and dark time of a blinking LED (docs/language.md, indicators)."""
 LOOK_S = 2.0
-"""How long one has to look to tell steady light from blinking: two whole blinks."""
+"""Time needed to distinguish steady light from blinking: two whole blinks."""
 REMEMBERED_S = 10.0
 
 
 class Led:
     """One LED with its resistor.
 
-    meaning -- what the spec says it shows; changes -- (time in s, whether it is bright then) of the
-    last ten seconds.
+    meaning -- the meaning in the spec; changes -- (time in s, whether it is bright from then on) of
+    the last ten seconds.
     """
 
     def __init__(self, avr: Avr, pin: str, active: str, meaning: str) -> None:
@@ -54,10 +54,10 @@ class Led:
         del self.changes[: max(0, keep - 1)]
 
     def light(self, now_s: float) -> Light:
-        """Say what it has shown in the two seconds before a time.
+        """Return what the LED has shown in the two seconds before a time.
 
-        Blinking is bright and dark for half a second each, to a tick; what is neither that nor the
-        same all the time is unsteady.
+        Blinking is bright and dark for half a second each, to a tick; anything else that changes is
+        unsteady.
         """
         begin_s = now_s - LOOK_S
         inside = [each for each in self.changes if begin_s < each[0] <= now_s]
@@ -66,7 +66,7 @@ class Led:
             return "lit" if before and before[-1] else "dark"
         phases_s = np.diff([at_s for at_s, _ in inside])
         ends_s = (inside[0][0] - begin_s, now_s - inside[-1][0])
-        # LEDs are switched once a tick: a phase may be so much longer or shorter.
+        # LEDs are switched once a tick: a phase may be one tick longer or shorter.
         even = bool((np.abs(phases_s - BLINK_S) <= TICK_S).all())
         return "blinking" if even and max(ends_s) <= BLINK_S + TICK_S else "unsteady"
 
@@ -92,10 +92,10 @@ class Indicators:
             led.feed(pins)
 
     def lights(self) -> dict[str, Light]:
-        """Return what each meaning has shown in the last two seconds.
+        """Return what the LED of each meaning has shown in the last two seconds.
 
-        Two LEDs of one meaning that differ are unsteady. What the pins have done has to be fed up
-        to now.
+        Two LEDs of one meaning that differ count as unsteady. All pin changes up to now must have
+        been fed.
         """
         shown: dict[str, Light] = {}
         for led in self.leds.values():
@@ -106,5 +106,5 @@ class Indicators:
 
 
 def attach(avr: Avr, board: Board, interface: Spec) -> Indicators:
-    """Solder the LEDs to their pins."""
+    """Connect the LEDs to their pins."""
     return Indicators(avr, board, interface)

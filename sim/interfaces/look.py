@@ -1,18 +1,18 @@
-"""How often somebody looks who waits for what the board sends.
+"""How often a part that waits for the board's message looks for it.
 
-Where nothing has come, to look changes nothing: C looks in his place, and says when there is
-something (native/machine.c).
+A look without a message changes nothing. So C looks instead, and returns to Python when there is
+a message (native/machine.c).
 """
 
 from typing import NamedTuple
 
 
 class Look(NamedTuple):
-    """The looks of one; all in cycles.
+    """The times at which one part looks, in cycles.
 
-    at -- the next one; every -- from one to the next, or from the end of one if it drifts; latest
-    -- from here on he has something to do even if nothing has come; uart, silence -- he waits for
-    what this UART sends until it has been silent for so long; 0: for anything of any.
+    at -- the next look; every -- from one look to the next, or from the end of a look if it drifts;
+    latest -- from here on it acts even without a message; uart, silence -- it waits until this UART
+    has sent something and then been silent for so long; 0: it waits for anything from any UART.
     """
 
     at: int

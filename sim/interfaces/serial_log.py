@@ -1,4 +1,4 @@
-"""A computer that reads the log out over its serial port, as a person at a terminal would."""
+"""A computer that reads the log over a serial port, like a person at a terminal."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from heatwright.spec.board.uses import uart_of
 
 HEADING = "time_s,temperature_c,setpoint_c,duty_percent"
 PROGRAMMED = f"{HEADING},program,segment"
-"""The columns of a loop that programs move."""
+"""The columns of the log when programs set the loop's setpoint."""
 MISMATCH = 0.045
-"""Largest difference of two UARTs' speeds at which 8N1 is still received (half a bit in ten, less
-the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
+"""Largest relative difference of two baud rates at which 8N1 is still received (half a bit in ten,
+less the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
 MOST_WAITING = 10_000
-"""Bytes of a line that never ends, kept at most."""
+"""Most bytes that are kept of a line that never ends."""
 
 
 @dataclass(frozen=True)
 class LogRow:
     """An entry of the log.
 
-    time_s -- since the log began; temperature_c -- None where no reading came; program, segment --
-    None where none was under way.
+    time_s -- since the log began; temperature_c -- None: there was no reading; program, segment --
+    None: no program was under way.
     """
 
     time_s: int
@@ -42,8 +42,8 @@ class LogRow:
 class SerialLog:
     """The computer at the end of a UART.
 
-    lines -- what has come, a line each, with the time of its end in s; garbage -- bytes that came
-    at another speed than the computer's.
+    lines -- the received lines, each with the time of its end, s; garbage -- bytes that came at
+    another baud rate than the computer's.
     """
 
     complaints: tuple[str, ...] = ()
@@ -58,30 +58,30 @@ class SerialLog:
         self._waiting = bytearray()
 
     def write(self, command: str) -> None:
-        """Send a command and its end; what came before is forgotten."""
+        """Send a command and its line end; delete the lines received before."""
         self.lines.clear()
         self._waiting.clear()
         self.send_bytes(f"{command}\r\n".encode())
 
     def send_bytes(self, data: bytes, *, gap_s: float = 0.0) -> None:
-        """Send bytes as they are, with so much silence before each, s."""
+        """Send these bytes, with a silence before each, s."""
         self._uart.send(data, self.baud, gap_s=gap_s)
 
     @property
     def texts(self) -> list[str]:
-        """The lines that have come, without their times."""
+        """The received lines, without their times."""
         return [text for _, text in self.lines]
 
     @property
     def is_complete(self) -> bool:
-        """Whether the answer to `log` has come to its end, an empty line."""
+        """Whether the answer to `log` has ended with an empty line."""
         return bool(self.lines) and self.texts[-1] == ""
 
     @property
     def rows(self) -> list[LogRow]:
-        """Read the answer to `log`.
+        """Parse the answer to `log`.
 
-        Raises ValueError where it is none.
+        Raises ValueError if it is no log.
         """
         heading, *rows = self.texts[:-1] if self.is_complete else self.texts
         if heading not in {HEADING, PROGRAMMED}:
@@ -89,7 +89,7 @@ class SerialLog:
         return [_row(text) for text in rows]
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Receive what the UARTs have sent (UART_BYTE records)."""
+        """Receive the bytes that the UARTs sent (UART_BYTE records)."""
         del pins
         mine = sent_by(self._number, sent)
         if not len(mine):

@@ -1,4 +1,4 @@
-"""A computer that listens for the lines of the program Serial Port Plotter: ``$1.00 2.00;``."""
+"""A computer that receives lines for the program Serial Port Plotter: ``$1.00 2.00;``."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ ENDS = {"LF": b"\n", "CR LF": b"\r\n"}
 
 
 def line_of(decimals: int) -> re.Pattern[bytes]:
-    """Return what a line must look like, its numbers with so many decimals."""
+    """Return the pattern of a line whose numbers have so many decimals."""
     number = rb"-?\d+" + (rb"\.\d{%d}" % decimals if decimals else b"")
     return re.compile(rb"\$(%b(?: %b)*);" % (number, number))
 
 
 @dataclass(frozen=True)
 class PlotterLine:
-    """A line, and the time its last character has come, s."""
+    """A line, and the time of its last character, s."""
 
     time_s: float
     values: tuple[float, ...]
@@ -34,14 +34,14 @@ class PlotterLine:
 class SerialPlotter:
     """The computer at the end of a UART.
 
-    lines -- what it has understood; ended -- lines before which the one before was ended as
-    `line_end` says (a reset may have cut it off); garbage -- bytes that belonged to no line;
-    baud -- its speed, by which it also judges the firmware's.
+    lines -- the lines that were correct; ended -- number of lines after a line with the right
+    `line_end` (a reset may cut one off); garbage -- number of bytes that belonged to no line; baud
+    -- its baud rate, with which the firmware's is compared.
     """
 
     MISMATCH = 0.045
-    """Largest difference of two UARTs' speeds at which 8N1 is still received (half a bit in ten,
-    less the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
+    """Largest relative difference of two baud rates at which 8N1 is still received (half a bit in
+    ten, less the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
 
     def __init__(
         self, avr: Avr, baud: int, uart: int = 0, decimals: int = 2, line_end: str = "LF"
@@ -58,17 +58,17 @@ class SerialPlotter:
 
     @property
     def speed_error(self) -> float:
-        """Relative difference of the firmware's speed from the computer's."""
+        """Relative difference of the firmware's baud rate from the computer's."""
         return 10 / (self._avr.uarts[self._uart].frame_s * self.baud) - 1
 
     @property
     def complaints(self) -> Iterator[str]:
-        """Bytes that belonged to no line."""
+        """Yield a complaint about bytes that belonged to no line."""
         if self.garbage:
-            yield f"serial plotter: {self.garbage} bytes were no line of its"
+            yield f"serial plotter: {self.garbage} bytes belong to no line"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Receive what the UARTs have sent (UART_BYTE records)."""
+        """Receive the bytes that the UARTs sent (UART_BYTE records)."""
         del pins
         mine = sent_by(self._uart, sent)
         if not len(mine):

@@ -1,4 +1,4 @@
-"""How a loop bears what happens to its machine: filament that is fed, a fan that starts."""
+"""How a loop reacts to disturbances of its machine: fed filament, a fan that starts."""
 
 from dataclasses import dataclass
 
@@ -7,23 +7,23 @@ import numpy as np
 from heatwright.sim.trace import StepLog, Trace
 
 RECOVERED_K = 0.5
-"""Half a degree about the setpoint: what users of hotends ask for (Klipper's and Marlin's
-windows for `ready` are wider)."""
+"""Half a degree around the setpoint, as users of hotends demand (Klipper's and Marlin's windows
+for `ready` are wider)."""
 
 
 @dataclass(frozen=True)
 class Disturbance:
-    """One of them, from its time to that of the next."""
+    """One disturbance, from its time to that of the next."""
 
     at_s: float
     what: str
     dip_k: float
-    """Farthest reading below the setpoint; not below 0."""
+    """Largest distance of a reading below the setpoint; at least 0."""
     rise_k: float
-    """Farthest reading above it; not below 0."""
+    """Largest distance of a reading above the setpoint; at least 0."""
     recovered_after_s: float | None
-    """When the readings are within half a degree for good; 0 if they never leave, None if they
-    do not come back."""
+    """Time until the readings stay within the band; 0 if they never leave it, None if they do not
+    come back."""
 
 
 def disturbances(
@@ -49,7 +49,7 @@ def disturbances(
 
 
 def undisturbed(trace: Trace, response: StepLog) -> StepLog:
-    """Return the steps of a response until something happens to the machine."""
+    """Return the steps of a response until the first disturbance of the machine."""
     start_s = float(response["time_s"][0])
     times_s = [event.time_s for event in trace.events if event.disturbs and event.time_s > start_s]
     return response[response["time_s"] < min(times_s)] if times_s else response

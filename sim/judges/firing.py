@@ -1,9 +1,9 @@
-"""Figures of merit of a program's run: how near to its setpoint the temperature went.
+"""Figures of merit of a program's run: how close the temperature followed the setpoint.
 
-Ramps and holds are judged apart. On a ramp the heater takes a while to come up to what the slope
-needs, so its first minute is left out, also where it goes on after a pause; and so is all the time
-in which the heater is at an end of its range, for then the machine follows as fast as it can, and
-no controller would do better.
+Ramps and holds are judged separately. On a ramp the heater needs a while to reach the duty for the
+slope, so the first minute is left out, also after a pause. Left out, too, is all the time in which
+the heater is at an end of its range: the machine then follows as fast as it can, and no controller
+could do better.
 """
 
 from collections.abc import Iterator
@@ -31,9 +31,9 @@ class Firing:
     """Largest distance of a reading from the setpoint on the ramps; None if there is nothing to
     judge."""
     overshoot_k: float
-    """How far the readings of a hold went beyond it, in the direction of the way that led there."""
+    """How far a hold's readings passed its setpoint, in the direction of the ramp before it."""
     steady: StepLog
-    """Steady part of the last hold; all of the program if it has none."""
+    """The steady part of the last hold; the whole program if it has no hold."""
     rows: StepLog
     """All steps in which a program ran."""
 
@@ -61,9 +61,9 @@ def firing_of(log: StepLog, loop: Loop) -> Firing | None:
 
 
 def _parts(rows: StepLog, pauses: NDArray[np.intp]) -> Iterator[StepLog]:
-    """Split the steps where a segment begins, begins again, or resumes.
+    """Split the steps where a segment begins, restarts, or resumes.
 
-    `pauses` grows, from one of these rows to the next, where the program did not run in between.
+    `pauses` increases from one row to the next if the program did not run in between.
     """
     anew = np.diff(rows["program.segment_clock"].astype(np.int64)) <= 0
     other = np.diff(rows["program.segment"].astype(np.int64)) != 0
@@ -75,7 +75,7 @@ def _is_ramp(part: StepLog) -> bool:
 
 
 def _direction(part: StepLog) -> float:
-    """Return 1 for a way up, −1 for one down, 0 for none."""
+    """Return 1 for a ramp up, −1 for one down, 0 for none."""
     return float(np.sign(part["program.to_c"][0] - part["program.from_c"][0]))
 
 
@@ -95,7 +95,7 @@ def _errors_k(part: StepLog) -> Series:
 
 
 def _overshoots_k(parts: list[StepLog]) -> Iterator[float]:
-    """Yield how far each hold was passed, by the way that came before it."""
+    """Yield how far each hold was passed, in the direction of the ramp before it, K."""
     direction = 0.0
     for part in parts:
         if part["program.kind"][0] in (OVER, RATE, FAST):

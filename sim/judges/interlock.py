@@ -1,4 +1,4 @@
-"""Heater and cooler of a loop, watched at their pins: they are never on together."""
+"""Check at the pins that heater and cooler of a loop are never on together."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from heatwright.sim.outputs.switch import Switch
 
 
 class Interlock:
-    """Both pins of a loop, cycle by cycle."""
+    """Compares the pins of a loop's heater and cooler, cycle by cycle."""
 
     def __init__(self, heater: Switch, cooler: Switch, clock_hz: int) -> None:
         self._pins = tuple(pin_number(switch.pin) for switch in (heater, cooler))
@@ -23,14 +23,14 @@ class Interlock:
         self.power_on(0.0)
 
     def power_on(self, start_s: float) -> None:
-        """Begin with both off, at a time of the device, s."""
+        """Begin with both off, at a device time, s."""
         self._start_s = start_s
         self._on = [False, False]
         self._since = 0
 
     @property
     def overlap_s(self) -> float | None:
-        """When both were on for the first time, on the device's time, s; None: never."""
+        """When both were first on together (device time, s); None: never."""
         if self._overlap_s is None and all(self._on):
             return self._start_s + self._since / self._clock_hz
         return self._overlap_s
@@ -52,7 +52,7 @@ class Interlock:
         self._since = int(cycles[-1])
 
     def _levels(self, mine: NDArray[Any], which: int) -> NDArray[np.bool_]:
-        """Return whether one of them is on, from the last change before these and from each on."""
+        """Return one pin's on-states: after the last change before these events, and after each."""
         own = mine["pin"] == self._pins[which]
         latest = np.maximum.accumulate(np.where(own, np.arange(1, len(mine) + 1), 0))
         on = np.concatenate(([self._on[which]], (mine["state"] & 1) == self._active[which]))
@@ -61,7 +61,7 @@ class Interlock:
 
 
 def overlaps(watches: Mapping[str, Interlock]) -> Iterator[str]:
-    """Say of each loop whose heater and cooler have been on together when that was."""
+    """Yield each loop whose heater and cooler were on together, with the time."""
     for loop, watch in watches.items():
         if watch.overlap_s is not None:
             yield f"{loop}: heater and cooler were on together at {watch.overlap_s:.6f} s"

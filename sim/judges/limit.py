@@ -1,4 +1,4 @@
-"""The limit of a simulation's speed: what the cycles take in which its processor is awake."""
+"""The limit of a simulation's speed: the computing time of its processor's awake cycles."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.binary.elf import Elf
 
 ALONE_S = 10.0
-"""Simulated time in which the time of a cycle is measured: 10 ms of processor time or so."""
+"""Simulated time for measuring the computing time of a cycle: about 10 ms of processor time."""
 
 
 class Limit(NamedTuple):
-    """What no plant, no chip and no Python beside the processor can make faster.
+    """The limit that plant, chips and Python cannot improve.
 
-    awake_per_s -- cycles awake in a simulated second; cycle_s -- processor time of one, s, with
-    its share of the wakes.
+    awake_per_s -- awake cycles per simulated second; cycle_s -- computing time of one, s, with its
+    share of the wake-ups.
     """
 
     awake_per_s: float
@@ -24,14 +24,14 @@ class Limit(NamedTuple):
 
     @property
     def speed(self) -> float:
-        """How many times faster than the real machine that is."""
+        """The highest speed, as a multiple of real time."""
         return 1 / (self.awake_per_s * self.cycle_s)
 
 
 def limit_of(avr: Avr, mcu: str, program: Elf) -> Limit:
     """Return the limit of a run, from its processor at the end.
 
-    mcu, program -- run once more with nothing at the pins, to see how long a cycle takes here.
+    mcu, program -- run again with nothing at the pins, to measure a cycle on this computer.
     """
     alone = Avr(mcu, avr.clock_hz)
     alone.load(program)

@@ -1,8 +1,8 @@
-"""The count of trips for a lock-out, held to the model from step to step of a loop's log.
+"""Compare the firmware's count of trips for a lock-out with the model, step by step of a log.
 
-What went in shows in the log: trips in the fault's code, acknowledgements in their count. One of a
-fault that is locked out was a person's, where keys are, or came after a loss of power and a wait.
-What several of them within one step, and a reset, have made of the count is taken as it is.
+The log shows the inputs: trips in the fault's code, acknowledgements in their count. A locked-out
+fault can only be acknowledged by a person with keys, or after a loss of power and a wait.
+After several events within one step, or a reset, the firmware's count is taken over.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ TRIPS = "fault.trips"
 
 
 class Miscount(NamedTuple):
-    """A row whose count is another one than the model's."""
+    """A row whose count differs from the model's."""
 
     row: int
     expected: str
@@ -27,7 +27,7 @@ class Miscount(NamedTuple):
 
 
 def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Miscount]:
-    """Yield the rows in which the firmware has counted trips otherwise than the model.
+    """Yield the rows in which the firmware's count of trips differs from the model's.
 
     Raises KeyError: there is no such loop.
     """
@@ -56,7 +56,7 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
             model.count(code, at_us)
             locked_since_reset = model.is_locked
         if begins:
-            model.trips = trips  # what has come and gone since is not in the log
+            model.trips = trips  # events within the step are not in the log
         elif acknowledged > bool(latched):
             model.take(trips, at_us)
         model.age(now_us)

@@ -1,12 +1,12 @@
-"""Figures of merit of a run, as the operator sees it: from the readings of the control steps.
+"""Figures of merit of a run, from the readings of the control steps.
 
-All of them look at the response to the last change of the setpoint (or to power-up, if it never
-changed), until something happens to the machine; of a loop that is switched, to that or to being
-switched on, whichever was later, until it is switched off. What happens to the machine is in
+They describe the response to the last change of the setpoint (or to power-up, if it never changed),
+up to the first disturbance of the machine. For a switched loop the response begins when it is
+switched on, if that was later, and ends when it is switched off. Disturbances are in
 `Metrics.disturbances`. The *step* of the response is the setpoint minus the reading at its start.
 
-Where a program ran, all of its run is looked at (heatwright.sim.judges.firing): overshoot is that
-of the holds, the steady part that of the last one, and there is nothing to rise or to settle.
+If a program ran, its whole run counts (heatwright.sim.judges.firing): the overshoot is that of the
+holds, the steady part is that of the last hold, and there is no rise or settling time.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ SETTLED_SHARE = 0.02
 """Settled is within 2 % of the step (Åström & Hägglund, Advanced PID Control, 2006, chapter 4)."""
 
 AUDIBLE_HZ = (20.0, 20_000.0)
-"""What a human ear hears."""
+"""The range of human hearing."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Metrics:
     energy_j: float
     """Heat from the heater in the whole run."""
     disturbances: tuple[Disturbance, ...]
-    """What happened to the machine after the last change of the setpoint, and what it did."""
+    """The disturbances after the last change of the setpoint, and the loop's reactions."""
     tracking_k: float | None = None
     """Largest distance from the setpoint on a program's ramps; None if none ran."""
 
@@ -145,7 +145,7 @@ def response_start(log: StepLog) -> int:
 
 
 def response_of(log: StepLog) -> StepLog:
-    """Return the steps of the last response: while a switched loop was on, all if it never was."""
+    """Return the steps of the last response; of a switched loop, those while it was on, if any."""
     if "enabled" in (log.dtype.names or ()) and log["enabled"].any():
         on = np.flatnonzero(log["enabled"])
         log = log[: int(on[-1]) + 1]
@@ -176,7 +176,7 @@ def rise_time(times_s: Series, readings_c: Series, setpoint_c: float) -> float |
 def settling(
     times_s: Series, readings_c: Series, setpoint_c: float, resolution_k: float
 ) -> float | None:
-    """Return when the readings enter the band around the setpoint for good, None if never."""
+    """Return when the readings enter the band around the setpoint and stay, None if never."""
     band_k = max(SETTLED_SHARE * abs(setpoint_c - readings_c[0]), resolution_k)
     outside = np.flatnonzero(np.abs(readings_c - setpoint_c) > band_k)
     if not len(outside):
@@ -208,10 +208,10 @@ def audible(log: StepLog, controller: Controller, loop: str) -> bool:
 
 
 def pulse_rates(log: StepLog, controller: Controller, output: str) -> Series:
-    """Return how often a second an output switches at the duty of each step, if it is partial.
+    """Return the output's switching rate in 1/s at the duty of each step.
 
-    0 for one that has no partial duty. Steps that are spread over a window are as many pulses as
-    there are of those that are on, or of those that are off.
+    0 for an output without partial duty. If the duty is spread over a window, the number of pulses
+    is that of the steps that are on, or that are off, whichever is less.
     """
     spec = controller.outputs[output]
     if spec.frequency_hz:

@@ -1,6 +1,6 @@
 """Why a heater is off at this moment: which permit of the gate is missing (gate.c).
 
-It is read from the running binary, and from the pins that the gate itself reads.
+This is read from the running binary, and from the pins that the gate itself reads.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from heatwright.spec.rules import RULES
 
 
 class Missing(NamedTuple):
-    """One reason for which a heater is off: a name for programs, and a sentence for people."""
+    """One reason why a heater is off: an id, and a sentence for the user."""
 
     id: str
     text: str
 
 
 def missing(device: AvrDevice, controller: Controller, loop_name: str) -> tuple[Missing, ...]:
-    """Return why the heater of a loop is off now; nothing while it is on."""
+    """Return the reasons why the heater of a loop is off now; none while it is on."""
     if device.outputs[controller.loops[loop_name].heater].on:
         return ()
     found = [*_of_all(device), *_of_loop(device, controller, loop_name)]
@@ -29,7 +29,7 @@ def missing(device: AvrDevice, controller: Controller, loop_name: str) -> tuple[
 
 
 def _of_all(device: AvrDevice) -> Iterator[Missing]:
-    """Yield what no heater may be on without."""
+    """Yield the missing permits of all heaters."""
     code = int(device.read("fault.code"))
     if code:
         rule = RULES.get(code)
@@ -41,34 +41,34 @@ def _of_all(device: AvrDevice) -> Iterator[Missing]:
     for name in opened:
         yield Missing("input", f"The contact {name} is open.")
     if device.contacts and not opened and device.read("gate.c:input_ticks"):
-        yield Missing("input", "A contact was open a moment ago.")
+        yield Missing("input", "A contact was open until a moment ago.")
 
 
 def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Iterator[Missing]:
-    """Yield what the heater of this loop may not be on without."""
+    """Yield the missing permits of this loop's heater."""
     loop = controller.loops[loop_name]
     enabled = f"loop_{loop_name}.enabled"
     if enabled in device.variables and not device.read(enabled):
         yield Missing("switched_off", f"{loop_name} is switched off.")
     elif not device.read(f"gate.c:{loop_name}_ticks"):
-        yield Missing("step", "No control step has renewed its permit.")
+        yield Missing("step", "No control step has renewed the loop's permit.")
     if device.read(f"loop_{loop_name}.missing"):
         yield Missing("reading", f"There is no fresh reading of {loop.sensor}.")
     if loop.fan is not None and not device.outputs[loop.fan].on:
         yield Missing("fan", f"The fan {loop.fan} is off.")
     if loop.fan in device.proofs and device.read(f"proof_{loop.fan}.c:still_ticks"):
-        yield Missing("fan", f"Nothing proves that the fan {loop.fan} turns.")
+        yield Missing("fan", f"The proof that fan {loop.fan} turns is missing.")
     if loop.cooler is not None and device.outputs[loop.cooler].on:
         yield Missing("cooler", f"The cooler {loop.cooler} is on.")
 
 
 def _left(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
-    """Say what is left where nothing is wrong: the duty, the relay, or a pulse's pause."""
+    """Return the reason if all permits are there: the duty, the relay, or the pause of a pulse."""
     if not device.read(f"gate.c:{loop_name}_sensor_ticks"):
-        return Missing("step", "No control step with a reading has renewed its permit.")
+        return Missing("step", "No control step with a reading has renewed the loop's permit.")
     duty_percent = float(device.read(f"loop_{loop_name}.duty_percent"))
     if not duty_percent > 0:
         return Missing("duty", "The control asks for no heat: every permit is there.")
     if device.relay is not None and not device.relay.closed:
         return Missing("relay", f"The safety relay {controller.safety.relay} is open.")
-    return Missing("pause", f"It is on for {duty_percent:.0f} % of the time, and now it pauses.")
+    return Missing("pause", f"The duty is {duty_percent:.0f} %: the heater is between two pulses.")

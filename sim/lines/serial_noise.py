@@ -1,4 +1,4 @@
-"""A bad cable: bytes that are changed, lost or doubled on their way."""
+"""A noisy cable: bytes are changed, lost or doubled."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ PRINTED = range(0x20, 0x7F)
 
 
 class SerialNoise:
-    """Disturbs a serial line, both ways, the same in every run.
+    """Disturbs a serial line in both directions, the same in every run.
 
-    to_board_share, to_host_share -- of the bytes, how many are hit. On their way to the host they
-    stay ASCII: Printrun's host stops listening for good at a byte that is no UTF-8.
-    spares -- lines to the host that begin so arrive whole. is_on -- whether anything is hit at all.
+    to_board_share, to_host_share -- share of the bytes that are damaged. Those to the host stay
+    ASCII: Printrun's host stops reading for good at a byte that is no UTF-8. spares -- lines to the
+    host with this beginning are never damaged. is_on -- whether anything is damaged at all.
     """
 
     def __init__(
@@ -31,11 +31,11 @@ class SerialNoise:
         self._chance = random.Random(seed)  # noqa: S311 - noise, no secret
 
     def to_board(self, data: bytes) -> bytes:
-        """Return what arrives at the board."""
+        """Return the bytes that arrive at the board."""
         return self._disturbed(data, self._shares[0], range(256))
 
     def to_host(self, data: bytes) -> bytes:
-        """Return what arrives at the host."""
+        """Return the bytes that arrive at the host."""
         if self._spares is None:
             return self._disturbed(data, self._shares[1], PRINTED)
         arrived = bytearray()

@@ -1,4 +1,4 @@
-"""A serial port of this computer with the simulated board at its other end."""
+"""A serial port of this computer, connected to the simulated board."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ READ_BYTES = 4096
 class SerialPort:
     """A pseudo-terminal wired to a board's UART: any program can open it as a port.
 
-    name -- such as /dev/pts/3. A context manager; at its end the port is gone.
+    name -- such as /dev/pts/3. A context manager; the port exists until its end.
 
-    What the program sends goes to the board at the line's speed and in its format, which a
-    pseudo-terminal does not know: a program opens it without parity. What the board says while
-    nobody reads is lost, as on a cable. A simulated master or display leaves the line to the
-    program. uart -- the number of the UART, that of the board's first interface if None.
+    The program's bytes go to the board at the line's baud rate and in its format. A pseudo-terminal
+    has no parity: the program opens it without. Bytes from the board are lost while nobody reads,
+    as on a cable. A simulated master or display is disconnected from the line. uart -- the number
+    of the UART; None: that of the board's first interface.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class SerialPort:
         device.record(self)
 
     def __enter__(self) -> SerialPort:
-        """Give itself."""
+        """Return the port itself."""
         return self
 
     def __exit__(
@@ -64,18 +64,18 @@ class SerialPort:
         os.close(self._program_end)
 
     def fileno(self) -> int:
-        """Return what is readable when the program has written something."""
+        """Return the file descriptor that becomes readable when the program has written."""
         return self._board_end
 
     def to_board(self) -> None:
-        """Send the board what the program has written."""
+        """Send the program's bytes to the board."""
         with suppress(BlockingIOError):
             data = os.read(self._board_end, READ_BYTES)
             uart = self._device.avr.uarts[self._number]
             uart.send(self._noise.to_board(data), self._baud, self._form)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Give the program what the board has sent (UART_BYTE records)."""
+        """Send the board's bytes to the program (UART_BYTE records)."""
         del pins
         data = self._noise.to_host(sent["value"][sent["uart"] == self._number].tobytes())
         with suppress(BlockingIOError):

@@ -1,6 +1,6 @@
-"""The C shim over libsimavr: everything that happens once per event is done there.
+"""The C shim over libsimavr: it does all the work of single events.
 
-``load()`` gives the compiled module; it is built on first use (see ``shim``).
+``load()`` returns the compiled module; it is built on first use (see ``shim``).
 """
 
 from heatwright.sim.native.shim import SimulatorMissing, load

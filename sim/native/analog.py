@@ -18,9 +18,9 @@ def millivolts(code: float, reference_mv: float = 5000.0) -> float:
 
 
 class Curve(NamedTuple):
-    """Voltages at a pin by what a sensor there feels, in its unit, straight between two points.
+    """Voltage at a pin over a sensor's value in its unit, linear between two points.
 
-    first -- what the first point is for; per_unit -- points for each unit.
+    first -- the sensor's value at the first point; per_unit -- points per unit.
     """
 
     first: float
@@ -36,7 +36,7 @@ class Adc:
         self._curves: dict[int, object] = {}
 
     def bend(self, channel: int, curve: Curve | None) -> None:
-        """Let what is felt make the voltage of an input; None: only `set` does."""
+        """Set the curve from a sensor's value to an input's voltage; None: no curve, only `set`."""
         self._curves.pop(channel, None)
         if curve is None:
             self._lib.hw_adc_curve(self._hw, channel, self._ffi.NULL, 0, 0.0, 0.0)
@@ -46,18 +46,18 @@ class Adc:
         self._curves[channel] = points
 
     def sense(self, channel: int, felt: float) -> bool:
-        """Put the voltage on an input that its curve has for what is felt; False beyond its ends.
+        """Set an input's voltage by its curve, for a sensor's value; return False beyond the curve.
 
-        What is felt is remembered either way.
+        The sensor's value is stored in either case.
         """
         return bool(self._lib.hw_adc_sense(self._hw, channel, felt))
 
     def felt(self, channel: int) -> float:
-        """Return what was felt last at an input."""
+        """Return the last sensor's value at an input."""
         return float(self._lib.hw_adc_felt(self._hw, channel))
 
     def set(self, channel: int, voltage_mv: float) -> None:
-        """Put a voltage on an input, mV."""
+        """Set the voltage of an input, mV."""
         self._lib.hw_adc_set(self._hw, channel, voltage_mv)
 
     def reference(self, *, aref_mv: float, avcc_mv: float) -> None:
@@ -65,17 +65,17 @@ class Adc:
         self._lib.hw_adc_reference(self._hw, aref_mv, avcc_mv)
 
     def known(self, code: int, voltage_mv: float) -> None:
-        """Set what the input ADMUX calls by this code measures, mV: the band gap's voltage."""
+        """Set the voltage, mV, of the input that this code of ADMUX selects: the band gap."""
         self._lib.hw_adc_known(self._hw, code, voltage_mv)
 
     def fail(self, *, hung: bool = False, stuck: bool = False) -> None:
-        """Fail from the next conversion on, or no longer.
+        """Let the ADC fail from the next conversion on, or repair it.
 
-        hung -- none ends; stuck -- each ends with the code its channel had last.
+        hung -- no conversion ends; stuck -- each ends with the last code of its channel.
         """
         self._lib.hw_adc_fail(self._hw, hung, stuck)
 
     @property
     def conversions(self) -> int:
-        """Conversions started."""
+        """Number of conversions started."""
         return int(self._lib.hw_adc_conversions(self._hw))

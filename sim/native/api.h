@@ -1,24 +1,24 @@
-/* What Python may call and see. cffi reads this file, so: declarations only. */
+/* The interface to Python. cffi reads this file, so it has only declarations. */
 
 typedef struct hw hw;
 
 /* Results of hw_run. */
 enum {
-    HW_DONE = 0,     /* the cycle asked for is reached */
-    HW_YIELD = 1,    /* some wall time has passed, or a log wants to be emptied: call again */
-    HW_CRASHED = 2,  /* the CPU left its flash or RAM: hw_message says how */
-    HW_LIMIT = 3,    /* the firmware uses what simavr does not model: hw_message says what */
+    HW_DONE = 0,     /* the requested cycle is reached */
+    HW_YIELD = 1,    /* some wall time has passed, or a log is to be emptied: call again */
+    HW_CRASHED = 2,  /* the CPU left its flash or RAM: see hw_message */
+    HW_LIMIT = 3,    /* the firmware uses a feature that simavr does not model: see hw_message */
 };
 
-/* More results of hw_machine_go: what Python is to do before it goes on. */
+/* More results of hw_machine_go: why Python must act before the next call. */
 enum {
-    HW_MATRIX = 4,   /* the matrix of its key is not known */
-    HW_NOISE = 5,    /* no noise is left */
+    HW_MATRIX = 4,   /* the matrix of the present key is missing */
+    HW_NOISE = 5,    /* all noise is used */
     HW_LOGGED = 6,   /* the log is full */
-    HW_WAKE = 7,     /* somebody outside wants to talk within this step */
-    HW_FEED = 8,     /* a step has ended, and somebody outside wants to hear */
-    HW_STOPPED = 9,  /* a step has ended, and what is waited for may be so now */
-    HW_NEWS = 10,    /* the board has sent something, and somebody who waits for it looks now */
+    HW_WAKE = 7,     /* a part outside has to act within this step */
+    HW_FEED = 8,     /* a step has ended, and a part outside needs the records */
+    HW_STOPPED = 9,  /* a step has ended, and the stop condition may be met */
+    HW_NEWS = 10,    /* the board has sent something, and the part that waits for it looks now */
 };
 
 /* Causes of a reset, as MCUSR numbers them. */
@@ -77,7 +77,7 @@ uint64_t hw_pin_high_cycles(hw *h, int pin);
 uint64_t hw_pin_rises(hw *h, int pin);
 uint64_t hw_pin_contention_cycles(hw *h, int pin);
 
-/* UART. A character to it: levels of its bits, the start bit lowest; all times in cycles. */
+/* UART. A character to the UART: levels of its bits, the start bit lowest; times in cycles. */
 typedef struct {
     double gap, bit;
     uint16_t levels;
@@ -90,11 +90,11 @@ int hw_uart_exists(hw *h, int uart);
 double hw_uart_frame_cycles(hw *h, int uart);
 uint64_t hw_uart_overruns(hw *h, int uart);
 
-/* ADC. A curve: what a sensor makes of what it feels, at equal distances, between them straight. */
+/* ADC. A curve: voltages at equal distances of a sensor's value, interpolated linearly. */
 void hw_adc_set(hw *h, int channel, double millivolts);
 void hw_adc_curve(hw *h, int channel, const double *millivolts, size_t count, double first,
                   double per_unit);
-int hw_adc_sense(hw *h, int channel, double felt);  /* 0: beyond the curve, or there is none */
+int hw_adc_sense(hw *h, int channel, double felt);  /* 0: beyond the curve, or no curve */
 double hw_adc_felt(hw *h, int channel);
 void hw_adc_reference(hw *h, double aref_mv, double avcc_mv);
 void hw_adc_mux5(hw *h, uint8_t mask);
@@ -111,7 +111,7 @@ int hw_eeprom_writing(hw *h, uint16_t *address, uint8_t *old, uint8_t *new_value
 uint64_t hw_eeprom_writes(hw *h);
 uint64_t hw_eeprom_violations(hw *h);
 
-/* Snapshots: the RAM range, whenever the counter has changed when the CPU goes to sleep. */
+/* Snapshots: copies of a RAM range, made when the CPU goes to sleep and the counter has changed. */
 int hw_snapshot(hw *h, uint16_t counter, uint8_t counter_size, uint16_t base, uint16_t size);
 
 /* 1-Wire: one slave on a pin. Times in cycles. */
@@ -124,7 +124,7 @@ typedef struct {
     uint64_t sample, hold;                      /* slave: samples after, holds a 0 for */
 } hw_onewire_timing;
 
-/* What is judged: the master's phases. */
+/* The checked times of the master. */
 enum {
     HW_OW_RESET_LOW = 0, HW_OW_RESET_HIGH, HW_OW_SLOT, HW_OW_RECOVERY, HW_OW_ONE_LOW,
     HW_OW_ZERO_LOW, HW_OW_READ_AT, HW_OW_CHECKS
@@ -144,14 +144,14 @@ uint64_t hw_onewire_violations(hw_onewire *w, int check);
 uint64_t hw_onewire_resets(hw_onewire *w);
 uint64_t hw_onewire_seen(hw_onewire *w, int check, int end);
 
-/* SPI: one slave that only sends, on three pins, or has registers, on four. Least times in cycles.
-   told, kept: of the master's bits, before and after the edge that takes them. */
+/* SPI: one slave, on three pins if it only sends, on four if it has registers. Least times in
+   cycles. told, kept: how long the master's bits are valid before and after the sampling edge. */
 typedef struct {
     uint64_t setup, high, low, period, hold, idle, told, kept;  /* master */
-    uint64_t output, enable;                    /* slave: a bit is there after its edge */
+    uint64_t output, enable;                    /* slave: delay of a bit after its edge */
 } hw_spi_timing;
 
-/* What is judged: the master's phases. */
+/* The checked times of the master. */
 enum {
     HW_SPI_SETUP = 0, HW_SPI_HIGH, HW_SPI_LOW, HW_SPI_PERIOD, HW_SPI_READ, HW_SPI_HOLD,
     HW_SPI_IDLE, HW_SPI_TOLD, HW_SPI_KEPT, HW_SPI_CHECKS
@@ -164,12 +164,12 @@ hw_spi *hw_spi_new(hw *h, hw_spi_pins pins, void *handle, const hw_spi_timing *t
 void hw_spi_retime(hw_spi *s, const hw_spi_timing *timing);
 void hw_spi_connect(hw_spi *s, int connected);
 void hw_spi_load(hw_spi *s, const uint8_t *word, int bits);  /* 16 bytes, highest bit first */
-int hw_spi_told(hw_spi *s, uint8_t *into);  /* whole bytes since select, 17 at most; how many */
+int hw_spi_told(hw_spi *s, uint8_t *into);  /* whole bytes since select, 17 at most; their number */
 uint64_t hw_spi_violations(hw_spi *s, int check);
 uint64_t hw_spi_seen(hw_spi *s, int check, int end);
 
-/* A relay: its coil's pin, the level that drives it, the pin of its mirror contact or -1; the times
-   of its contacts in cycles. */
+/* A relay: the pin and the active level of its coil, the pin of its mirror contact or -1; delays of
+   its contacts in cycles. */
 enum { HW_RELAY_SOUND = 0, HW_RELAY_WELDED = 1, HW_RELAY_DEAD = 2 };
 enum { HW_WIRE_SOUND = 0, HW_WIRE_TORN = 1, HW_WIRE_SHORTED = 2 };
 typedef struct hw_relay hw_relay;
@@ -178,49 +178,49 @@ hw_relay *hw_relay_new(hw *h, int coil, int active_high, int contact, uint64_t o
 void hw_relay_fail(hw_relay *r, int state, int wire);
 int hw_relay_closed(hw_relay *r);               /* the main contacts */
 uint64_t hw_relay_closed_cycles(hw_relay *r);
-uint64_t hw_relay_operations(hw_relay *r);      /* how often they have moved */
+uint64_t hw_relay_operations(hw_relay *r);      /* how often these opened or closed */
 
-/* A fan: its motor's pin and the level that drives it, the pin of its tachometer's open collector;
-   pulses per cycle at full speed, time constant in cycles. pace: of full speed; noise: pulses per
-   cycle that are on the line instead, or 0; low: share of a pulse that is low, above 0, below 1. */
+/* A fan: the pin and the active level of its motor, the pin of its tachometer's open collector;
+   pulses per cycle at full speed, time constant in cycles. pace: share of full speed; noise: other
+   pulses per cycle on the line, or 0; low: share of a pulse that is low, above 0 and below 1. */
 typedef struct hw_fan hw_fan;
 hw_fan *hw_fan_new(hw *h, int motor, int active_high, int line, double full, double lag);
 void hw_fan_fail(hw_fan *f, double pace, double noise, double low, int wire);
 double hw_fan_speed(hw_fan *f);                 /* pulses per cycle */
 
-/* What a sensor's tip feels, and has felt: C tells, the chip reads it when it converts. A value that
-   stays is kept once. */
+/* A tip's present and past temperatures: C sets them, the chip reads them for a conversion. A value
+   that does not change is stored once. */
 enum { HW_TIP_KEEPS = 4096 };
 typedef struct {
     uint64_t since[HW_TIP_KEEPS], told_at;
     double felt[HW_TIP_KEEPS];
-    uint32_t newest, older;     /* its place, and how many are kept beside it */
+    uint32_t newest, older;     /* index of the newest, and number of older ones */
 } hw_tip;
 void hw_tip_tell(hw_tip *t, uint64_t cycle, double felt);
-double hw_tip_felt(const hw_tip *t, uint64_t cycle);  /* at a cycle, or the oldest that is kept */
+double hw_tip_felt(const hw_tip *t, uint64_t cycle);  /* at a cycle, or the oldest one stored */
 
-/* A machine: see machine.c. All arrays are Python's. Indices: of states, loads, the ADC's channels. */
-enum { HW_SENSES = 0, HW_RUNS = 1, HW_HEATS = 2 };  /* its phases */
-enum { HW_MACHINE_PLACES = 4096 };                  /* a power of two, above twice the matrices */
+/* A machine: see machine.c. Python owns all arrays. Indices are of states, loads, ADC channels. */
+enum { HW_SENSES = 0, HW_RUNS = 1, HW_HEATS = 2 };  /* phases of a step */
+enum { HW_MACHINE_PLACES = 4096 };                  /* a power of two, over twice the matrices */
 typedef struct { int load; double power_w; } hw_heater;
 typedef struct { int here, there; double factor; } hw_surface;
 typedef struct {
-    int state, channel;         /* channel -1: the tip is told, or Python where there is none */
+    int state, channel;         /* channel -1: set the tip or, without one, call Python */
     hw_tip *tip;
-    double older;               /* share of the older of two steps */
-    double *past;               /* a ring */
+    double older;               /* weight of the older of two steps */
+    double *past;               /* a ring buffer */
     int length, oldest;
-    const double *noise;        /* drawn before, the last first; NULL: none */
+    const double *noise;        /* drawn in advance, used from the end; NULL: none */
     int drawn;
-    double error;               /* what it is wrong by, all the time */
+    double error;               /* constant error */
 } hw_feeler;
 typedef struct { int load, channel; double full_a, share; } hw_meter;
 typedef struct {
     int pin, active_high, behind_relay, beside_of;
     uint64_t high;
-    double times, least, once_asked;    /* what lies between pin and load; once_asked -1: nothing */
-    double volts, taken;                /* of what the supply should have; share of its power taken away */
-    double beside, below;               /* heat from elsewhere, while less is felt */
+    double times, least, once_asked;    /* faults between pin and load; once_asked -1: none */
+    double volts, taken;                /* share of the nominal supply; share of power taken away */
+    double beside, below;               /* another heat source, while the sensor is below this */
 } hw_load;
 typedef struct { uint16_t address, size; uint8_t was[8]; } hw_variable;
 /* See Look in Python. */
@@ -242,35 +242,35 @@ typedef struct {
     double *vector, *next, *key, *keys, *matrices;
     int key_size;
     uint32_t matrices_known, matrices_room, places[HW_MACHINE_PLACES];
-    /* what feels it, and what heats it */
+    /* its sensors and its loads */
     int feeler_count, meter_count, load_count, steps_motors;
     hw_feeler *feelers;
     const hw_meter *meters;
     hw_load *loads;
     double *felt, *tips;        /* of the feelers, then of the meters */
-    int feels;                  /* a tip feels something else: Python says what */
+    int feels;                  /* a tip has a fault: Python sets its temperature */
     double *active, *given, *conducts, closed;
-    /* what is waited for: another value of a variable, less at a feeler, no node that becomes hotter
-       without heat, another level at the pin of a load; below_of, turns -1: not that */
+    /* stop conditions: a variable changes, a feeler is below a limit, no node becomes hotter without
+       heat, the level of a load's pin changes; below_of, turns -1: no such condition */
     hw_variable *looked_at;
     int looked_at_count, below_of, until_spread, turns, turned_from;
     double below;
-    /* what is kept */
+    /* results */
     double *highest, peak;
     int peak_of, watches, spreads, sensed, logs_nodes;
     double *log;
     size_t logged, log_room, columns;
 } hw_machine;
-void hw_machine_matrix(hw_machine *m, const double *matrix);  /* of its key */
-void hw_machine_begin(hw_machine *m);   /* one step by hand: its tips are felt, */
-void hw_machine_read(hw_machine *m);    /* behind the run its switches are read, */
-void hw_machine_supply(hw_machine *m);  /* what they let through is given, */
-int hw_machine_heat(hw_machine *m);     /* and heats it; or HW_MATRIX */
+void hw_machine_matrix(hw_machine *m, const double *matrix);  /* of the present key */
+void hw_machine_begin(hw_machine *m);   /* one step by hand: set the tips, */
+void hw_machine_read(hw_machine *m);    /* after the run read the switches, */
+void hw_machine_supply(hw_machine *m);  /* compute the loads' powers, */
+int hw_machine_heat(hw_machine *m);     /* and step the plant; or HW_MATRIX */
 int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed);
-/* Runs to a cycle, or to where somebody wants to hear: HW_NEWS, HW_WAKE. */
+/* Run to a cycle, or until a part outside has to act: HW_NEWS, HW_WAKE. */
 int hw_run_looking(hw *h, hw_look *look, uint64_t wake, uint64_t until);
 
-/* Profile: one instruction at a time. function: of each flash word. */
+/* Profile: one instruction at a time. function: the function's number for each flash word. */
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,
                      int functions);
 void hw_profile_stop(hw *h);
@@ -283,5 +283,5 @@ typedef struct {
     uint32_t pc;
 } hw_stretch;
 hw_stretch hw_profile_masked(hw *h);    /* longest with interrupts off, after the first enable */
-hw_stretch hw_profile_busy(hw *h);      /* longest stay in 8 words, no sleep */
+hw_stretch hw_profile_busy(hw *h);      /* longest time in 8 words without sleep */
 uint16_t hw_profile_stack(hw *h);       /* lowest stack pointer */

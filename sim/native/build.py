@@ -1,4 +1,4 @@
-"""``python -m heatwright.sim.native.build``: compile the shim now; print where it is."""
+"""``python -m heatwright.sim.native.build``: compile the shim now; print its path."""
 
 import sys
 

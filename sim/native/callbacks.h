@@ -1,4 +1,4 @@
-/* What C calls in Python. */
+/* The Python functions that C calls. */
 void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits, uint64_t cycle);
 void hw_spi_selected(void *handle, uint64_t cycle);
 void hw_spi_released(void *handle, uint64_t cycle);

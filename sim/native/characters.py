@@ -20,7 +20,7 @@ CHARACTER = np.dtype(
     }
 )
 """A character to the processor: cycles of silence before it, cycles of a bit, the levels of its
-bits from the start bit up, how many they are."""
+bits with the start bit lowest, and the number of bits."""
 
 UART_BYTE = np.dtype(
     {
@@ -37,7 +37,7 @@ _PARITIES: tuple[Parity | None, ...] = ("none", None, "even", "odd")
 
 
 def sent_by(uart: int, sent: NDArray[Any]) -> NDArray[Any]:
-    """Return which UART_BYTEs one UART has sent, and not lost."""
+    """Return which UART_BYTEs one UART has sent, without the lost ones."""
     return sent[(sent["uart"] == uart) & ~sent["lost"]] if len(sent) else sent
 
 
@@ -85,8 +85,8 @@ def characters(
 ) -> NDArray[Any]:
     """Return bytes as characters.
 
-    gap -- cycles of silence before each, or one for all; flips -- for each the bits that a
-    disturbance turns over, the start bit lowest; none if it is empty.
+    gap -- cycles of silence before each, or one number for all; flips -- for each character, the
+    bits that a disturbance inverts, the start bit lowest; empty: none.
     """
     made = np.zeros(len(data), CHARACTER)
     made["gap"] = gap
@@ -99,9 +99,9 @@ def characters(
 
 
 def heard(sent: Any, form: Format, bit_cycles: float) -> tuple[int, bool]:
-    """Return the value a receiver makes of one UART_BYTE, and whether parity and stop are right.
+    """Return the value that a receiver reads from one UART_BYTE; whether parity and stop are right.
 
-    It samples each bit once, in its middle, from the start bit's edge on by its own clock.
+    It samples each bit once, in the middle, by its own clock from the edge of the start bit.
     """
     of = receiver(int(sent["format"]), int(sent["bit_cycles"]), form, bit_cycles)
     return of[int(sent["value"])]
@@ -111,13 +111,13 @@ def heard(sent: Any, form: Format, bit_cycles: float) -> tuple[int, bool]:
 def receiver(
     code: int, sent_cycles: int, form: Format, bit_cycles: float
 ) -> tuple[tuple[int, bool], ...]:
-    """Return what `heard` makes of each value that is sent in a format (its code) at a speed."""
+    """Return the results of `heard` for each value sent in a format (its code) at a baud rate."""
     own, ratio = Format.of(code), bit_cycles / sent_cycles
     return tuple(_sampled(own, value, ratio, form) for value in range(256))
 
 
 def _sampled(own: Format, value: int, ratio: float, form: Format) -> tuple[int, bool]:
-    """Receive a byte; ratio -- how much longer than the sender's the receiver's bits are."""
+    """Receive a byte; ratio -- bit length of the receiver over that of the sender."""
     levels = int(own.levels[value])
 
     def sampled(bit: int) -> int:

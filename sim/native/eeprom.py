@@ -9,7 +9,7 @@ from heatwright.sim.native.hw import Hw
 
 @dataclass(frozen=True)
 class Write:
-    """A write in progress: until it ends the byte may be old, new, or anything."""
+    """A write in progress: until it ends, the byte may read as old, new, or anything."""
 
     address: int
     old: int
@@ -17,7 +17,7 @@ class Write:
 
 
 class Eeprom:
-    """EEPROM contents, and what a power cut leaves of them."""
+    """The EEPROM's contents, also after a power cut."""
 
     def __init__(self, hw: Hw, write_s: float) -> None:
         self._ffi, self._lib, self._hw = hw.ffi, hw.lib, hw.pointer
@@ -30,14 +30,14 @@ class Eeprom:
 
     @property
     def contents(self) -> bytes:
-        """All bytes, with a write in progress taken as done."""
+        """All bytes, as if a write in progress were complete."""
         into = self._ffi.new("uint8_t[]", self.size)
         self._lib.hw_eeprom_get(self._hw, into)
         return bytes(self._ffi.buffer(into))
 
     @contents.setter
     def contents(self, image: bytes) -> None:
-        """Program it from outside; what the image leaves open is erased (0xff)."""
+        """Program the EEPROM from outside; bytes beyond the image are erased (0xff)."""
         if len(image) > self.size:
             raise ValueError(f"The EEPROM has {self.size} bytes, not {len(image)}.")
         self._lib.hw_eeprom_set(self._hw, image.ljust(self.size, b"\xff"))
@@ -51,7 +51,7 @@ class Eeprom:
         return Write(address[0], old[0], new[0]) if busy else None
 
     def after_power_cut(self, undefined: int) -> bytes:
-        """Return the contents a power cut now leaves; undefined: what a half-written byte reads."""
+        """Return the contents after a power cut now; undefined: value of a half-written byte."""
         image = bytearray(self.contents)
         if self.writing:
             image[self.writing.address] = undefined
@@ -64,5 +64,5 @@ class Eeprom:
 
     @property
     def violations(self) -> int:
-        """Accesses while a write was in progress: the part ignores them."""
+        """Number of accesses during a write, which the part ignores."""
         return int(self._lib.hw_eeprom_violations(self._hw))

@@ -1,4 +1,4 @@
-"""A fan with a tachometer: its course in C, what is broken from Python."""
+"""A fan with a tachometer: simulated in C, with faults set from Python."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from heatwright.sim.native.relay import Wire
 
 
 class Fan:
-    """A motor at a pin, and pulses to ground, by an open collector, at another."""
+    """A motor on a pin, and on another pin an open collector that pulses to ground."""
 
     def __init__(  # noqa: PLR0913 - a fan, said once
         self,
@@ -21,7 +21,7 @@ class Fan:
         full_hz: float,
         lag_s: float,
     ) -> None:
-        """Wire it to pins, by their numbers.
+        """Connect the fan to pins, by their numbers.
 
         full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed.
 
@@ -31,7 +31,7 @@ class Fan:
         speeds = full_hz / hw.clock_hz, lag_s * hw.clock_hz
         self._fan: Any = hw.lib.hw_fan_new(hw.pointer, motor, active_high, line, *speeds)
         if not self._fan:
-            raise ValueError("There are too many fans on this processor, or no such pins.")
+            raise ValueError("There are too many fans on this processor, or it lacks a pin.")
 
     def fail(
         self,
@@ -40,15 +40,15 @@ class Fan:
         low_share: float = 0.5,
         wire: Wire = Wire.SOUND,
     ) -> None:
-        """Break it so from now on, or mend it.
+        """Set the fan's faults from now on; without arguments it is sound.
 
-        pace -- full speed, as a share of its own; it falls to it at once, and rises as it starts.
-        noise_hz -- pulses in a second that are on its line instead; 0: its own.
-        low_share -- of each pulse.
+        pace -- share of its full speed; a fall is immediate, a rise has the time constant.
+        noise_hz -- pulses per second on its line in place of its own; 0: its own.
+        low_share -- share of each pulse in which the line is low.
         """
         self._lib.hw_fan_fail(self._fan, pace, noise_hz / self._clock_hz, low_share, int(wire))
 
     @property
     def pulses_hz(self) -> float:
-        """Pulses in a second at its speed now, whatever is on the line."""
+        """Pulses per second at the present speed, whatever is on the line."""
         return float(self._lib.hw_fan_speed(self._fan)) * self._clock_hz

@@ -1,4 +1,4 @@
-"""One processor in the shim, as its wrappers share it."""
+"""One processor in the shim, shared by its Python wrappers."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 Range = tuple[int, int]
-"""A run of RAM: first address, bytes."""
+"""A range of RAM: first address, number of bytes."""
 
 
 @dataclass(frozen=True)
 class Hw:
     """The shim's functions, cffi, the processor (freed with its last user) and its clock.
 
-    kept -- Python objects C points to.
+    kept -- Python objects that C points to.
     """
 
     lib: Any

@@ -1,4 +1,4 @@
-"""Logs the shim fills and Python empties."""
+"""Logs that the shim fills and Python empties."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from heatwright.sim.native.hw import Hw
 
 
 class Log:
-    """One of the shim's logs; ``take`` gives what has come since the last call."""
+    """One of the shim's logs; ``take`` returns the records since the last call."""
 
     def __init__(self, hw: Hw, number: int, dtype: np.dtype[Any]) -> None:
         self._hw = hw
@@ -26,7 +26,7 @@ class Log:
         return waiting + sum(len(part) for part in self._parts)
 
     def drain(self) -> None:
-        """Move what the shim holds into Python."""
+        """Move the shim's records into Python."""
         lib, ffi, hw = self._hw.lib, self._hw.ffi, self._hw.pointer
         count = lib.hw_log_count(hw, self._number)
         if count:
@@ -38,10 +38,10 @@ class Log:
     def take(self) -> NDArray[Any]:
         """Return the records that have come since the last call, in order of time."""
         self.drain()
-        if not self._parts:  # which is so nearly every time that a bench looks
+        if not self._parts:  # the usual case on a bench
             return self._nothing
         parts, self._parts = self._parts, []
         if len(parts) == 1:
             return parts[0]
-        # Left to itself, numpy would leave out the padding between the records that it joins.
+        # Without a type, numpy would remove the padding of the records.
         return np.concatenate(parts, dtype=self._dtype)

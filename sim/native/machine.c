@@ -1,15 +1,15 @@
-/* A machine beside its processor: a thermal network that goes on in equal steps of time.
+/* A machine simulated with its processor: a thermal network in equal steps of time.
 
-   Each step its sensors feel it, the processor runs, its switches heat it. Python defines all of it
-   (heatwright.sim.plants), lends the arrays, and does what is rare: it computes matrices, draws
-   noise, empties the log, serves whoever is wired to the lines. Whatever hw_machine_go comes back
-   for, call it again: it goes on where it was. */
+   In each step, its temperatures go to the sensors, the processor runs, and the switches heat it.
+   Python defines the network (heatwright.sim.plants), owns the arrays, and does the rare work: it
+   computes matrices, draws noise, empties the log, and runs the parts on the lines. After any return
+   of hw_machine_go, call it again: it continues where it was. */
 #include <math.h>
 #include <string.h>
 #include "core/hw.h"
 #include "callbacks.h"
 
-/* Multiplies the bits of a key into a place of the table. */
+/* Hash the bits of a key to an index of the table. */
 static uint32_t place_of(const hw_machine *m) {
     uint64_t hash = 0;
     for (int i = 0; i < m->key_size; i++) {
@@ -21,7 +21,7 @@ static uint32_t place_of(const hw_machine *m) {
     return (uint32_t)hash & (HW_MACHINE_PLACES - 1);
 }
 
-/* Where the matrix of the key is in the table, or would be. */
+/* Index of the key's matrix in the table, or the free index for it. */
 static uint32_t find(const hw_machine *m) {
     uint32_t place = place_of(m);
     size_t size = (size_t)m->key_size * sizeof *m->key;
@@ -41,7 +41,7 @@ void hw_machine_matrix(hw_machine *m, const double *matrix) {
     m->places[find(m)] = ++m->matrices_known;
 }
 
-/* As Surface.now in Python: a conductance from a grid, and the heat that it lacks. */
+/* As Surface.now in Python: a conductance from a grid, and the remaining heat. */
 static double radiate(hw_machine *m, int i) {
     const hw_surface *s = &m->surfaces[i];
     double here_c = m->vector[s->here], there_c = m->vector[s->there];
@@ -62,7 +62,7 @@ static void go_on(hw_machine *m, const double *matrix) {
     memcpy(m->vector, m->next, (size_t)m->states * sizeof *m->vector);
 }
 
-/* As Feeler.feel in Python: dead time between two steps, error and noise. */
+/* As Feeler.feel in Python: interpolated dead time, error and noise. */
 static double feel(hw_machine *m, hw_feeler *f) {
     f->past[f->oldest] = m->vector[f->state];
     f->oldest = (f->oldest + 1) % f->length;
@@ -92,7 +92,7 @@ static void watch(hw_machine *m) {
     m->spreads = rises && !heated;
 }
 
-/* A row of the log: when and what was felt, what was given, and the nodes behind it. */
+/* Write a row of the log: time, sensors' values, loads' powers, and the nodes after the step. */
 static void note(hw_machine *m) {
     double *row = m->log + m->logged++ * m->columns;
     *row++ = m->began_s;
@@ -170,7 +170,7 @@ int hw_machine_heat(hw_machine *m) {
     return 0;
 }
 
-/* What lies between pins and loads, the relay in series with it, and heat from elsewhere. */
+/* Compute the loads' powers: faults between pin and load, the relay, and other heat sources. */
 void hw_machine_supply(hw_machine *m) {
     for (int i = 0; i < m->load_count; i++) {
         const hw_load *load = &m->loads[i];
@@ -189,7 +189,7 @@ void hw_machine_supply(hw_machine *m) {
         m->feed = hw_machine_fed(m->handle);
 }
 
-/* Whether what is waited for may be so: whoever waits looks himself. */
+/* Whether the stop condition may be met; Python then tests it. */
 static int stops(const hw_machine *m) {
     if (m->below_of >= 0 && m->felt[m->below_of] < m->below)
         return 1;
@@ -205,8 +205,8 @@ static int stops(const hw_machine *m) {
     return 0;
 }
 
-/* Whether the board has sent what is waited for. What may be too short a silence counts as one:
-   Python looks closer. From the end of a byte to that of the next is longer than what lies between. */
+/* Whether the board has sent what a part waits for. The test may take too short a silence for one,
+   because it measures from end to end of two bytes; Python then tests exactly. */
 static int has_news(hw *h, const hw_look *look) {
     const hw_uart_byte *sent = hw_log_data(h, HW_UART_LOG);
     size_t count = hw_log_count(h, HW_UART_LOG);

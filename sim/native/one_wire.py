@@ -1,4 +1,4 @@
-"""A 1-Wire slave's end of the line: bits in C, meaning in Python."""
+"""A 1-Wire slave on its line: C handles the bits, Python their meaning."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any, Protocol
 from heatwright.sim.native.hw import Hw
 
 PHASES = ("reset_low", "reset_high", "slot", "recovery", "one_low", "zero_low", "read_at")
-"""What is judged of the master: the low of a reset and the quiet after it, a slot's length, the
-high between slots, the low of a 1 (or of a read) and of a 0, and when it samples what is read."""
+"""Checked times of the master: the low of a reset and the high after it, a slot's length, the high
+between slots, the low of a 1 (or a read) and of a 0, and when it samples a bit that it reads."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Times in µs. The first nine are what the slave asks of the master, the rest is its own."""
+    """Times in µs. The first nine are limits for the master, the rest are the slave's own times."""
 
     reset_low: float = 480
     reset_high: float = 480
@@ -33,7 +33,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class Phase:
-    """A judged phase of the master's: shortest and longest seen, µs, and how often it was wrong."""
+    """A checked time of the master: shortest and longest, µs, and how often it was wrong."""
 
     least: float
     most: float
@@ -44,15 +44,15 @@ class Slave(Protocol):
     """A chip on the line."""
 
     def received(self, first: bool, data: bytes, cycle: int) -> None:
-        """Receive what the master has sent; first: it is the first since the reset."""
+        """Receive bits from the master; first: they are the first since the reset."""
 
 
 class Line:
     """A slave's end of the line.
 
-    After a reset pulse the shim answers with a presence pulse and receives 8 bits by itself. What
-    comes next the slave says in ``received``, by calling one of ``receive``, ``send``, ``busy``,
-    ``search`` or ``ignore``.
+    After a reset pulse the shim itself answers with a presence pulse and receives 8 bits. In
+    ``received`` the slave then decides what comes next, by a call of ``receive``, ``send``,
+    ``busy``, ``search`` or ``ignore``.
     """
 
     def __init__(self, hw: Hw, wire: Any) -> None:
@@ -61,7 +61,7 @@ class Line:
         self._wire = wire
 
     def receive(self, bits: int) -> None:
-        """Receive bits; they come to ``received``, first bit lowest."""
+        """Receive so many bits; they are given to ``received``, first bit lowest."""
         self._lib.hw_onewire_receive(self._wire, bits)
 
     def send(self, data: bytes) -> None:
@@ -81,7 +81,7 @@ class Line:
         self._lib.hw_onewire_ignore(self._wire)
 
     def connect(self, connected: bool) -> None:
-        """Plug the slave in, or pull it off the line."""
+        """Connect the slave to the line, or disconnect it."""
         self._lib.hw_onewire_connect(self._wire, connected)
 
     def retime(self, timing: Timing) -> None:
@@ -90,12 +90,12 @@ class Line:
 
     @property
     def resets(self) -> int:
-        """Reset pulses heard."""
+        """Number of reset pulses received."""
         return int(self._lib.hw_onewire_resets(self._wire))
 
     @property
     def phases(self) -> dict[str, Phase]:
-        """What the master has done so far; a phase not seen yet is left out."""
+        """The master's checked times so far; those that have not occurred are left out."""
         seen: dict[str, Phase] = {}
         for check, name in enumerate(PHASES):
             least = self._lib.hw_onewire_seen(self._wire, check, self._lib.HW_OW_LEAST)
@@ -107,7 +107,7 @@ class Line:
 
     @property
     def violations(self) -> int:
-        """How often the master has left the limits."""
+        """How often the master has violated a limit."""
         return sum(phase.violations for phase in self.phases.values())
 
     def _us(self, cycles: int) -> float:
@@ -125,7 +125,7 @@ def _cycles(hw: Hw, timing: Timing) -> Any:
 
 
 def attach(hw: Hw, pin: int, slave: Slave, timing: Timing, errors: list[BaseException]) -> Line:
-    """Put a slave on a pin; what it raises is collected in errors."""
+    """Put a slave on a pin; its exceptions are collected in errors."""
     handle = hw.ffi.new_handle((slave, errors))
     wire = hw.lib.hw_onewire_new(hw.pointer, pin, handle, _cycles(hw, timing))
     if not wire:
@@ -135,13 +135,13 @@ def attach(hw: Hw, pin: int, slave: Slave, timing: Timing, errors: list[BaseExce
 
 
 def install(ffi: Any) -> None:
-    """Make the shim call the slaves."""
+    """Register the callbacks of the slaves with the shim."""
 
     def hw_onewire_received(handle: Any, first: int, data: Any, bits: int, cycle: int) -> None:
         slave, errors = ffi.from_handle(handle)
         try:
             slave.received(bool(first), ffi.buffer(data, (bits + 7) // 8)[:], cycle)
-        except BaseException as error:  # C cannot pass it on: Avr.run_to does
+        except BaseException as error:  # C cannot pass it on: Avr.run_to raises it
             errors.append(error)
 
     ffi.def_extern()(hw_onewire_received)

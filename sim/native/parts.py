@@ -1,4 +1,4 @@
-"""What differs between the simulated parts and simavr does not know (data sheets)."""
+"""Differences between the simulated parts that simavr does not know (data sheets)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 class Part:
     """First RAM byte, the sleep register with its enable and mode bits, EEPROM byte time (s).
 
-    adc_mux5 -- in ADCSRB, the bit that chooses channels 8 to 15; 0 where there are none.
-    adc_known -- in ADMUX, what chooses the band gap's voltage.
-    old -- timers, watchdog and ports of the generation before the others (old.c).
+    adc_mux5 -- the bit in ADCSRB that selects channels 8 to 15; 0: there are none.
+    adc_known -- the code in ADMUX that selects the band gap's voltage.
+    old -- whether timers, watchdog and ports are of the older generation (old.c).
     """
 
     ram_start: int
@@ -31,7 +31,7 @@ class Part:
 
     @property
     def shortest_watchdog_s(self) -> float:
-        """2048 cycles of typically 128 kHz; on the old parts 16384 of 1 MHz (data sheets)."""
+        """2048 cycles at typically 128 kHz; on old parts 16384 at 1 MHz (data sheets)."""
         return 16384 / 1e6 if self.old else 2048 / 128e3
 
 

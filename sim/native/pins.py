@@ -21,7 +21,7 @@ _LEVELS: dict[str | None, int] = {None: 0, "low": 1, "high": 2}
 
 
 class Source(IntEnum):
-    """What sets a pin's level."""
+    """What determines a pin's level."""
 
     MCU = 0
     OTHERS = 1
@@ -43,11 +43,11 @@ def pin_name(number: int) -> str:
 
 
 class Pins:
-    """Levels from outside, levels seen, time spent high.
+    """The pins: levels from outside, present levels, and times spent high.
 
-    A pin's level is set, from the strongest down, by what others force upon it (``drive``), by the
-    processor's driver, by the board's resistor (``pull``), by the processor's own pull-up. A pin
-    nothing sets keeps its last level and counts as floating.
+    A pin's level comes from the first of these that exists: a strong driver outside (``drive``),
+    the processor's driver, the board's resistor (``pull``), the processor's own pull-up. Without
+    any it keeps its last level and counts as floating.
     """
 
     def __init__(self, hw: Hw) -> None:
@@ -55,17 +55,17 @@ class Pins:
         self.log = Log(hw, hw.lib.HW_PIN_LOG, PIN_EVENT)
 
     def watch(self, pin: str, *, logged: bool = True) -> int:
-        """Follow a pin from now on; its changes go to ``log`` if logged. Returns its number."""
+        """Watch a pin from now on; log its changes if `logged`. Return its number."""
         number = pin_number(pin)
         self._check(pin, self._lib.hw_pin_watch(self._hw, number, logged))
         return number
 
     def drive(self, pin: str, level: Level | None) -> None:
-        """Force a level upon a pin as a strong driver or a short would; None lets it go."""
+        """Force a level onto a pin as a strong driver or a short would; None: remove it."""
         self._check(pin, self._lib.hw_pin_drive(self._hw, pin_number(pin), _LEVELS[level]))
 
     def pull(self, pin: str, level: Level | None) -> None:
-        """Put a resistor to supply or ground on a pin; None takes it off."""
+        """Put a resistor to supply or ground on a pin; None: remove it."""
         self._check(pin, self._lib.hw_pin_pull(self._hw, pin_number(pin), _LEVELS[level]))
 
     def level(self, pin: str) -> bool:
@@ -73,11 +73,11 @@ class Pins:
         return bool(self._lib.hw_pin_state(self._hw, pin_number(pin)) & 1)
 
     def source(self, pin: str) -> Source:
-        """Return what sets a watched pin's level."""
+        """Return the source of a watched pin's level."""
         return Source(self._lib.hw_pin_state(self._hw, pin_number(pin)) >> 1)
 
     def high_cycles(self, number: int) -> int:
-        """Return the cycles a watched pin, by its number, has been high."""
+        """Return the cycles for which a watched pin, by its number, was high."""
         cycles: int = self._lib.hw_pin_high_cycles(self._hw, number)
         return cycles
 
@@ -87,7 +87,7 @@ class Pins:
         return rises
 
     def contention_cycles(self, pin: str) -> int:
-        """Return the cycles in which the processor drove a pin against what forces it."""
+        """Return the cycles in which the processor drove a pin against a forced level."""
         return int(self._lib.hw_pin_contention_cycles(self._hw, pin_number(pin)))
 
     def take(self) -> NDArray[Any]:

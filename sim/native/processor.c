@@ -1,4 +1,4 @@
-/* One processor: its life, its run loop, its resets. */
+/* One processor: creation, run loop, resets. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,12 +9,12 @@
 #include "peripherals/parts.h"
 
 #define YIELD_NS 50000000L
-#define LOOK_CYCLES 400000      /* executed between looks at the clock: under 10 ms */
+#define LOOK_CYCLES 400000      /* cycles between checks of the wall clock: under 10 ms */
 #define SLEEP_OPCODE 0x9588
 #define WAKE_CYCLES 4
-#define RESET_FLAGS 0x1f        /* of MCUSR; MCUCSR of the oldest parts has others */
+#define RESET_FLAGS 0x1f        /* in MCUSR; MCUCSR of the oldest parts has other bits */
 
-/* simavr's messages; custom.data is the user's, and finds us back. */
+/* Receive simavr's messages; custom.data points to our structure. */
 static void logger(struct avr_t *avr, const int level, const char *format, va_list args) {
     if (!avr || level > LOG_ERROR || !avr->custom.data)
         return;
@@ -22,7 +22,7 @@ static void logger(struct avr_t *avr, const int level, const char *format, va_li
     vsnprintf(h->message, sizeof h->message, format, args);
 }
 
-/* simavr polls a low INT pin every cycle unless told not to, again after each reset. */
+/* Stop simavr from polling a low INT pin in every cycle; needed again after each reset. */
 static void relax_external_interrupts(hw *h) {
     for (int i = 0; i < EXTINT_COUNT; i++)
         avr_extint_set_strict_lvl_trig(h->avr, (uint8_t)i, 0);
@@ -63,7 +63,7 @@ hw *hw_new(const char *mcu, uint32_t clock_hz, uint32_t supply_mv) {
     return h;
 }
 
-/* avr_terminate leaves the interrupt vectors' names, the register IRQs and the pool. */
+/* Free what avr_terminate does not: the interrupt vectors' names, the register IRQs, the pool. */
 static void free_remains(avr_t *avr) {
     for (int i = 0; i < avr->interrupts.vector_count; i++)
         avr_free_irq(avr->interrupts.vector[i]->irq, AVR_INT_IRQ_COUNT);
@@ -99,7 +99,7 @@ static void log_reset(hw *h, int cause, uint32_t pc) {
     e->mcusr = h->avr->data[h->avr->reset_flags.wdrf.reg];
 }
 
-/* simavr deletes all cycle timers: ours belong to the world outside, which goes on. */
+/* Restore our cycle timers, which simavr deletes at a reset: the world outside goes on. */
 static void rearm_timers(hw *h) {
     for (int i = 0; i < h->timer_count; i++)
         if (h->timers[i].armed)
@@ -111,7 +111,7 @@ void hw_reset(hw *h, int cause) {
     uint32_t pc = avr->pc;
     uint8_t earlier = avr->data[avr->reset_flags.wdrf.reg];  /* flags add up until cleared */
     if (cause == HW_WATCHDOG)
-        avr->run(avr);          /* simavr's own: resets, and restarts the watchdog */
+        avr->run(avr);          /* simavr's own reset, which restarts the watchdog */
     else
         avr_reset(avr);
     avr->run = avr_callback_run_raw;
@@ -134,14 +134,14 @@ void hw_reset(hw *h, int cause) {
     log_reset(h, cause, pc);
 }
 
-/* The part halts 4 cycles to enter an interrupt (5 with 3-byte addresses), simavr none. */
+/* The part takes 4 cycles to enter an interrupt (5 with 3-byte addresses), simavr none. */
 static void charge(avr_t *avr, int cycles) {
     avr->cycle += (avr_cycle_count_t)cycles;
     avr->run_cycle_count = avr->run_cycle_count > (avr_cycle_count_t)cycles
         ? avr->run_cycle_count - (avr_cycle_count_t)cycles : 1;
 }
 
-/* Take the vector of the highest priority out of the queue; the first takes its place there. */
+/* Remove the vector of the highest priority from the queue; the first one moves to its place. */
 static avr_int_vector_t *take_next(avr_t *avr) {
     enum { SIZE = avr_int_pending_fifo_size };
     avr_int_pending_t *queue = &avr->interrupts.pending;
@@ -155,7 +155,7 @@ static avr_int_vector_t *take_next(avr_t *avr) {
     return vector;
 }
 
-/* As avr_service_interrupts, where interrupts are enabled and one waits. */
+/* As avr_service_interrupts, if interrupts are enabled and one waits. */
 static void enter(hw *h) {
     avr_t *avr = h->avr;
     avr_int_table_t *table = &avr->interrupts;
@@ -198,14 +198,14 @@ static void service(hw *h, int extra) {
 
 static void check_sleep_mode(hw *h) {
     if (h->sleep_register && (h->avr->data[h->sleep_register] & h->sleep_mode))
-        limit(h, "sleep mode other than idle at 0x%04x: simavr stops no clocks", h->avr->pc);
+        limit(h, "sleep mode other than idle at 0x%04x: simavr does not stop clocks", h->avr->pc);
 }
 
 static int may_sleep(hw *h) {
     return !h->sleep_register || (h->avr->data[h->sleep_register] & h->sleep_enable);
 }
 
-/* For a profile of simavr's core, which knows nothing of it, or at the beginning of one of ours. */
+/* One instruction, for a profile with simavr's core, or at the start of one with ours. */
 static avr_flashaddr_t step(hw *h) {
     profile_before(h);
     avr_flashaddr_t pc = h->reference ? avr_run_one(h->avr) : fast_run(h);
@@ -225,8 +225,8 @@ static avr_flashaddr_t burst(hw *h) {
     return pc;
 }
 
-/* One burst of instructions. A SLEEP with an interrupt waiting is over at once, and the interrupt
-   comes before the next instruction; simavr would run that first. */
+/* Run a burst of instructions. A SLEEP with a waiting interrupt ends at once, and the interrupt
+   comes before the next instruction; simavr would run that instruction first. */
 static avr_flashaddr_t execute(hw *h) {
     avr_t *avr = h->avr;
     if (avr->interrupt_state >= 0)
@@ -252,7 +252,7 @@ static void fall_asleep(hw *h) {
         profile_sleep(h);
 }
 
-/* Time passes until the next timer, and never past the cycle to stop at. */
+/* Let time pass until the next timer, but not past the cycle to stop at. */
 static void sleep_on(hw *h, avr_cycle_count_t cycles) {
     h->avr->cycle += cycles;
     h->sleep_cycles += cycles;
@@ -260,7 +260,7 @@ static void sleep_on(hw *h, avr_cycle_count_t cycles) {
         profile_slept(h, cycles);
 }
 
-/* What wakes the part is served before the instruction after SLEEP, 4 cycles late. */
+/* Serve the waking interrupt before the instruction after SLEEP, 4 cycles late. */
 static void wake(hw *h) {
     h->avr->interrupt_state = 1;
     service(h, WAKE_CYCLES);
@@ -278,7 +278,7 @@ static void turn(hw *h) {
     asleep = avr->state == cpu_Sleeping;
     avr_cycle_count_t idle = pass_timers(avr);
     avr->pc = pc;
-    if (avr->run != avr_callback_run_raw) {     /* the watchdog has bitten */
+    if (avr->run != avr_callback_run_raw) {     /* the watchdog has reset it */
         hw_reset(h, HW_WATCHDOG);
         return;
     }
@@ -329,7 +329,7 @@ int hw_run(hw *h, uint64_t until) {
     return HW_DONE;
 }
 
-/* One instruction, or the sleep up to what wakes it. */
+/* Run one instruction, or sleep until something wakes the processor. */
 static int advance(hw *h, uint64_t until) {
     if (h->avr->state != cpu_Sleeping)
         return hw_run(h, h->avr->cycle + 1);
@@ -340,7 +340,7 @@ static int advance(hw *h, uint64_t until) {
     return ended ? ended : h->log_full ? HW_YIELD : HW_DONE;
 }
 
-/* HW_NEWS: the next instruction is of these. At least one is executed before. */
+/* Returns HW_NEWS: the next instruction is within the code. Runs at least one instruction. */
 int hw_run_to_code(hw *h, uint32_t start, uint32_t end, uint64_t until) {
     while (h->avr->cycle < until) {
         int ended = advance(h, until);

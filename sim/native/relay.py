@@ -1,4 +1,4 @@
-"""A relay's coil and contacts: the course of its armature in C, what is broken from Python."""
+"""A relay's coil and contacts: simulated in C, with faults set from Python."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from heatwright.sim.native.hw import Hw
 
 
 class Armature(IntEnum):
-    """What its main contacts do."""
+    """The state of the main contacts."""
 
     SOUND = 0
     WELDED = 1
-    """They stay closed, whatever the coil does."""
+    """The contacts stay closed, whatever the coil does."""
     DEAD = 2
-    """They stay open."""
+    """The contacts stay open."""
 
 
 class Wire(IntEnum):
@@ -28,7 +28,7 @@ class Wire(IntEnum):
 
 
 class Relay:
-    """A relay with its coil and, perhaps, its mirror contact on pins; pointer -- the shim's."""
+    """A relay with its coil and optionally its mirror contact on pins; pointer -- the shim's."""
 
     def __init__(  # noqa: PLR0913 - a relay, said once
         self,
@@ -40,7 +40,7 @@ class Relay:
         operate_s: float,
         release_s: float,
     ) -> None:
-        """Wire it to pins, by their numbers; its contacts follow the coil after these times, s.
+        """Connect the relay to pins, by number; its contacts follow the coil after these times, s.
 
         Raises ValueError when the processor has no such pin, or too many relays.
         """
@@ -49,10 +49,10 @@ class Relay:
         number = -1 if contact is None else contact
         self.pointer: Any = hw.lib.hw_relay_new(hw.pointer, coil, active_high, number, *times)
         if not self.pointer:
-            raise ValueError("There are too many relays on this processor, or no such pins.")
+            raise ValueError("There are too many relays on this processor, or it lacks a pin.")
 
     def fail(self, armature: Armature, wire: Wire) -> None:
-        """Break it so from now on, or mend it."""
+        """Set the faults of armature and wire from now on, or repair them."""
         self._lib.hw_relay_fail(self.pointer, int(armature), int(wire))
 
     @property
@@ -62,10 +62,10 @@ class Relay:
 
     @property
     def closed_cycles(self) -> int:
-        """Cycles for which they have conducted."""
+        """Cycles for which the main contacts have conducted."""
         return int(self._lib.hw_relay_closed_cycles(self.pointer))
 
     @property
     def operations(self) -> int:
-        """How often they have moved, either way."""
+        """How often the main contacts have opened or closed."""
         return int(self._lib.hw_relay_operations(self.pointer))

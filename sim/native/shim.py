@@ -2,8 +2,8 @@
 
 It is built once per machine into the user's cache (``$XDG_CACHE_HOME/heatwright/native``, default
 ``~/.cache``), by ``python -m heatwright.sim.native.build`` or on first use. The file name holds a
-digest of the sources, of the simavr it was built against and of this Python's ABI, so a change of
-any of them builds anew, and processes that build at the same time do not meet.
+digest of the sources, of the simavr version and of this Python's ABI, so a change of any of them
+causes a new build, and processes that build at the same time do not disturb each other.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class SimulatorMissing(RuntimeError):
 
 
 def _install() -> str:
-    """Return the command that installs all that the simulator needs: nobody is to be told twice."""
+    """Return the command that installs everything the simulator needs, in one go."""
     headers = Path(sysconfig.get_paths()["include"], "Python.h")
     own = f" libpython{sys.version_info.major}.{sys.version_info.minor}-dev"
     return f"sudo apt-get install libsimavr-dev gcc libc6-dev{'' if headers.is_file() else own}"
@@ -44,8 +44,8 @@ def _install() -> str:
 def simavr_headers() -> tuple[Path, str]:
     """Return the include folder that holds ``simavr/`` and simavr's version.
 
-    Raises SimulatorMissing when simavr is absent, or of a version nobody has tested: between
-    versions its timing and its structures change.
+    Raises SimulatorMissing if simavr is absent or its version is untested: its timing and its
+    structures change between versions.
     """
     for folder in HEADERS:
         config = folder / "simavr" / "sim_core_config.h"
@@ -86,7 +86,7 @@ def _digest(version: str) -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder compiled shims are kept in; it need not exist."""
+    """Return the folder for compiled shims; it may not exist yet."""
     return cache_dir() / "native"
 
 
@@ -99,7 +99,7 @@ def _glue(folder: Path) -> Path:
     ffi.cdef(f'extern "Python+C" {{{(HERE / "callbacks.h").read_text()}}}')
     ffi.set_source(MODULE, '#include <stddef.h>\n#include <stdint.h>\n#include "api.h"\n')
     path = folder / f"{MODULE}.c"
-    with contextlib.redirect_stdout(None):  # it tells what it writes
+    with contextlib.redirect_stdout(None):  # cffi prints what it writes
         ffi.emit_c_code(str(path))
     return path
 
@@ -122,12 +122,12 @@ def _compile(folder: Path, includes: Path) -> Path:
 
 
 def _sealed(library: bytes) -> bytes:
-    """Put a checksum behind a library, where its loader does not look."""
+    """Append a checksum to a library, where the loader ignores it."""
     return library + hashlib.sha256(library).digest()
 
 
 def _whole(library: Path) -> bool:
-    """Return whether a library is there as it was built: to load a cut one may end the process."""
+    """Return whether a library is complete: loading a truncated one could end the process."""
     try:
         data = library.read_bytes()
     except OSError:
@@ -136,7 +136,7 @@ def _whole(library: Path) -> bool:
 
 
 def build() -> Path:
-    """Return the compiled shim of this machine, building it if it is not there yet."""
+    """Return the path of the compiled shim; build it if it is missing."""
     includes, version = simavr_headers()
     target = cache_folder() / f"{MODULE}-{_digest(version)}.so"
     if _whole(target):

@@ -1,4 +1,4 @@
-"""An SPI slave's end of its wires: bits in C, meaning in Python."""
+"""An SPI slave on its wires: C handles the bits, Python their meaning."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Any, Protocol
 from heatwright.sim.native.hw import Hw
 
 PHASES = ("setup", "high", "low", "period", "read", "hold", "idle", "told", "kept")
-"""What is judged of the master: from select to the first clock, the clock's high, its low, its
-period, from an edge (or select) to the reading of its bit, from the last clock to the end of
-select, the time not selected; of what it tells, from its last change to the edge that takes it, and
-from there to its next change."""
+"""Checked times of the master: from select to the first clock; the clock's high, low and period;
+from an edge (or select) to the reading of its bit; from the last clock to the end of select; the
+time not selected; for its data line, from the last change to the edge that samples it, and from
+there to the next change."""
 WORD_BYTES, TOLD_BYTES = 16, 17
-"""Longest answer; longest order, with its address."""
+"""Longest answer, and longest message from the master with its address, bytes."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Least times in ns, asked of the master.
+    """Least times in ns that the master must keep.
 
-    output, enable -- the slave's own: a bit is there so long after its edge, or after select.
+    output, enable -- the slave's own delays: a bit is valid so long after its edge, or select.
     """
 
     setup: float = 100
@@ -38,7 +38,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class Phase:
-    """A judged phase of the master's: shortest and longest seen, ns, and how often too short."""
+    """A checked time of the master: shortest and longest, ns, and how often it was too short."""
 
     least: float
     most: float
@@ -47,9 +47,9 @@ class Phase:
 
 @dataclass(frozen=True)
 class Wires:
-    """Pins of the processor, by port and bit, at a chip's wires.
+    """The processor's pins at a chip's wires, by port and bit.
 
-    told -- at its input; None for a chip that only sends.
+    told -- the pin at the chip's input; None for a chip that only sends.
     """
 
     select: str
@@ -62,21 +62,21 @@ class Slave(Protocol):
     """A chip on the wires."""
 
     def selected(self, cycle: int) -> None:
-        """Load what is to be sent; a chip with registers waits for their address."""
+        """Load the data to send; a chip with registers waits for an address."""
 
     def released(self, cycle: int) -> None:
-        """Advance by itself; a chip with registers takes what it was told."""
+        """Act on the end of a transfer; a chip with registers stores the received data."""
 
 
 class Registers(Slave, Protocol):
     """A chip with registers."""
 
     def addressed(self, address: int, cycle: int) -> None:
-        """Load what stands from an address on, or nothing if it is to be written."""
+        """Load the registers from an address on; nothing if they are to be written."""
 
 
 class Port:
-    """A slave's end of select, clock, data, and perhaps what it is told."""
+    """A slave's end of select, clock, data output and, if any, data input."""
 
     def __init__(self, hw: Hw, port: Any) -> None:
         self._hw = hw
@@ -93,13 +93,13 @@ class Port:
 
     @property
     def told(self) -> bytes:
-        """The whole bytes that came since it was selected last, an address first."""
+        """The whole bytes received since it was last selected, beginning with an address."""
         into = self._hw.ffi.new("uint8_t[]", TOLD_BYTES)
         count = self._lib.hw_spi_told(self._port, into)
         return bytes(self._hw.ffi.buffer(into, count))
 
     def connect(self, connected: bool) -> None:
-        """Plug the slave in, or pull it off its wires."""
+        """Connect the slave to its wires, or disconnect it."""
         self._lib.hw_spi_connect(self._port, connected)
 
     def retime(self, timing: Timing) -> None:
@@ -108,7 +108,7 @@ class Port:
 
     @property
     def phases(self) -> dict[str, Phase]:
-        """What the master has done so far; a phase not seen yet is left out."""
+        """The master's checked times so far; those that have not occurred are left out."""
         seen: dict[str, Phase] = {}
         for check, name in enumerate(PHASES):
             least = self._lib.hw_spi_seen(self._port, check, self._lib.HW_SPI_LEAST)
@@ -120,7 +120,7 @@ class Port:
 
     @property
     def violations(self) -> int:
-        """How often the master has left the limits."""
+        """How often the master has violated a limit."""
         return sum(phase.violations for phase in self.phases.values())
 
     def _ns(self, cycles: int) -> float:
@@ -131,7 +131,7 @@ _FIELDS = tuple(Timing.__dataclass_fields__)
 
 
 def _cycles(hw: Hw, timing: Timing) -> Any:
-    """Whole cycles that last at least so long; 100 ns at 20 MHz are two, whatever 100e-9 is."""
+    """Round times up to whole cycles: 100 ns at 20 MHz are two, whatever the rounding of 100e-9."""
     cycles = hw.ffi.new("hw_spi_timing *")
     for field in _FIELDS:
         setattr(cycles, field, math.ceil(round(getattr(timing, field) * hw.clock_hz / 1e9, 6)))
@@ -141,9 +141,9 @@ def _cycles(hw: Hw, timing: Timing) -> Any:
 def attach(
     hw: Hw, pins: tuple[int, ...], slave: Slave, timing: Timing, errors: list[BaseException]
 ) -> Port:
-    """Put a slave on its select, clock and data pins, and the one that tells it something (or -1).
+    """Put a slave on its select, clock and data pins, and on its input's pin (or -1).
 
-    What it raises is collected in errors.
+    Its exceptions are collected in errors.
     """
     handle = hw.ffi.new_handle((slave, errors))
     port = hw.lib.hw_spi_new(hw.pointer, pins, handle, _cycles(hw, timing))
@@ -154,13 +154,13 @@ def attach(
 
 
 def install(ffi: Any) -> None:
-    """Make the shim call the slaves."""
+    """Register the callbacks of the slaves with the shim."""
 
     def hw_spi_selected(handle: Any, cycle: int) -> None:
         slave, errors = ffi.from_handle(handle)
         try:
             slave.selected(cycle)
-        except BaseException as error:  # C cannot pass it on: Avr.run_to does
+        except BaseException as error:  # C cannot pass it on: Avr.run_to raises it
             errors.append(error)
 
     def hw_spi_released(handle: Any, cycle: int) -> None:

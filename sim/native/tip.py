@@ -1,4 +1,4 @@
-"""What the tip of a chip's sensor feels: the machine tells it, the chip asks when it converts."""
+"""The temperature of a sensor chip's tip: the machine sets it, the chip reads it to convert."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BEGINS_C = 20.0
 
 
 class Tip:
-    """A tip, and its past. pointer -- for the shim: C tells it without a way through Python."""
+    """A tip and its past temperatures. pointer -- for the shim: C sets it without Python."""
 
     def __init__(self, avr: Avr) -> None:
         native = load()
@@ -22,19 +22,19 @@ class Tip:
         self.pointer.felt[0] = BEGINS_C
 
     def tell(self, felt_c: float) -> None:
-        """Have it feel this from now on, °C."""
+        """Set its temperature from now on, °C."""
         self._lib.hw_tip_tell(self.pointer, self._avr.cycle, felt_c)
 
     @property
     def felt_c(self) -> float:
-        """What it feels now, °C."""
+        """Its present temperature, °C."""
         return float(self.pointer.felt[self.pointer.newest])
 
     @property
     def told_at(self) -> int:
-        """The cycle at which it was told last."""
+        """The cycle at which it was last set."""
         return int(self.pointer.told_at)
 
     def felt_at_c(self, cycle: int) -> float:
-        """Return what it felt at a cycle, °C, or the first it ever felt."""
+        """Return its temperature at a cycle, °C, or its first one ever."""
         return float(self._lib.hw_tip_felt(self.pointer, max(0, cycle)))

@@ -32,8 +32,8 @@ class Uart:
     ) -> None:
         """Send bytes to the processor, after those still waiting.
 
-        gap_s -- silence before each, or before all alike, s; flips -- for each byte the bits of its
-        character that a disturbance turns over, the start bit lowest.
+        gap_s -- silence before each, or one number for all, s; flips -- for each byte the bits of
+        its character that a disturbance inverts, the start bit lowest.
         """
         gaps = np.asarray(gap_s, np.float64) * self._clock_hz
         self._put(characters(data, form, self._clock_hz / baud, gaps, flips))
@@ -50,21 +50,21 @@ class Uart:
 
     @property
     def unsent(self) -> int:
-        """Characters to the processor that have not begun yet."""
+        """Number of characters to the processor that have not begun yet."""
         return int(self._lib.hw_uart_unsent(self._hw, self._number))
 
     def unsend(self) -> None:
-        """Forget the characters that have not begun."""
+        """Drop the characters that have not begun."""
         self._lib.hw_uart_unsend(self._hw, self._number)
 
     @property
     def frame_s(self) -> float:
-        """Length of a character as the firmware has set it, start to stop bit, s."""
+        """Duration of a character in the firmware's settings, start to stop bit, s."""
         return float(self._lib.hw_uart_frame_cycles(self._hw, self._number)) / self._clock_hz
 
     @property
     def overruns(self) -> int:
-        """Bytes the firmware wrote while transmitter and buffer were full: lost."""
+        """Number of bytes lost: the firmware wrote them while transmitter and buffer were full."""
         return int(self._lib.hw_uart_overruns(self._hw, self._number))
 
 
@@ -76,12 +76,12 @@ class Uarts:
         self.log = Log(hw, hw.lib.HW_UART_LOG, UART_BYTE)
 
     def __getitem__(self, number: int) -> Uart:
-        """Return one; IndexError if the processor has none of that number."""
+        """Return a UART by number; IndexError if the processor does not have it."""
         if not self._hw.lib.hw_uart_exists(self._hw.pointer, number):
             message = f"This processor has no UART {number}"
             raise IndexError(message)
         return Uart(self._hw, number)
 
     def take(self) -> NDArray[Any]:
-        """Return what was sent since the last call (UART_BYTE records)."""
+        """Return the bytes sent since the last call (UART_BYTE records)."""
         return self.log.take()

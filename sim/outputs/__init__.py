@@ -1,1 +1,1 @@
-"""Simulated outputs, one module for each kind of the language."""
+"""Simulated outputs, one module for each kind of output."""

@@ -8,5 +8,5 @@ from heatwright.spec import Board, PwmOutput
 
 
 def attach(avr: Avr, board: Board, output: PwmOutput) -> Switch:
-    """Wire it to its pin, with the board's resistor to the inactive level."""
+    """Connect the output to its pin, with the board's resistor to the inactive level."""
     return Switch(avr, board, output.pin, output.active)

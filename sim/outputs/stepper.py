@@ -1,8 +1,8 @@
 """A stepper motor behind a driver with STEP, DIR and ENABLE.
 
-The driver counts rising edges of STEP, as an A4988 or DRV8825 does, and the times between edges
-are held to the stricter of their data sheets. A step it would miss, or might take the other way,
-is a violation; one while it is not enabled moves nothing.
+The driver counts rising edges of STEP, as an A4988 or DRV8825 does. Times between edges are checked
+against the stricter of their data sheets: a step that it could miss or take in the wrong direction
+is a violation. A step while it is not enabled moves nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from heatwright.spec import Stepper as StepperOutput
 
 
 class DriverTiming(NamedTuple):
-    """What a driver needs, s."""
+    """Least times of a driver, s."""
 
     high_s: float
     low_s: float
@@ -35,7 +35,7 @@ DRV8825 = DriverTiming(1.9e-6, 1.9e-6, 650e-9, 650e-9)
 """Texas Instruments SLVSA73, timing requirements: stricter in all than the A4988."""
 
 STEP = np.dtype([("cycle", "<u8"), ("way", "i1")])
-"""A step: when, and +1 forward, -1 backward, 0 not at all."""
+"""A step: its cycle, and +1 forward, -1 backward, 0 no movement."""
 
 
 class _Line:
@@ -47,7 +47,7 @@ class _Line:
         self._levels = np.array([level])
 
     def feed(self, events: NDArray[Any]) -> None:
-        """Read this pin's changes; of earlier ones only the last is kept."""
+        """Process this pin's changes; of earlier ones only the last is kept."""
         mine = events[events["pin"] == self.number]
         levels = np.concatenate((self._levels[-1:], mine["state"] & 1 == 1))
         cycles = np.concatenate((self._cycles[-1:], mine["cycle"].astype(np.int64)))
@@ -56,11 +56,11 @@ class _Line:
 
     @property
     def edges(self) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Cycle and new level of each change, the first of them from before the last feed."""
+        """Cycle and new level of each change; the first one is from before the last feed."""
         return self._cycles, self._levels
 
     def at(self, cycles: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Return its level at some times, and since when it has had that."""
+        """Return its level at some times, and since when it has had that level."""
         index = np.maximum(np.searchsorted(self._cycles, cycles, side="right") - 1, 0)
         return self._levels[index], self._cycles[index]
 
@@ -68,7 +68,7 @@ class _Line:
 class Stepper(Switch):
     """The driver and its motor; as a switch, its ENABLE.
 
-    violations -- edges closer together than the driver's data sheet allows
+    violations -- number of edges closer together than the driver's data sheet allows
     missed -- steps that came while the driver was not enabled
     """
 
@@ -79,7 +79,7 @@ class Stepper(Switch):
         self._timing = DRV8825
         names = [board.pins[name].port_name for name in (output.step, output.direction)]
         for name in names:
-            avr.pins.pull(name, "low")  # the driver's own
+            avr.pins.pull(name, "low")  # the driver's own resistor
         step, direction = (avr.pins.watch(name) for name in names)
         self._step, self._direction = _Line(step, False), _Line(direction, False)
         self.log_edges()
@@ -139,25 +139,25 @@ class Stepper(Switch):
 
     @property
     def position(self) -> int:
-        """Where the motor is, in steps."""
+        """The motor's position, in steps."""
         return self._position
 
     @property
     def position_mm(self) -> float:
-        """Where the feed is, mm."""
+        """The feed's position, mm."""
         return self._position / self._steps_per_mm
 
     @property
     def waits(self) -> bool:
-        """Whether there have been edges of STEP since it was last fed."""
+        """Whether edges of STEP have come since the last feed."""
         return self._avr.pins.rises(self._step.number) != self._rises
 
     def travel_mm(self) -> float:
-        """Return how far it has fed since the last call, mm; backward is negative."""
+        """Return the feed since the last call, mm; backward is negative."""
         travel, self._told = self._position - self._told, self._position
         return travel / self._steps_per_mm
 
 
 def attach(avr: Avr, board: Board, output: StepperOutput) -> Stepper:
-    """Wire it to its pins, with the board's resistor that holds the driver off."""
+    """Connect the driver to its pins, with the board's resistor that holds it off."""
     return Stepper(avr, board, output)

@@ -8,10 +8,10 @@ from heatwright.spec import Board
 
 
 class Switch:
-    """What a pin switches, and for how long it has been on.
+    """A load's switch on a pin, and the time for which it was on.
 
-    A floating pin counts as off only because the board holds the gate at the inactive level with a
-    resistor; a board without one would leave a heater to chance at every reset.
+    A floating pin counts as off because the board's resistor holds the gate at the inactive level;
+    without that resistor a heater's state would be random at every reset.
     """
 
     def __init__(self, avr: Avr, board: Board, pin: str, active: Level) -> None:
@@ -25,7 +25,7 @@ class Switch:
         self._high = avr.pins.high_cycles(self.number)
 
     def log_edges(self) -> None:
-        """Log its changes from now on, for who reads them: of a PWM there are many."""
+        """Log its changes from now on; only on request, as a PWM makes many."""
         self._avr.pins.watch(self.pin)
 
     def on_fraction(self) -> float:
@@ -44,5 +44,5 @@ class Switch:
 
     @property
     def driven(self) -> bool:
-        """Whether the processor sets the level, rather than the board's resistor."""
+        """Whether the processor, not the board's resistor, sets the level."""
         return self._avr.pins.source(self.pin) is Source.MCU

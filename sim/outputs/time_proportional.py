@@ -8,5 +8,5 @@ from heatwright.spec import Board, TimeProportionalOutput
 
 
 def attach(avr: Avr, board: Board, output: TimeProportionalOutput) -> Switch:
-    """Wire it to its pin, with the board's resistor to the inactive level."""
+    """Connect the output to its pin, with the board's resistor to the inactive level."""
     return Switch(avr, board, output.pin, output.active)

@@ -1,4 +1,4 @@
-"""The simulated machines, one module per kind of plant, found by its stem.
+"""The simulated plants, one module per kind, found by its name.
 
 `plant: {kind: thermal_network}` is `heatwright.sim.plants.thermal_network.Plant`.
 """
@@ -22,7 +22,7 @@ FOREVER_S = 1e7
 
 
 class Plant(Protocol):
-    """A machine that outputs heat and sensors feel."""
+    """A machine with heaters and sensors."""
 
     nodes: tuple[str, ...]
     """Names of the temperatures in `temperatures_c`."""
@@ -31,13 +31,13 @@ class Plant(Protocol):
 
     @property
     def temperatures_c(self) -> Temperatures:
-        """The temperature of every node now, °C."""
+        """The present temperature of every node, °C."""
 
     def sensed_c(self) -> dict[str, float]:
-        """Return what every sensor's tip feels now, °C."""
+        """Return the present temperature of every sensor's tip, °C."""
 
     def currents_a(self) -> dict[str, float]:
-        """Return what every current's sensor sees now, A."""
+        """Return the present current at every current sensor, A."""
 
     def step(
         self,
@@ -50,21 +50,21 @@ class Plant(Protocol):
         Args:
             active: each output's mean active fraction over it, 0..1.
             feed_mm_per_s: the filament's mean speed over it.
-            conducts: the same for their currents, where some of the heat comes from elsewhere.
+            conducts: the same as `active`, for the currents, if some heat has another source.
 
         """
 
 
 def plant_module(kind: str) -> ModuleType:
-    """Import the plants of a kind; the first time it takes a while, for they bring scipy."""
+    """Import the module of a kind of plant; slow the first time, because it imports scipy."""
     return import_module(module_of("plant", "plant", kind))
 
 
 def nodes_of(controller: Controller, plant: ThermalNetwork) -> dict[str, tuple[str, ...]]:
-    """Return for each loop the nodes that are not nearer to one other loop than to all the rest.
+    """Return the nodes of each loop: all but those whose single nearest loop is another one.
 
-    Near is what few links, or surfaces that radiate, lie between; where its heat goes to and where
-    it is measured is nearest. What is as near to two loops belongs to each.
+    The distance to a loop is the number of links, or of radiating surfaces, to its heated or its
+    measured node. A node without a single nearest loop belongs to every loop.
     """
     far = {
         name: _far(plant, {plant.heat[loop.heater], str(plant.sense[loop.sensor].node)})
@@ -86,9 +86,9 @@ def nodes_of(controller: Controller, plant: ThermalNetwork) -> dict[str, tuple[s
 def profile_c(
     controller: Controller, plant: ThermalNetwork, loop: str, level_c: float, *, ambient_c: float
 ) -> dict[str, float]:
-    """Return the nodes of a loop as they are after a long time at a temperature, °C.
+    """Return the temperatures of a loop's nodes after a long time at a sensor temperature, °C.
 
-    Their shares of the rise above the surroundings are those at full power; below these all are as
+    Their shares of the rise above ambient are those at full power; below ambient, all nodes are as
     cold as the loop's sensor.
     """
     own, sensor = nodes_of(controller, plant)[loop], controller.loops[loop].sensor
@@ -106,7 +106,7 @@ def profile_c(
 
 
 def full_power(controller: Controller, loop: str, share: float = 1.0) -> dict[str, float]:
-    """Return what is on while a loop heats: its heater, every fan, and nothing of other loops."""
+    """Return the shares of all outputs while a loop heats: its heater and every fan, no others."""
     others = {each.heater for each in controller.loops.values()}
     others |= {each.cooler for each in controller.loops.values() if each.cooler}
     asked = dict.fromkeys(controller.outputs, 1.0) | dict.fromkeys(others, 0.0)
@@ -114,7 +114,7 @@ def full_power(controller: Controller, loop: str, share: float = 1.0) -> dict[st
 
 
 def _far(plant: ThermalNetwork, near: set[str]) -> dict[str, float]:
-    """Count what lies between each node and the nearest of some."""
+    """Return the distance from each node to the nearest of some nodes, in links."""
     far = {node: 0.0 if node in near else math.inf for node in plant.nodes}
     ends = [link.between for link in plant.links]
     ends += [surface.between for surface in plant.radiation]
@@ -136,16 +136,16 @@ def plant_of(  # noqa: PLR0913 - all but two are named
     starts_c: Mapping[str, float] | None = None,
     errors: Mapping[str, float] | None = None,
 ) -> Plant:
-    """Build the machine of a specification for a fixed time step.
+    """Build the plant of a spec for a fixed time step.
 
     Args:
         controller: gives the power of the outputs.
-        plant: the machine.
-        ambient_c: temperature of the surroundings, °C.
+        plant: the thermal network.
+        ambient_c: ambient temperature, °C.
         step_s: time step of the simulation, s.
         seed: of the sensor noise.
-        starts_c: temperature of nodes that do not begin with the others, °C.
-        errors: of sensors: what a tip is wrong by, K; of a current: the share of it.
+        starts_c: temperatures of nodes that start at another temperature, °C.
+        errors: constant errors by sensor: of a tip in K, of a current as a share of it.
 
     """
     module = plant_module(plant.kind)
@@ -166,7 +166,7 @@ def plant_of(  # noqa: PLR0913 - all but two are named
 
 
 def _filtered(controller: Controller, plant: ThermalNetwork) -> dict[str, Sense]:
-    """Return what is sensed, the mean of a current's pulses behind the quickest filter at least."""
+    """Return the spec's sensors; the current sensors have at least the shortest filter."""
     found = dict(plant.sense)
     for name, sense in plant.sense.items():
         output = controller.outputs.get(sense.of or "")
@@ -177,15 +177,15 @@ def _filtered(controller: Controller, plant: ThermalNetwork) -> dict[str, Sense]
 
 
 def _currents_of(controller: Controller) -> dict[str, float]:
-    """Return the current of each output while it is on, A, where power and supply tell it."""
+    """Return the current of each output while it is on, A, if power and supply are given."""
     currents = {name: full_a(output) for name, output in controller.switches.items()}
     return {name: amperes for name, amperes in currents.items() if amperes is not None}
 
 
 def powers_of(controller: Controller) -> dict[str, float]:
-    """Return the power of each output while it is on, W; 0 for what heats nothing.
+    """Return the power of each output while it is on, W; 0 for outputs that do not heat.
 
-    A heater that is rated for less than its supply takes more than its power while it is on.
+    A heater with a rated voltage below its supply takes more than its rated power while it is on.
     """
     return {
         name: (getattr(output, "power_w", None) or 0.0) / getattr(output, "full_share", 1.0)

@@ -1,10 +1,10 @@
-"""Heat that surfaces radiate to each other: σ·ε·A·(Ta⁴ − Tb⁴), T in kelvin.
+"""Radiation between surfaces: σ·ε·A·(Ta⁴ − Tb⁴), T in kelvin.
 
 The difference of fourth powers is a product, (Ta² + Tb²)·(Ta + Tb)·(Ta − Tb): a conductance that
-depends on the temperatures. It changes slowly against a step of time, but a matrix exponential for
-each of its values would take longer than all else. So the conductance is taken from a grid, and
-what it lacks, a hundredth of it at most, is a heat that is constant over the step. Where nothing
-changes any more the sum of both is exact.
+depends on the temperatures. It changes slowly compared with a step of time, but computing a matrix
+exponential for each of its values would dominate the run time. So the conductance is rounded to a
+grid, and the rest, at most a hundredth of it, is a heat that is constant over the step. In the
+steady state the sum of both is exact.
 """
 
 import math
@@ -20,7 +20,7 @@ LOG_GRID = math.log(1.02)
 
 
 class Surface(NamedTuple):
-    """Two places in the plant's vector of temperatures that radiate to each other."""
+    """Two states of the plant that radiate to each other."""
 
     here: int
     there: int
@@ -29,12 +29,12 @@ class Surface(NamedTuple):
 
     @classmethod
     def of(cls, radiation: Radiation, places: Sequence[int]) -> "Surface":
-        """Make one of its specification."""
+        """Create a surface from its spec."""
         here, there = places
         return cls(here, there, STEFAN_BOLTZMANN * radiation.emissivity * radiation.area_m2)
 
     def now(self, temperatures_c: Sequence[float]) -> tuple[float, float]:
-        """Return the conductance of the grid, W/K, and the heat towards `here` beside it, W."""
+        """Return the conductance on the grid, W/K, and the remaining heat towards `here`, W."""
         here_c, there_c = temperatures_c[self.here], temperatures_c[self.there]
         here_k, there_k = here_c + ZERO_C_K, there_c + ZERO_C_K
         exact = self.factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
@@ -44,7 +44,7 @@ class Surface(NamedTuple):
         return grid, (exact - grid) * (there_c - here_c)
 
     def slope(self, temperature_c: float) -> float:
-        """Return by how much more one end radiates for each kelvin that it is hotter, W/K."""
+        """Return the derivative of one end's radiation by its temperature, W/K."""
         return 4 * self.factor * (temperature_c + ZERO_C_K) ** 3
 
 

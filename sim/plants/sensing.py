@@ -1,4 +1,4 @@
-"""What sensors feel of the plant: dead time and noise of a tip, the filter of a current."""
+"""Sensors of the plant: dead time and noise of a tip, filter of a current sensor."""
 
 import math
 from collections import deque
@@ -9,7 +9,7 @@ import numpy as np
 from heatwright.spec import Sense
 
 NOISE_BLOCK = 4096
-"""Random numbers drawn at a time: one by one they would take longer than the plant."""
+"""Random numbers per block: drawing them one by one would take longer than the plant."""
 
 
 class Feeler:
@@ -32,7 +32,7 @@ class Feeler:
             initial_c: temperature up to now, °C.
             step_s: time between two calls of `feel`, s.
             seed: of the noise.
-            error_k: what it is wrong by, all the time, K.
+            error_k: the sensor's constant error, K.
 
         """
         self.state = state
@@ -56,11 +56,11 @@ class Feeler:
 
     @property
     def past_c(self) -> list[float]:
-        """What was and is still to be felt, the oldest first, °C."""
+        """Past temperatures for the dead time, the oldest first, °C."""
         return list(self._past)
 
     def left_k(self) -> list[float]:
-        """Return the noise that is drawn already and give it away: the last is the next, K."""
+        """Return the drawn but unused noise, K, and drop it here; the last number is the next."""
         left, self._noise = self._noise or self._drawn(), []
         return left
 
@@ -69,7 +69,7 @@ class Feeler:
         return drawn
 
     def draw(self) -> float:
-        """Return the noise of a step, K; each one once."""
+        """Return the noise of the next step, K."""
         if not self.noise_k:
             return 0.0
         if not self._noise:
@@ -78,7 +78,7 @@ class Feeler:
 
 
 class Ammeter:
-    """What measures a heater's mean current, behind a first-order filter."""
+    """A sensor of a heater's mean current, with a first-order filter."""
 
     def __init__(self, sense: Sense, full_a: float, step_s: float) -> None:
         """Start without a current.

@@ -1,15 +1,15 @@
 """Heat capacities joined by thermal resistances.
 
-Of every node i with capacity C_i:
+For every node i with capacity C_i:
 
     C_i · dT_i/dt = Σ_j (T_j − T_i) / R_ij + Q_i
 
-and what surfaces radiate to each other (heatwright.sim.plants.radiation).
+plus radiation between surfaces (heatwright.sim.plants.radiation).
 Ambient is a node of fixed temperature. A sensor follows its node with a first-order lag,
-τ · dy/dt = T − y, a dead time and Gaussian noise; that of a heater's current sees its mean over a
-step behind a first-order filter. A fan multiplies the conductance of a link by a
-factor; at an active fraction f by 1 + (factor − 1)·f. Filament that is fed at v mm/s takes
-heat · (T − T_ambient) · v along from its node: a conductance to ambient of heat · v.
+τ · dy/dt = T − y, a dead time and Gaussian noise. A current sensor has the mean over a step behind
+a first-order filter. A fan multiplies the conductance of a link by a factor; at an active fraction
+f by 1 + (factor − 1)·f. Filament that is fed at v mm/s takes heat · (T − T_ambient) · v from its
+node: a conductance to ambient of heat · v.
 
 The step is exact for heat that is constant over it: [x; u] goes through the matrix exponential of
 the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, chapter 2).
@@ -31,11 +31,11 @@ Matrix = NDArray[np.float64]
 
 AMBIENT = "ambient"
 MOST_STEP_MATRICES = 1024
-"""One is kept for every state of fans, feed and radiation that occurred: a few hundred at most."""
+"""One matrix is kept for each state of fans, feed and radiation: at most a few hundred occur."""
 
 
 class Plant:
-    """A thermal network that goes on in equal steps of time."""
+    """A thermal network that advances in equal steps of time."""
 
     def __init__(  # noqa: PLR0913 – all but two are named
         self,
@@ -54,12 +54,12 @@ class Plant:
         Args:
             network: the specification.
             powers_w: power of each output when active, W.
-            ambient_c: temperature of the surroundings, °C.
+            ambient_c: ambient temperature, °C.
             step_s: time step, s.
             seed: of the sensor noise.
-            full_a: current of each output when active, A; of those whose current is measured.
-            starts_c: of nodes that do not begin at the network's initial temperature, °C.
-            errors: of sensors: what a tip is wrong by, K; of a current: the share of it.
+            full_a: current when active, A, of each output whose current is measured.
+            starts_c: temperatures of nodes that start at another temperature, °C.
+            errors: constant errors by sensor: of a tip in K, of a current as a share of it.
 
         """
         self.nodes = tuple(network.nodes)
@@ -110,15 +110,15 @@ class Plant:
 
     @property
     def temperatures_c(self) -> Matrix:
-        """The temperature of every node now, °C."""
+        """The present temperature of every node, °C."""
         return self.vector[: len(self.nodes)]
 
     def sensed_c(self) -> dict[str, float]:
-        """Return what every sensor's tip feels now, °C."""
+        """Return the present temperature of every sensor's tip, °C."""
         return {name: feeler.felt_c for name, feeler in self.feelers.items()}
 
     def currents_a(self) -> dict[str, float]:
-        """Return what every current's sensor sees now, A."""
+        """Return the present current at every current sensor, A."""
         return {name: meter.amperes for name, meter in self.ammeters.items()}
 
     def step(
@@ -132,7 +132,7 @@ class Plant:
         Args:
             active: each output's mean active fraction over it, 0..1.
             feed_mm_per_s: the filament's mean speed over it.
-            conducts: the same for their currents, where some of the heat comes from elsewhere.
+            conducts: the same as `active`, for the currents, if some heat has another source.
 
         """
         for meter in self.ammeters.values():
@@ -152,7 +152,7 @@ class Plant:
             feeler.feel(states)
 
     def _radiate(self) -> tuple[float, ...]:
-        """Set what the surfaces give beside their conductances, and return these, W/K."""
+        """Set the surfaces' remaining heats, and return their conductances, W/K."""
         found, temperatures_c = [], self.vector.tolist()
         for place, surface in enumerate(self.surfaces, self._radiant):
             conductance, self.vector[place] = surface.now(temperatures_c)
@@ -171,22 +171,22 @@ class Plant:
     def matrix(
         self, fans: tuple[float, ...], feed_mm_per_s: float, radiates: tuple[float, ...]
     ) -> Matrix:
-        """Return what a step multiplies the vector of states and inputs with; see `rates`."""
+        """Return a step's matrix for the vector of states and inputs; see `rates`."""
         rates = self.rates(fans, feed_mm_per_s, radiates)
         return _known_matrix(rates.tobytes(), rates.shape, self._step_s)
 
     def state_of(self, sensor: str) -> int:
-        """Return the place of what a sensor follows, before its dead time, among the states."""
+        """Return the index of the state that a sensor follows, before its dead time."""
         if sensor in self._lagging:
             return len(self.nodes) + self._lagging.index(sensor)
         return self._node_of(sensor)
 
     def state_c(self, place: int) -> float:
-        """Return a state now, °C."""
+        """Return the present value of a state, °C."""
         return float(self.vector[place])
 
     def radiates_at(self, temperature_c: float) -> tuple[float, ...]:
-        """Return by how much more each surface radiates for a kelvin more at a temperature, W/K."""
+        """Return the derivative of each surface's radiation at a temperature, W/K."""
         return tuple(surface.slope(temperature_c) for surface in self.surfaces)
 
     def rates(
@@ -241,13 +241,13 @@ class Plant:
             rates[row, row] -= conductance_w_per_k / self._network.nodes[here]
 
     def _heat(self, rates: Matrix, between: tuple[str, str], place: int) -> None:
-        """Let an input bring heat from the second of two nodes to the first."""
+        """Let an input move heat from the second of two nodes to the first."""
         for node, sign in zip(between, (1.0, -1.0), strict=True):
             if node != AMBIENT:
                 rates[self.nodes.index(node), place] = sign / self._network.nodes[node]
 
     def _place(self, node: str) -> int:
-        """Return where the temperature of a node is in the vector."""
+        """Return the index of a node's temperature in the vector."""
         return len(self.vector) - 1 if node == AMBIENT else self.nodes.index(node)
 
     def _gain(self, between: tuple[str, str], fans: tuple[float, ...]) -> float:
@@ -260,7 +260,7 @@ class Plant:
 
 @lru_cache(maxsize=MOST_STEP_MATRICES)
 def _known_matrix(rates: bytes, shape: tuple[int, int], step_s: float) -> Matrix:
-    """Integrate once what many machines are."""
+    """Integrate, cached: many machines have the same rates."""
     matrix = step_matrix(np.frombuffer(rates).reshape(shape), shape[0], step_s)
     return np.ascontiguousarray(matrix)
 

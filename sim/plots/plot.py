@@ -1,4 +1,4 @@
-"""A run as a picture: temperatures, a closer look at the setpoint, the heaters' duty, faults."""
+"""Plot a run: temperatures, a zoom at the setpoint, the heaters' duty, faults."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ from heatwright.sim.trace import StepLog, Trace
 from heatwright.spec import Controller, Loop
 
 FORMATS = (".png", ".svg")
-"""Kinds of file that `save` writes, by suffix."""
+"""Suffixes of the files that `save` can write."""
 
 WIDTH_IN, PANEL_IN, DPI = 10.0, 2.4, 120
 
 LETTERS = 95
-"""Letters of a label that find room over the length of a run."""
+"""Number of letters that fit across the plot."""
 LABEL_PT = 10
-"""Height of a row of labels; where a panel ends there are no more of them."""
+"""Height of a row of labels; labels beyond the panel are left out."""
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure to a file of the kind its suffix names."""
+    """Write a figure to a file, in the format of its suffix."""
     figure.savefig(path, format=path.suffix[1:].lower(), dpi=DPI)
 
 
 def run_figure(trace: Trace, controller: Controller, title: str = "") -> Figure:
-    """Draw a run: all temperatures, then for each loop its setpoint closer and its duty.
+    """Draw a run: all temperatures, then for each loop a zoom at its setpoint, and its duty.
 
-    The legend beside the first panel is for all of them.
+    The legend beside the first panel is for all panels.
     """
     looks = looks_of(controller.loops)
     heights = [1.5] + [1.0, 0.6] * len(looks)
@@ -89,7 +89,7 @@ def _temperatures(
 
 
 def _legend(panels: Sequence[Axes]) -> None:
-    """Write one legend for what all panels show."""
+    """Write one legend for all panels."""
     shown = [zip(*panel.get_legend_handles_labels(), strict=True) for panel in panels]
     by_label = {label: handle for each in shown for handle, label in each}
     panels[0].legend(
@@ -120,7 +120,7 @@ def _label_keys(panel: Axes, trace: Trace, time: TimeAxis) -> None:
 def _label(
     panel: Axes, labels: Sequence[tuple[float, str]], time: TimeAxis, span_s: float, colour: str
 ) -> None:
-    """Write labels beside their lines: those of faults from the bottom of a panel on, else top."""
+    """Write labels beside their lines: those of faults from the bottom up, others from the top."""
     top = colour != FAULT
     most = int(panel.bbox.height * 72 / panel.figure.dpi / LABEL_PT)
     for (time_s, text), (row, late) in zip(
@@ -137,7 +137,7 @@ def _label(
 
 
 def _closer(panel: Axes, log: StepLog, loop: str, look: Look, time: TimeAxis) -> None:
-    """Show the readings around the last setpoint, or about that of a program all the way."""
+    """Draw the readings around the last setpoint, or around a program's moving setpoint."""
     if runs_program(log):
         seen = followed(log)
         panel.axhline(0.0, color=look.setpoint, lw=1.0, ls="--")
@@ -153,7 +153,7 @@ def _closer(panel: Axes, log: StepLog, loop: str, look: Look, time: TimeAxis) ->
 
 
 def _duty(panel: Axes, log: StepLog, loop: Loop, look: Look, time: TimeAxis) -> None:
-    """Show what is asked of the heater and, where there is one, of the cooler."""
+    """Draw the duty of the heater and, if there is one, the cooler."""
     for name, (percent, colour) in asked_of(log, loop, look).items():
         panel.fill_between(
             time(log["time_s"]), percent, step="post", color=colour, alpha=0.8, lw=0,
@@ -172,7 +172,7 @@ def _mark_faults(panel: Axes, trace: Trace, time: TimeAxis) -> None:
 
 
 def dress(panel: Axes) -> None:
-    """Draw less of what is not the curve."""
+    """Reduce the frame of a panel, so that the curves stand out."""
     panel.grid(visible=True, color="#dddddd", lw=0.6)
     panel.set_axisbelow(True)
     for side in ("top", "right"):

@@ -1,4 +1,4 @@
-"""What all pictures of a run have in common: colours, axes, faults, no more points than needed."""
+"""Shared by all plots of a run: colours, axes, faults, thinning of points."""
 
 from __future__ import annotations
 
@@ -27,33 +27,33 @@ SHARED = "#909090"
 LOOPS = (READING, "#d55e00", "#009e73", "#cc79a7", "#b0a000", "#56b4e9")
 """Colours that the colour-blind can tell apart (Okabe & Ito, Color Universal Design, 2008).
 
-LOOPS are those of several loops: each has all its curves in its own."""
+LOOPS are the colours of several loops, one for all curves of a loop."""
 
 LEAST_ZOOM_K = 0.5
-"""Half of the least height of the closer look: eight steps of a 12 bit sensor."""
+"""Half of the least height of the zoom: eight steps of a 12-bit sensor."""
 
 USUAL_SHARE = 0.95
-"""Share of a program's deviations that must fit into its plot."""
+"""Share of a program's deviations that must fit into their plot."""
 
 LEAST_BAND_K = 1.0
-"""Half of its least height."""
+"""Half of the least height of that plot."""
 
 SEEN_SHARE = 0.05
 """Smallest visible part of a plot, as a share of its height."""
 
 ROOM = 1.15
-"""Height of the closer look over that of the curve in it."""
+"""Height of the zoom over the height of its curve."""
 
 TIME_UNITS = (("h", 3600.0, 3 * 3600.0), ("min", 60.0, 300.0), ("s", 1.0, 0.0))
-"""Unit of the time axis, its seconds, and the length of a run from which on it is used."""
+"""Units of the time axis: name, seconds, and the least length of a run that uses it, s."""
 
 Tripped = tuple[float, int]
-"""Time, s, and code of a fault."""
+"""Time (s) and code of a fault."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """Colours of a loop's curves, and what its name adds to theirs."""
+    """Colours of a loop's curves, and the prefix of their names."""
 
     reading: str = READING
     setpoint: str = SETPOINT
@@ -63,7 +63,7 @@ class Look:
 
 
 def looks_of(loops: Iterable[str]) -> dict[str, Look]:
-    """Choose how each loop of a machine is drawn: several by their colours, one by its curves'."""
+    """Choose the colours: one for each of several loops, or one for each curve of a single loop."""
     names = tuple(loops)
     if len(names) == 1:
         return {names[0]: Look()}
@@ -76,7 +76,7 @@ def looks_of(loops: Iterable[str]) -> dict[str, Look]:
 def node_colours(
     controller: Controller, nodes: Iterable[str], looks: Mapping[str, Look]
 ) -> dict[str, str]:
-    """Choose a colour for each node: of several loops the loop's, grey for what is no one's own."""
+    """Choose a colour for each node: that of its loop, or grey if it belongs to no single loop."""
     if len(looks) == 1 or controller.simulation is None:
         return dict(zip(nodes, cycle(NODES), strict=False))
     own = nodes_of(controller, controller.simulation.plant)
@@ -89,7 +89,7 @@ def node_colours(
 
 @dataclass(frozen=True)
 class TimeAxis:
-    """Seconds in the unit of the axis."""
+    """Converts seconds to the unit of the axis."""
 
     unit: str
     seconds: float
@@ -130,7 +130,7 @@ def all_faults(trace: Trace) -> tuple[Tripped, ...]:
 
 
 def key_presses(trace: Trace) -> list[tuple[float, str]]:
-    """Return when the operator did what; a key pressed again at once is one: `up ×3`."""
+    """Return times and actions of the operator; repeated presses of a key are one: `up ×3`."""
     groups: list[list[TraceEvent]] = []
     for event in trace.events:
         at_once = groups and event.time_s - groups[-1][-1].time_s < 3 * PRESS_S
@@ -152,10 +152,10 @@ def key_presses(trace: Trace) -> list[tuple[float, str]]:
 def label_rows(
     labels: Sequence[tuple[float, str]], span_s: float, letters: int
 ) -> list[tuple[int, bool]]:
-    """Choose a row for each label so that none covers another, and whether it ends at its time.
+    """Choose a row for each label so that none overlap, and whether it stands before its line.
 
-    letters -- that find room beside each other over the span; a label that would go beyond its end
-    stands before its line.
+    letters -- number that fits across the span; a label that would go beyond the span's end stands
+    before its line.
     """
     rows: list[list[tuple[float, float]]] = []
     found = []
@@ -176,7 +176,7 @@ def label_rows(
 
 
 def asked_of(log: StepLog, loop: Loop, look: Look) -> dict[str, tuple[Series, str]]:
-    """Return what each step asked of the heater and of the cooler, %, and their colours."""
+    """Return the duty of heater and cooler at each step, %, and their colours."""
     asked: dict[str, tuple[Series, str]] = {loop.heater: (log["duty_percent"], look.heat)}
     if loop.cooler is not None:
         asked[loop.cooler] = (100.0 * log["cooling"], look.cool)
@@ -184,7 +184,7 @@ def asked_of(log: StepLog, loop: Loop, look: Look) -> dict[str, tuple[Series, st
 
 
 def fault_label(code: int) -> str:
-    """Write a fault as the display does."""
+    """Return a fault's text as on the display."""
     return f"E{code:02d} {RULES[code].display}"
 
 
@@ -195,7 +195,7 @@ def with_reading(log: StepLog) -> StepLog:
 
 
 def closer(log: StepLog) -> tuple[float, float]:
-    """Choose the range of the closer look, °C: what readings do once they met the setpoint."""
+    """Choose the range of the zoom, °C: the readings after they first reached the setpoint."""
     response = with_reading(response_of(log))
     if not len(response):
         setpoint_c = float(log["setpoint_c"][-1])
@@ -204,7 +204,7 @@ def closer(log: StepLog) -> tuple[float, float]:
 
 
 def eventful_s(log: StepLog) -> float:
-    """Find when a run has come to what it then goes on with, as in the last third of it."""
+    """Return the time after which a run behaves as in its last third, s."""
     readings_c, times_s = log["temperature_c"].astype(float), log["time_s"].astype(float)
     rest_c = readings_c[2 * len(log) // 3 :]
     room_k = SEEN_SHARE * float(np.ptp(readings_c))
@@ -213,7 +213,7 @@ def eventful_s(log: StepLog) -> float:
 
 
 def zoom(readings_c: Series, setpoint_c: float) -> tuple[float, float]:
-    """Choose a range about the setpoint that holds the readings after they first met it."""
+    """Choose a range around the setpoint that holds the readings after they first reached it."""
     errors_k = readings_c - setpoint_c
     met = np.flatnonzero(np.diff(np.sign(errors_k)) != 0)
     start = int(met[0]) if len(met) else 2 * len(errors_k) // 3
@@ -229,7 +229,7 @@ def runs_program(log: StepLog) -> bool:
 
 
 def followed(log: StepLog) -> StepLog:
-    """Return the steps in which a program runs and there is a reading to hold against it."""
+    """Return the steps with a reading in which a program runs."""
     running: StepLog = log[(log["program.state"] == RUNNING) & (log["has_reading"] != 0)]
     return running
 
@@ -241,9 +241,9 @@ def deviation_k(log: StepLog) -> Series:
 
 
 def band_k(log: StepLog) -> tuple[float, float]:
-    """Choose the range of a program's deviations: all but a twentieth of them, and alike both ways.
+    """Choose the range of a program's deviations: symmetric, with all but a twentieth of them.
 
-    A machine that cannot cool as fast as its program would else hide all the rest.
+    Else the large deviations of a machine that cools too slowly would make the others invisible.
     """
     half_k = ROOM * float(np.quantile(np.abs(deviation_k(followed(log))), USUAL_SHARE))
     half_k = max(LEAST_BAND_K, half_k)
@@ -251,7 +251,7 @@ def band_k(log: StepLog) -> tuple[float, float]:
 
 
 def thinned(values: NDArray[np.generic], most: int) -> NDArray[np.intp]:
-    """Choose rows that draw the same curve on a screen: of each slice first, last, least, most.
+    """Choose rows that draw the same curve: first, last, least and greatest of each slice.
 
     (Jugel et al., M4: A Visualization-Oriented Time Series Data Aggregation, VLDB 2014.)
     """

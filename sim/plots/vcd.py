@@ -18,8 +18,8 @@ _FLOATING = "z"
 class VcdRecorder:
     """Writes a file while a device runs: ``with VcdRecorder(path, pins, clock_hz) as recorder``.
 
-    pins -- the processor's pins by the names they get in the file; the time unit is 1 ns. A pin
-    nothing sets is written as z. What the UARTs send is written as bytes, as they go into UDR.
+    pins -- the processor's pins by their names in the file; the time unit is 1 ns. A floating pin
+    is written as z. The UARTs' output is written as bytes, at the time of their write to UDR.
     """
 
     def __init__(self, path: Path | str, pins: Mapping[str, str], clock_hz: int) -> None:

@@ -1,7 +1,7 @@
 """The reference model: the control equations of docs/control.md, in IEEE single precision.
 
-It is written from that page and from the textbook, never from the C. What it computes and what the
-binary computed are compared bit for bit (`heatwright.sim.replay`).
+It is written from that page and from textbooks, never from the C. Its results and those of the
+binary are compared bit for bit (`heatwright.sim.replay`).
 """
 
 from heatwright.sim.reference.loop import Record, Reference

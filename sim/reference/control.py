@@ -1,4 +1,4 @@
-"""Who decides the duty: the algorithm, the operator, or a tuning (docs/control.md, "Modes")."""
+"""The source of the duty: algorithm, operator, or tuning (docs/control.md, "Modes")."""
 
 from importlib import import_module
 from typing import NamedTuple, Protocol
@@ -48,7 +48,7 @@ class Control(Protocol):
 
 
 class Exemptions(NamedTuple):
-    """What the protections make of the mode; see `Look`."""
+    """Exemptions from protections that follow from the mode; see `Look`."""
 
     full_percent: Single
     bandless: bool
@@ -56,10 +56,10 @@ class Exemptions(NamedTuple):
 
 
 class Steering:
-    """The algorithm of a loop, and what a host may put in its place."""
+    """The algorithm of a loop, or the manual duty or tuning that replaces it."""
 
     def __init__(self, controller: Controller, loop: str) -> None:
-        """Find the loop's algorithm, and what is commanded of it."""
+        """Create the loop's algorithm, and what can be commanded."""
         spec = controller.loops[loop]
         self._facts = facts = facts_of(controller, loop)
         self._gains = gains_of(spec.algorithm)
@@ -81,11 +81,11 @@ class Steering:
 
     @property
     def cooling(self) -> int:
-        """Whether the algorithm wants to cool."""
+        """Whether the algorithm asks for cooling."""
         return self._control.cooling if isinstance(self._control, ThreePositionControl) else 0
 
     def exemptions(self, setpoint_c: Single, orders: Orders) -> Exemptions:
-        """Return what the protections must know of the mode."""
+        """Return the exemptions from protections in the present mode."""
         mode = orders.mode
         full_percent = self._control.full_percent
         bandless = mode == MANUAL
@@ -98,7 +98,7 @@ class Steering:
     def duty(
         self, look: Look, orders: Orders, top_percent: Single, *, fault: bool, valid: bool
     ) -> Single:
-        """Return the duty that is asked for, in percent; more than the top is not given."""
+        """Return the duty in percent, limited to the top."""
         off = self.is_idle(look.setpoint_c, orders)
         if self._limited and self._pid:
             self._pid.take_limits(orders.limits)
@@ -140,7 +140,7 @@ class Steering:
         return self._facts.hosted and orders.mode == AUTOMATIC and bool(setpoint_c == ZERO)
 
     def is_idle(self, setpoint_c: Single, orders: Orders) -> bool:
-        """Return whether nothing is to be heated: off, or paused by an input of the machine."""
+        """Return whether the loop must not heat: off, or paused by an input of the machine."""
         return bool(orders.paused) or self.is_off(setpoint_c, orders)
 
     def _steered(self, look: Look, orders: Orders, top_percent: Single) -> Single:
@@ -170,7 +170,7 @@ def _constant(spec: Loop, numbers: tuple[Number, ...]) -> Control:
 
 
 def gains_of(algorithm: Algorithm) -> Gains | None:
-    """Return the gains that the specification gives an algorithm; None if it has none."""
+    """Return the gains of an algorithm in the spec; None if it has none."""
     pid = algorithm.pid
     return None if pid is None else Gains(Single(pid.kp), Single(pid.ki), Single(pid.kd))
 

@@ -1,4 +1,4 @@
-"""The reference model as a device: it can take the binary's place on the bench."""
+"""The reference model as a device, which can replace the binary on the bench."""
 
 from collections.abc import Callable, Mapping
 
@@ -24,16 +24,16 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.scenario.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
-"""SELECT acknowledges what was latched when it went down, if all keys had rested for so long before
-and it is let go within these times."""
+"""SELECT acknowledges a fault that was latched when it was pressed, if all keys had been released
+for so long before and SELECT is released within these times."""
 
 
 class ReferenceDevice:
     """The control equations of all loops, with ideal timing and ideal sensors.
 
-    Control steps are done at whole multiples of a loop's period after power-up; those of the same
-    time in the order of the specification. Keys, lines from a host or a display, a master's writes
-    and orders to a program act at once. A fault of one loop switches all heaters off at once.
+    Control steps run at whole multiples of a loop's period after power-up; at the same time, in the
+    order of the loops in the spec. Keys, lines from a host or a display, a master's writes and
+    orders to a program act at once. A fault of one loop switches all heaters off at once.
     """
 
     def __init__(
@@ -45,9 +45,9 @@ class ReferenceDevice:
     ) -> None:
         """Power up.
 
-        noise_k -- by sensor: what each look at it adds to what it feels, K, where the machine makes
-        no noise of its own; most_rows -- how many steps of each loop are remembered, None: all;
-        feels -- what sensors feel at `now_s`, None: what `sense` has told.
+        noise_k -- by sensor: noise added at each reading, K, if the machine makes none; most_rows
+        -- how many steps of each loop are kept, None: all; feels -- the sensors' values at
+        `now_s`, None: those set by `sense`.
         """
         noise_k = noise_k or {}
         self._felt = dict.fromkeys(controller.sensors, 0.0)
@@ -97,17 +97,17 @@ class ReferenceDevice:
 
     @property
     def page(self) -> str:
-        """What UP and DOWN change: `time`, a number by its key, or nothing, the setpoint."""
+        """What UP and DOWN change: `time`, a number by its key, or "" for the setpoint."""
         return self._pages.page
 
     @property
     def numbers(self) -> Mapping[str, Single]:
-        """What keys have set, by field of the algorithm."""
+        """The numbers that keys have set, by field of the algorithm."""
         return self._pages.values
 
     @property
     def countdown(self) -> CountdownKeys | None:
-        """The time that the keys can set, if they can."""
+        """The countdown that the keys can set, or None."""
         return None if self._keypad is None else self._loops[self._keypad.loop].countdown
 
     def is_off(self, loop: str) -> bool:
@@ -130,7 +130,7 @@ class ReferenceDevice:
         return self._latch.code
 
     def ask(self, loop: str, setpoint_c: float) -> None:
-        """Ask a loop for a temperature, °C, and switch it on, whoever may do so.
+        """Set a loop's setpoint, °C, and switch it on, by whatever interface can do so.
 
         Raises:
             KeyError: there is no such loop.
@@ -151,11 +151,11 @@ class ReferenceDevice:
         self._loops[loop].operator.key_off()
 
     def last(self, loop: str, member: str) -> float:
-        """Return a number of a loop's last step.
+        """Return a member of a loop's last step.
 
         Raises:
             KeyError: there is no such loop.
-            ValueError: its steps have no such number, or none was done.
+            ValueError: its steps have no such member, or there was no step.
 
         """
         return self._loops[loop].last(member)
@@ -170,7 +170,7 @@ class ReferenceDevice:
         return self._loops[loop].operator.gains
 
     def sense(self, sensor: str, felt: float) -> None:
-        """Give a sensor this temperature from now on, °C, or this current, A."""
+        """Set a sensor's temperature, °C, or current, A, from now on."""
         self._felt[sensor] = felt
 
     def press(self, key: str | None) -> None:
@@ -197,7 +197,7 @@ class ReferenceDevice:
             operator.key_off()
 
     def _meant_by_select(self, key: str | None) -> Callable[[], None] | None:
-        """Compare with the key that is down from now on; return what a released SELECT does."""
+        """Process a change of the pressed key; return the action of a released SELECT, if any."""
         if key == self._key:
             return None
         lasted_us, meant = self._latch.now_us - self._key_us, None
@@ -214,14 +214,14 @@ class ReferenceDevice:
         return meant
 
     def _choose(self, by_k: Single) -> None:
-        """Move the setpoint of a loop with programs; while one runs that is refused."""
+        """Change the setpoint of a loop with programs; refused while a program runs."""
         if self._keypad is not None and by_k:
             loop = self._loops[self._keypad.loop]
             ends, wanted_c = loop.spec.setpoint, loop.operator.setpoint_c + by_k
             loop.operator.set(min(max(float(wanted_c), ends.minimum_c), ends.maximum_c))
 
     def send(self, line: str) -> None:
-        """Send a line of G-code, or what a display sends; what is refused changes nothing.
+        """Send a line of G-code, or a display's command; a refused one changes nothing.
 
         Raises:
             ValueError: the controller has neither host nor display, or the line no command.
@@ -234,7 +234,7 @@ class ReferenceDevice:
             self._mind_fault()
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give an order to the program; what the firmware would refuse changes nothing.
+        """Give an order to the program; one that the firmware would refuse changes nothing.
 
         Raises:
             ValueError: the controller has no programs.
@@ -248,11 +248,11 @@ class ReferenceDevice:
         raise ValueError(message)
 
     def write(self, name: str, value: float | bool) -> None:
-        """Let the master write a value; what the firmware would refuse changes nothing.
+        """Write a value as the master; one that the firmware would refuse changes nothing.
 
         Raises:
             ValueError: the controller has no master.
-            KeyError: there is nothing of that name.
+            KeyError: there is no value of that name.
 
         """
         if self._master is None:
@@ -282,7 +282,7 @@ class ReferenceDevice:
         return 1.0
 
     def travel_mm(self, output: str) -> float:
-        """Return what a stepper has fed since the last call, mm."""
+        """Return a stepper's feed since the last call, mm."""
         return self._feeds[output].travel_mm()
 
     def steps(self, loop: str) -> StepLog:
@@ -295,7 +295,7 @@ class ReferenceDevice:
         return self._loops[loop].steps()
 
     def _after_step(self, loop: ModelledLoop) -> None:
-        """Hand on what a step has decided."""
+        """Pass a step's decisions on to the outputs."""
         self._driven[loop.spec.heater].take(loop.reference.output.counts)
         if loop.spec.cooler is not None:
             self._driven[loop.spec.cooler].set(FULL if loop.reference.cooling else ZERO)
@@ -308,7 +308,7 @@ class ReferenceDevice:
             feed.permit(may_run=all(each.is_ready for each in waited_for))
 
     def _mind_fault(self) -> None:
-        """Close the gate to all heaters, and stop all motors, while a fault is latched."""
+        """Switch off all heaters, and stop all motors, while a fault is latched."""
         if not self._latch.code:
             return
         for loop in self._loops.values():

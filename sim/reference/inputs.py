@@ -1,4 +1,4 @@
-"""What goes into a control step of some loops beside reading and setpoint (docs/control.md)."""
+"""Inputs of a control step beside reading and setpoint, for some loops (docs/control.md)."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -30,11 +30,11 @@ class Limits(NamedTuple):
 
 
 class Orders(NamedTuple):
-    """Inputs of a step that not every loop has: orders, mostly."""
+    """Inputs of a step that not every loop has; most are orders."""
 
     mode: int = AUTOMATIC
     manual_percent: Single = ZERO
-    """Duty that was asked for by hand."""
+    """The manual duty."""
     gains: Gains | None = None
     """Needed by a tunable loop."""
     limits: Limits | None = None
@@ -44,19 +44,19 @@ class Orders(NamedTuple):
     master_lost: bool = False
     """Whether the loop's master, or its host, has been silent for too long."""
     current_raw: int = 0
-    """The heater's current as its sensor reads it."""
+    """The raw reading of the heater's current."""
     program: tuple[int, int] = (0, 0)
-    """Order to the program that waits to be taken, and its argument; (0, 0): none."""
+    """The waiting order to the program, and its argument; (0, 0): none."""
     maximum_c: Single | None = None
-    """The operator's critical temperature; needed where it is adjustable."""
+    """The operator's critical temperature; needed if it is adjustable."""
     watch_fault: int = 0
-    """What the watch of the safety relay, of a fan, or of the machine's inputs, has found."""
+    """Code of the fault found at the safety relay, a fan, or the machine's inputs; 0: none."""
     paused: int = 0
-    """Whether an input of the machine keeps it from being heated."""
+    """Whether an input of the machine pauses the heat."""
     numbers: Mapping[str, Single] = MappingProxyType({})
-    """By field of the algorithm, what keys have set; needed where they can."""
+    """By field of the algorithm, the numbers that keys have set; needed if keys can."""
     monitors: Mapping[str, tuple[int, int]] = MappingProxyType({})
-    """By monitor that is judged in the step: its reading's status and raw number."""
+    """By monitor that is checked in the step: status and raw number of its reading."""
 
 
 NO_ORDERS = Orders()

@@ -22,13 +22,13 @@ Record = dict[str, Value]
 
 EMERGENCY_STOP = 19
 STOPS = (EMERGENCY_STOP, *(code for code, rule in RULES.items() if rule.id in SELF_CHECK_RULES))
-"""What is latched between two steps, with temperature 0."""
+"""Faults that are latched between two steps, with temperature 0."""
 MASTER_LOST = 23
 WATCHED_FAULTS = (25, 26, 28, 29, 31)
-"""Faults of the relay, of fans, of memory and of inputs: they are detected between the steps."""
+"""Faults of the relay, fans, memory and inputs, which are detected between two steps."""
 
 FAULT_COOLING_ABOVE_C = Single(50)
-"""While a fault is latched the cooler runs, unless a reading tells that it is colder."""
+"""While a fault is latched, the cooler runs unless a reading is below this temperature."""
 
 LOOP_MEMBERS: tuple[Member, ...] = (
     ("steps", "u2"),
@@ -38,7 +38,7 @@ LOOP_MEMBERS: tuple[Member, ...] = (
 )
 COOLING: Member = ("cooling", "u1")
 PAUSED: Member = ("paused", "u1")
-"""Input of all loops, where the machine has inputs."""
+"""Input of all loops, if the machine has inputs."""
 FAULT_MEMBERS: tuple[Member, ...] = (
     ("code", "u1"),
     ("acknowledgements", "u1"),
@@ -50,7 +50,7 @@ class Reference:
     """The reference model of one loop and the controller's fault latch."""
 
     def __init__(self, controller: Controller, loop: str) -> None:
-        """Build the model from the specification alone."""
+        """Build the model from the spec alone."""
         spec = controller.loops[loop]
         self._readings = Readings(controller, spec.sensor)
         self._guard = Guard(spec, self._readings.raw_width)
@@ -72,33 +72,33 @@ class Reference:
         self._duty_percent = ZERO
         self._asked_percent = ZERO
         self.cooling = 0
-        """Whether the cooler is asked for."""
+        """Whether the last step asked for the cooler."""
         self.order_waits = False
-        """Whether the last step has left the order to the program waiting."""
+        """Whether the order to the program still waits after the last step."""
         self.fault_code = 0
         self.fault_temperature_c = ZERO
         self._acknowledgements = 0
 
     @property
     def duty_percent(self) -> Single:
-        """What the last step asked for."""
+        """The duty of the last step."""
         return self._duty_percent
 
     def restore(self, fault_code: int, temperature_c: Single) -> None:
-        """Take over a fault that outlived a reset."""
+        """Take over a fault that survived a reset."""
         self.fault_code = fault_code
         self.fault_temperature_c = temperature_c
 
     def stop(self, code: int = EMERGENCY_STOP) -> None:
-        """Stop at the operator's command, or for another reason than the machine's.
+        """Latch a fault between two steps, by default the operator's stop.
 
-        Nothing where a fault is latched already.
+        Does nothing if a fault is already latched.
         """
         if not self.fault_code:
             self.restore(code, ZERO)
 
     def acknowledge(self) -> None:
-        """Let the operator acknowledge the fault, if there is one."""
+        """Acknowledge the fault, if there is one."""
         if self.fault_code:
             self.fault_code = 0
             self._acknowledgements = (self._acknowledgements + 1) & 0xFF
@@ -115,14 +115,14 @@ class Reference:
         acknowledge: bool = False,
         orders: Orders = NO_ORDERS,
     ) -> Record:
-        """Do one control step.
+        """Run one control step.
 
         Args:
-            status: 0 for a valid reading, else the code of what is wrong with it.
+            status: 0 for a valid reading, else the code of the fault.
             raw: the sensor's code.
-            setpoint: what the operator wants, °C.
+            setpoint: the operator's setpoint, °C.
             acknowledge: whether the operator acknowledged the fault since the last step.
-            orders: what else goes in, mostly what a host wants of a commanded loop.
+            orders: the other inputs, mostly commands.
 
         Returns:
             The state after the step.
@@ -136,7 +136,7 @@ class Reference:
     def stepped(
         self, status: int, raw: int, setpoint: Single, *, orders: Orders
     ) -> tuple[Value, ...]:
-        """Do a step, and return the values of `members`."""
+        """Run a step, and return the values of `members`."""
         self._steps = (self._steps + 1) & 0xFFFF
         if self._also is not None:
             self._mind_monitor(self._also, orders)
@@ -158,7 +158,7 @@ class Reference:
         return self._values(setpoint, orders)
 
     def _run_program(self, status: int, orders: Orders, setpoint: Single) -> tuple[Orders, Single]:
-        """Let the program do its part, and return what it makes of the inputs."""
+        """Run the program's step, and return the orders and the setpoint that it makes."""
         if self.program is None:
             return orders, setpoint
         temperature_c = self._readings.mean.temperature_c
@@ -189,7 +189,7 @@ class Reference:
         )
 
     def _mind_others(self, orders: Orders, setpoint: Single) -> None:
-        """Watch the safety relay, the monitors, the master, and for how long the loop is on."""
+        """Check the safety relay, the monitors, the master, and how long the loop has been on."""
         temperature_c = self._readings.mean.temperature_c
         self._trip(orders.watch_fault, temperature_c)
         for name in self._monitors:
@@ -201,7 +201,7 @@ class Reference:
         self._trip(self._guard.count(on=on and not self.fault_code), temperature_c)
 
     def _mind_monitor(self, name: str, orders: Orders) -> None:
-        """Let a monitor read, and be judged."""
+        """Process a monitor's reading, and check it."""
         monitor = self._monitors[name]
         self._trip(monitor.step(*orders.monitors[name]), monitor.temperature_c)
 
@@ -215,7 +215,7 @@ class Reference:
             self._trip(self.limiter.watch(), self._readings.mean.temperature_c)
 
     def _protect(self, status: int, look: Look) -> None:
-        """Ask the guard, who judges each reading by itself."""
+        """Let the guard check the reading."""
         single = self._readings.single
         self._guard.feel(self._duty_percent)
         if status:
@@ -226,12 +226,12 @@ class Reference:
         self._trip(code, single.temperature_c)
 
     def _trip(self, code: int, temperature_c: Single) -> None:
-        """Latch a fault, unless there is one already or the code is that of none."""
+        """Latch a fault, unless one is already latched or the code is 0."""
         if code and not self.fault_code:
             self.restore(code, temperature_c)
 
     def _decide(self, status: int, look: Look, orders: Orders) -> None:
-        """Find what heater and cooler are asked for."""
+        """Decide about heater and cooler."""
         top_percent = FULL if self.limiter is None else self.limiter.top_percent
         asked_percent = self.steering.duty(
             look, orders, top_percent, fault=bool(self.fault_code), valid=not status
@@ -243,7 +243,7 @@ class Reference:
             self.cooling = self._cooled(status, look, orders)
 
     def _measure(self, status: int, look: Look, orders: Orders) -> None:
-        """See how the loop answers to its setpoint."""
+        """Measure the response to the setpoint."""
         if self._response is None:
             return
         off = self.steering.is_idle(look.setpoint_c, orders) or orders.mode != AUTOMATIC

@@ -26,14 +26,14 @@ DEFAULT_READY_K = 1.0
 
 
 class Feels(Protocol):
-    """What sensors feel now: a temperature, °C, or a current, A."""
+    """The present values of the sensors: temperatures, °C, and currents, A."""
 
     def __getitem__(self, sensor: str) -> float:
-        """Return what one feels."""
+        """Return the value of a sensor."""
 
 
 class ModelledLoop:
-    """A loop with an ideal sensor, which does its control steps at whole multiples of its period.
+    """A loop with an ideal sensor and control steps at whole multiples of its period.
 
     The sensor is sampled when the firmware starts its conversion.
     """
@@ -48,8 +48,8 @@ class ModelledLoop:
     ) -> None:
         """Power up.
 
-        felt -- what its sensors feel; noise_k -- what each look at the loop's own adds, K;
-        most_rows -- how many of its steps are remembered, None: all.
+        felt -- the values of its sensors; noise_k -- noise added at each reading of the loop's own
+        sensor, K; most_rows -- how many of its steps are kept, None: all.
         """
         self.name = name
         self.spec = controller.loops[name]
@@ -58,7 +58,7 @@ class ModelledLoop:
         self.operator = _operator(controller, name, self.reference)
         self.countdown = _countdown(controller, name, self.operator)
         self.is_ready = False
-        """Whether the last step found the temperature near enough to the setpoint."""
+        """Whether the temperature was near enough to the setpoint in the last step."""
         self._monitors = {
             each: (monitor.sensor, Sampler(controller, monitor.sensor))
             for each, monitor in monitors_of(controller, name).items()
@@ -73,11 +73,11 @@ class ModelledLoop:
         programs = controller.programs
         self._points = programs.points if programs and facts_of(controller, name).programmed else 0
         self.due_us = 0
-        """When there is something to do next: a look at a sensor, or a step."""
+        """Time of the next reading or step, µs."""
         self._plan()
 
     def do(self) -> bool:
-        """Do what is due; return whether it was a step."""
+        """Do the reading or step that is due; return whether it was a step."""
         due_us = self.due_us
         for sensor, sampler in self._samplers:
             if not sampler.is_done and sampler.due_us(self._step_us) == due_us:
@@ -107,9 +107,9 @@ class ModelledLoop:
         self.due_us = min([sampler.due_us(self._step_us) for _, sampler in self._samplers])
 
     def take_fault(self, code: int, temperature_c: Single, with_step_s: float = 0.0) -> None:
-        """Stop for a fault that was latched outside of this loop's steps.
+        """Stop because of a fault that was latched outside this loop's steps.
 
-        One of another loop's step at the same time shows in the row of this loop's step, too.
+        A fault from another loop's step at the same time is also in the row of this loop's step.
         """
         if self.reference.fault_code:
             return
@@ -132,13 +132,13 @@ class ModelledLoop:
         return np.array(list(self._rows), dtype=dtype)
 
     def last(self, member: str) -> float:
-        """Return a number of the last step; raises ValueError if there is none."""
+        """Return a member of the last step; raises ValueError if there is none."""
         if not self._rows:
-            raise ValueError(f"no step has told {member}")
+            raise ValueError(f"no step has recorded {member}")
         return cast("float", self._rows[-1][self._names.index(member)])
 
     def _is_warm(self, record: Record) -> bool:
-        """Return whether a loop that is on was within its band about the setpoint in a step."""
+        """Return whether the loop was on and within its band around the setpoint in a step."""
         if not record["enabled"] or record["fault.code"] or record["reading_status"]:
             return False
         within_k = self.spec.algorithm.warm_within_k

@@ -1,8 +1,8 @@
-"""From the specification's numbers to those of a control step (docs/control.md, "Numbers").
+"""Convert the spec's numbers to those of a control step (docs/control.md, "Numbers").
 
 Every operation between two `numpy.float32` scalars is one IEEE 754 single-precision operation,
-rounded to nearest, ties to even: what gcc's `float` does. So does avr-libc's, but for products
-below the least normal number, of which it rounds some otherwise.
+rounded to nearest, ties to even, as gcc's `float`. avr-libc's differs only for some products below
+the least normal number.
 """
 
 import numpy as np
@@ -14,16 +14,16 @@ Single = np.float32
 ZERO = np.float32(0.0)
 FULL = np.float32(100.0)
 LEAST_SLOPE = np.float32(1e-9)
-"""K/s; a filtered slope that is less is 0, before avr-libc's products are no longer IEEE 754's."""
+"""K/s; a smaller filtered slope counts as 0, before avr-libc's products differ from IEEE 754."""
 SECOND_US, TICK_US = 1_000_000, 10_000
 LARGEST_COUNT = 65535
-"""Counters of steps are 16 bits wide and stay at their end."""
+"""Counters of steps are 16 bits wide and stay at this maximum."""
 
 
 def steps(duration_s: float, loop: Loop) -> int:
     """Count the whole control steps in a duration, at least one.
 
-    Both are taken in whole milliseconds first: 0.3 s at a period of 0.1 s are 3 steps, although
+    Both are first rounded to milliseconds: 0.3 s at a period of 0.1 s are 3 steps, although
     0.3 / 0.1 is less than 3 in binary arithmetic.
     """
     return max(1, round(duration_s * 1000) // round(loop.period_s * 1000))
@@ -49,7 +49,7 @@ def filter_share(period_s: float, filter_s: float) -> Single:
 
 
 def faded(slope: Single) -> Single:
-    """Return a filtered slope, K/s, or 0 where it has faded away."""
+    """Return a filtered slope, K/s, or 0 if it is too small."""
     return ZERO if -LEAST_SLOPE < slope < LEAST_SLOPE else slope
 
 

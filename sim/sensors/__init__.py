@@ -1,1 +1,1 @@
-"""Simulated sensors, one module for each kind of the language."""
+"""Simulated sensors, one module for each kind of sensor."""

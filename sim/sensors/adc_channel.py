@@ -1,8 +1,8 @@
-"""What all chips and circuits on a pin of the ADC share: a channel, a wire, a reference.
+"""Shared by all chips and circuits on an ADC pin: channel, wire, reference.
 
-Their voltage is taken from a curve, along a straight line between two of its points, in C: to
-compute it anew in each step of time would take longer than all else. What a curve lacks to the
-circuit is known (tests/analog/test_curves.py). Beyond its ends the circuit itself is computed.
+C takes their voltage from a curve with linear interpolation, because computing the circuit in each
+step of time would dominate the run time. The error of a curve is known
+(tests/analog/test_curves.py). Beyond the ends of the curve the circuit itself is computed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Wired = Analog | CurrentSensor | Rtd | Thermistor
 
 
 class AdcChannel(ABC):
-    """A voltage on a channel, which depends on what is felt and on what its wire has suffered."""
+    """A voltage on a channel, by the sensor's value and the faults of its wire."""
 
     def __init__(self, avr: Avr, channel: int, felt: float) -> None:
         self._wiring = Wiring()
@@ -28,7 +28,7 @@ class AdcChannel(ABC):
 
     @property
     def wiring(self) -> Wiring:
-        """What is wrong between sensor and pin."""
+        """The faults between sensor and pin."""
         return self._wiring
 
     @wiring.setter
@@ -38,16 +38,16 @@ class AdcChannel(ABC):
 
     @property
     def felt(self) -> float:
-        """What it feels, in its unit."""
+        """The sensor's value, in its unit."""
         return self._avr.adc.felt(self.channel)
 
     @property
     def violations(self) -> dict[str, int]:
-        """None: a voltage is within any data sheet."""
+        """Return no violations: a voltage has no timing."""
         return {}
 
     def sense(self, felt: float) -> None:
-        """Give it this from now on."""
+        """Set the sensor's value from now on."""
         if not self._avr.adc.sense(self.channel, felt):
             self._avr.adc.set(self.channel, 1000 * self._voltage_v(felt))
 
@@ -58,7 +58,7 @@ class AdcChannel(ABC):
 
     @abstractmethod
     def _curve(self) -> Curve | None:
-        """Return the voltages by what is felt; None if they depend on more than that."""
+        """Return the curve of voltages; None if they depend on more than the sensor's value."""
 
     @abstractmethod
     def _voltage_v(self, felt: float) -> float:
@@ -66,7 +66,7 @@ class AdcChannel(ABC):
 
 
 def channel_of(avr: Avr, board: Board, sensor: Wired) -> int:
-    """Find a sensor's channel, and wire AREF to the reference it needs."""
+    """Return a sensor's channel, and connect AREF to the reference it needs."""
     channel = board.pins[sensor.pin].adc
     assert channel is not None  # noqa: S101 - the spec refuses pins without one
     if isinstance(sensor.reference, float):

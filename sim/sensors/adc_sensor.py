@@ -1,4 +1,4 @@
-"""A sensor on a pin of the ADC: a voltage that follows a temperature, and how it fails."""
+"""A sensor on an ADC pin: a voltage that follows a temperature, with faults."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from heatwright.sim.sensors.adc_channel import AdcChannel, channel_of
 from heatwright.spec import Analog, Board, Rtd, Thermistor
 
 PER_K = 64
-"""Points of a curve for each kelvin."""
+"""Points of a curve per kelvin."""
 BELOW_K, ABOVE_K = 60, 120
-"""How far a curve goes beyond the range of its sensor."""
+"""How far a curve extends beyond the range of its sensor."""
 COLDEST_C = -270
 
 
 class AdcSensor(AdcChannel):
     """An analog sensor in its circuit, wired to a channel.
 
-    wiring -- what is wrong with it (see Wiring).
+    wiring -- its faults (see Wiring).
     """
 
     def __init__(self, avr: Avr, channel: int, sensor: Thermistor | Rtd | Analog) -> None:
@@ -38,7 +38,7 @@ class AdcSensor(AdcChannel):
 
 @lru_cache(maxsize=64)
 def curve_of(sensor: Thermistor | Rtd | Analog, wiring: Wiring) -> Curve:
-    """Return the voltages at the pin by the temperature at the tip, °C."""
+    """Return the curve of the pin's voltage over the tip's temperature, °C."""
     low_c, high_c = sensor.range_c
     first_c = max(COLDEST_C, round(low_c) - BELOW_K)
     count = (round(high_c) + ABOVE_K - first_c) * PER_K + 1
@@ -47,5 +47,5 @@ def curve_of(sensor: Thermistor | Rtd | Analog, wiring: Wiring) -> Curve:
 
 
 def attach(avr: Avr, board: Board, sensor: Thermistor | Rtd | Analog) -> AdcSensor:
-    """Wire a sound sensor to its pin."""
+    """Connect a sound sensor to its pin."""
     return AdcSensor(avr, channel_of(avr, board, sensor), sensor)

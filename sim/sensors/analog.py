@@ -1,4 +1,4 @@
-"""A sensor that gives a voltage, at a pin of the ADC."""
+"""A sensor with a voltage output, on an ADC pin."""
 
 from heatwright.sim.sensors.adc_sensor import AdcSensor, attach
 

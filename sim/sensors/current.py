@@ -1,4 +1,4 @@
-"""A heater's current, as a voltage at a pin of the ADC, and how that fails."""
+"""A heater's current sensor with a voltage output on an ADC pin, with faults."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from heatwright.spec import Board, CurrentSensor
 class CurrentProbe(AdcChannel):
     """A current sensor behind its filter, wired to a channel.
 
-    It is given what its filter lets through, the mean over the heater's pulses. wiring -- what is
-    wrong with it (see Wiring).
+    Its input is the output of the filter, the mean over the heater's pulses. wiring -- its faults
+    (see Wiring).
     """
 
     def __init__(self, avr: Avr, channel: int, sensor: CurrentSensor) -> None:
@@ -26,12 +26,12 @@ class CurrentProbe(AdcChannel):
 
     @property
     def amperes(self) -> float:
-        """What it says of the current, A."""
+        """The current that its output shows, A."""
         return self.felt if self._stands_at is None else self._stands_at
 
     @property
     def stands(self) -> bool:
-        """Whether it goes on saying what it said last, whatever flows."""
+        """Whether its output stays constant, whatever current flows."""
         return self._stands_at is not None
 
     @stands.setter
@@ -40,7 +40,7 @@ class CurrentProbe(AdcChannel):
         self._bend(self.felt)
 
     def _curve(self) -> Curve | None:
-        """Return a straight line from no current to where the sensor is at its supply."""
+        """Return a line from no current to the current at which the output reaches the supply."""
         if self._stands_at is not None:
             return None
         most_a = (SUPPLY_V - self._sensor.offset_v) / self._sensor.scale_v_per_a
@@ -53,5 +53,5 @@ class CurrentProbe(AdcChannel):
 
 
 def attach(avr: Avr, board: Board, sensor: CurrentSensor) -> CurrentProbe:
-    """Wire a sound sensor to its pin."""
+    """Connect a sound sensor to its pin."""
     return CurrentProbe(avr, channel_of(avr, board, sensor), sensor)

@@ -1,7 +1,7 @@
 """A DS18B20 thermometer at the end of a 1-Wire line (Maxim data sheet 19-7487, rev. 6).
 
-All ROM and function commands, the conversion times, the scratchpad with its CRC, and the ways such
-a sensor fails. It is supplied by its own wire, not by the line.
+It has all ROM and function commands, the conversion times, the scratchpad with its CRC, and the
+faults of such a sensor. It is supplied by its own wire, not by the line.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from heatwright.spec import Ds18b20 as Spec
 
 FAMILY = 0x28
 POWER_ON_RAW = 0x0550
-"""85 °C, what the scratchpad holds before the first conversion."""
+"""85 °C, the value in the scratchpad before the first conversion."""
 RESERVED = (0xFF, 0x0C, 0x10)
 CONVERSION_S = {9: 0.09375, 10: 0.1875, 11: 0.375, 12: 0.75}
 """Longest conversion, by resolution in bit."""
@@ -53,7 +53,7 @@ def rom_code(serial: int) -> bytes:
 
 
 def raw_code(temperature_c: float, resolution_bits: int, undefined: int = 0b111) -> int:
-    """Return the code of a temperature, 1/16 K; undefined -- what bits below the resolution are."""
+    """Return the code of a temperature, 1/16 K; undefined -- the bits below the resolution."""
     step = 1 << (12 - resolution_bits)
     limited_c = min(max(temperature_c, LEAST_C), MOST_C)
     return math.floor(limited_c * 16 / step + 0.5) * step | (step - 1 & undefined)
@@ -63,10 +63,10 @@ def raw_code(temperature_c: float, resolution_bits: int, undefined: int = 0b111)
 class Faults:
     """Ways to fail, set at any time.
 
-    frozen -- conversions that start do not change the reading; idle -- none starts; weak -- its
-    supply breaks down in the middle of each; slow -- they take this times the data sheet's longest;
-    corrupt_next -- so many scratchpad reads from now on carry a wrong bit; corrupt_rate -- share of
-    reads that do (0..1, seeded).
+    frozen -- conversions do not change the reading; idle -- no conversion starts; weak -- the
+    supply fails in the middle of each; slow -- they take this factor times the data sheet's
+    longest; corrupt_next -- so many scratchpad reads from now on have a wrong bit; corrupt_rate --
+    share of reads that have one (0..1, seeded).
     """
 
     frozen: bool = False
@@ -97,14 +97,14 @@ class _Settings:
 class _Conversion:
     ends: int
     raw: int | None
-    """None: it ends with the supply."""
+    """None: the conversion ends with a failing supply."""
 
 
 class Ds18b20:
     """A chip on a pin of a processor.
 
-    tip -- what it feels; a conversion takes it when it starts.
-    undefined_bits -- of a reading, those below the resolution. faults -- see Faults. line -- the
+    tip -- its temperature; a conversion samples it at its start.
+    undefined_bits -- bits of a reading below the resolution. faults -- see Faults. line -- the
     1-Wire line.
     """
 
@@ -125,11 +125,11 @@ class Ds18b20:
 
     @property
     def violations(self) -> dict[str, int]:
-        """How often its wires were outside the data sheet, by phase."""
+        """Count violations of the data sheet's timing, by phase."""
         return {phase: seen.violations for phase, seen in self.line.phases.items()}
 
     def sense(self, temperature_c: float) -> None:
-        """Give its tip this temperature from now on, °C."""
+        """Set its tip's temperature from now on, °C."""
         self.tip.tell(temperature_c)
 
     # -- faults --------------------------------------------------------------------------------
@@ -139,18 +139,18 @@ class Ds18b20:
         self.line.connect(False)
 
     def plug(self) -> None:
-        """Reconnect it: it starts anew."""
+        """Plug the chip in again: it starts anew."""
         self.brown_out()
         self.line.connect(True)
 
     def short(self, level: str | None) -> None:
-        """Short the line to ground ("low") or to supply ("high"); None ends it."""
+        """Short the line to ground ("low") or to supply ("high"); None removes the short."""
         if level not in {"low", "high", None}:
             raise ValueError(f"A line can be shorted low or high, not {level!r}.")
         self._avr.pins.drive(self._pin, "low" if level == "low" else "high" if level else None)
 
     def brown_out(self) -> None:
-        """Interrupt the chip's supply: it forgets its reading and takes its EEPROM's settings."""
+        """Interrupt the chip's supply: it loses its reading and loads its EEPROM's settings."""
         self._power_on()
         if hasattr(self, "line"):
             self.line.ignore()
@@ -211,18 +211,18 @@ class Ds18b20:
             self.line.busy(cycle + round(COPY_S * self._avr.clock_hz))
         elif command == RECALL:
             self._settings = _Settings.of(self._eeprom.raw)
-        # SUPPLY reads as ones: not supplied by the line. Unknown commands: the same.
+        # SUPPLY reads as ones: not supplied by the line. Unknown commands read as ones, too.
 
     # -- measuring -----------------------------------------------------------------------------
 
     @property
     def conversion_s(self) -> float:
-        """How long a conversion takes now, s."""
+        """Duration of a conversion with the present settings, s."""
         return CONVERSION_S[self._settings.resolution_bits] * self.faults.slow
 
     def _convert(self, cycle: int) -> None:
         if self.faults.idle:
-            return  # read slots are ones
+            return  # read slots give ones
         if self._conversion is None:
             self.conversions += 1
             lasts = round(self.conversion_s * self._avr.clock_hz)

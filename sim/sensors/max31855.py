@@ -1,7 +1,7 @@
 """A MAX31855 thermocouple converter (Maxim data sheet 19-5793, rev. 5).
 
-It converts in the background, always; what it answers is renewed by every conversion that ends
-while it is not selected. After power-up it answers zeros until the first one has ended.
+It always converts in the background. A conversion that ends while it is not selected updates its
+answer. After power-up it answers zeros until the first conversion has ended.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from heatwright.spec import Max31855 as Spec
 
 LONGEST_S = 0.1
 POWER_UP_S = 0.2
-"""From the supply to the first conversion."""
+"""Time from power-on to the first conversion."""
 LEAST_C, MOST_C = -270.0, 1800.0
 THERMOCOUPLE_AT, INTERNAL_AT = 18, 4
 """Lowest bits of the two temperatures."""
 FAULT, TO_SUPPLY, TO_GROUND, OPEN = 1 << 16, 1 << 2, 1 << 1, 1 << 0
 ALWAYS_ZERO = (17, 3)
 OPEN_CODE = 0x1FFF
-"""What a thermocouple that is not there reads: all ones but the sign."""
+"""The code of a missing thermocouple: all ones but the sign."""
 TIMING = Timing(period=200, hold=100, idle=200, output=40, enable=100)
 """Serial interface timing: at most 5 MHz, 200 ns between two answers, else 100 ns or less."""
 
@@ -41,7 +41,7 @@ def internal_code(temperature_c: float) -> int:
 class Max31855(SpiChip):
     """A chip on three pins of a processor (see SpiChip).
 
-    internal_c -- what the chip itself feels, °C; shorted_to -- what its thermocouple touches.
+    internal_c -- the chip's own temperature, °C; shorted_to -- what its thermocouple touches.
     """
 
     longest_s = LONGEST_S
@@ -63,11 +63,11 @@ class Max31855(SpiChip):
             self._answer = self._convert(self._felt_c(self._began - self._conversion_cycles))
 
     def released(self, cycle: int) -> None:
-        """Lose what has ended meanwhile."""
+        """Discard the conversions that ended while it was selected."""
         self._skip(cycle)
 
     def _skip(self, cycle: int) -> int:
-        """Go on to the conversion that is under way at a cycle; return how many have ended."""
+        """Advance to the conversion that is under way at a cycle; return how many have ended."""
         ended = max(0, (cycle - self._began) // self._conversion_cycles)
         self._began += ended * self._conversion_cycles
         return ended

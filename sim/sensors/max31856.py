@@ -1,8 +1,8 @@
 """A MAX31856 thermocouple converter (Maxim data sheet 19-7534, rev. 0): registers and conversions.
 
-Only its wires are here, not its pins DRDY and FAULT, which the firmware does without. It measures
-the voltage of the wire that is really there, and makes a temperature of it by the type it was set
-to: a wrong type reads wrong. All its times are the longest of the data sheet.
+Its pins DRDY and FAULT are left out, because the firmware does not use them. It measures the
+voltage of the connected thermocouple and converts it by the type that is set: a wrong type gives
+wrong readings. All its times are the longest of the data sheet.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ RANGES_C = {
     "B": (250.0, 1820.0), "E": (-200.0, 1000.0), "J": (-210.0, 1200.0), "K": (-200.0, 1372.0),
     "N": (-200.0, 1300.0), "R": (-50.0, 1768.0), "S": (-50.0, 1768.0), "T": (-200.0, 400.0),
 }  # fmt: skip
-"""What it makes of each type; beyond an end it says so, and stays there."""
+"""The range of each type; beyond an end it sets a fault bit, and gives the end."""
 JUNCTION_C = (-55.0, 125.0)
-"""What its own thermometer measures, likewise."""
+"""The range of its own thermometer, with the same behaviour at the ends."""
 TEST_EVERY = 16
-"""It looks for an open thermocouple once in so many conversions."""
+"""It tests for an open thermocouple once in so many conversions."""
 STEP_C, JUNCTION_STEP_C = 2.0**-7, 2.0**-6
 WRITE = 0x80
-"""Added to the address of the first register that is written."""
+"""Added to the address of the first register in a write."""
 TIMING = Timing(
     setup=100, high=100, low=100, period=200, hold=100, idle=400, told=35, kept=35,
     output=80, enable=0,
@@ -63,14 +63,14 @@ def code_of(temperature_c: float, step_c: float) -> int:
 class Max31856(SpiChip):
     """A chip on four pins of a processor (see SpiChip).
 
-    wire -- the type of the thermocouple that is there; internal_c -- what the chip itself feels,
-    and the thermocouple's cold junction, °C; held -- an open input keeps the voltage it had, as its
-    capacitor does for a while; else it is at the bias, 0 mV; beyond_supply -- a terminal is above
-    its supply or below ground; orders -- writes that were taken; misused -- orders that the data
-    sheet forbids: another mains filter while it converts.
+    wire -- the type of the connected thermocouple; internal_c -- the temperature of the chip and of
+    the cold junction, °C; held -- an open input keeps its voltage, as its capacitor does for a
+    while; else it is at the bias, 0 mV; beyond_supply -- a terminal is above its supply or below
+    ground; orders -- number of accepted writes; misused -- number of writes that the data sheet
+    forbids: another mains filter while it converts.
     """
 
-    longest_s = 0.0  # its settings decide: see Settings
+    longest_s = 0.0  # set by the registers: see Settings
     bits = driven = 8 * len(POWER_ON)
     corruptible = SETTINGS_BITS
     _began: int | None
@@ -89,7 +89,7 @@ class Max31856(SpiChip):
         super().__init__(avr, wires, timing=timing, seed=seed)
         self._wired = True
 
-    # -- faults: what has happened up to now has happened without the new one -------------------
+    # -- faults: each first advances to now, as the past was without the new fault --------------
 
     @property
     def faults(self) -> Faults:
@@ -113,7 +113,7 @@ class Max31856(SpiChip):
         self._beyond_supply = beyond
 
     def short_orders(self, level: Level | None) -> None:
-        """Short its input to ground ("low") or to supply ("high"); None ends it."""
+        """Short its data input to ground ("low") or to supply ("high"); None removes the short."""
         assert self._wires.told is not None  # noqa: S101 - it has one
         self._avr.pins.drive(self._wires.told, level)
 
@@ -123,19 +123,19 @@ class Max31856(SpiChip):
 
     @property
     def untested(self) -> int:
-        """How many conversions have ended since it looked for an open thermocouple."""
+        """Number of conversions that ended since its last test for an open thermocouple."""
         self._settle()
         return self._count % TEST_EVERY
 
     # -- the wires -----------------------------------------------------------------------------
 
     def selected(self, cycle: int) -> None:
-        """Wait for an address; what it measures from now on it shows next time."""
+        """Wait for an address; later results are shown at the next selection."""
         self._go_on(cycle)
         self._shown = self._status(bytes(self._registers))
 
     def addressed(self, address: int, cycle: int) -> None:
-        """Load the registers from an address on, the first behind the last."""
+        """Load the registers from an address on; after the last comes the first."""
         del cycle
         if address & WRITE:
             return
@@ -161,7 +161,7 @@ class Max31856(SpiChip):
                 self._registers[at] = byte
 
     def _obey(self, cycle: int) -> None:
-        """Do what the registers ask from now on."""
+        """Apply the registers' settings from now on."""
         before, asked = self._settings, Settings(bytes(self._registers))
         self._settings = asked
         if not before.automatic:
@@ -178,7 +178,7 @@ class Max31856(SpiChip):
     # -- measuring -----------------------------------------------------------------------------
 
     def was_told(self, settings: bytes) -> None:
-        """Be as somebody left it who wrote these settings, CR0 first, some time ago."""
+        """Set these settings, CR0 first, as if they had been written some time ago."""
         self._power_on(self._avr.cycle)
         self._write(0, settings)
         self._obey(self._avr.cycle)
@@ -208,7 +208,7 @@ class Max31856(SpiChip):
             if ended < 1:
                 break
             if self._beyond_supply:
-                self._began = cycle  # it stands still, and begins anew when that is over
+                self._began = cycle  # it stops, and starts anew after that
                 break
             last = self._began + ended * lasts
             self._began = last if settings.automatic else None
@@ -255,7 +255,7 @@ class Max31856(SpiChip):
         self._voltage_mv = millivolts(self.wire, sum(felt) / len(felt), self.internal_c)
 
     def _status(self, registers: bytes) -> bytes:
-        """Return the registers with what shows at once, conversion or not."""
+        """Return the registers with the fault bits that do not wait for a conversion."""
         flags = registers[SR] | OVUV * self._beyond_supply
         return registers[:SR] + bytes([flags])
 
@@ -264,5 +264,5 @@ class Max31856(SpiChip):
 
 
 def attach(avr: Avr, board: Board, sensor: Spec) -> Max31856:
-    """Put a new chip on the sensor's pins, and the thermocouple that was specified on it."""
+    """Put a new chip on the sensor's pins, with the thermocouple of the spec."""
     return Max31856(avr, wires_of(board, sensor), wire=sensor.thermocouple)

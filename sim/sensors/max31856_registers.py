@@ -12,7 +12,7 @@ from heatwright.sim.sensors.thermovoltage import Type
 CR0, CR1, MASK, CJHF, CJLF, LTHFTH, LTHFTL, LTLFTH, LTLFTL, CJTO = range(10)
 CJTH, CJTL, LTCBH, LTCBM, LTCBL, SR = range(10, 16)
 POWER_ON = bytes([0, 3, 0xFF, 0x7F, 0xC0, 0x7F, 0xFF, 0x80, 0, 0, 0, 0, 0, 0, 0, 0])
-"""What they hold after the supply has come."""
+"""The registers' values after power-on."""
 
 CJ_RANGE, TC_RANGE, CJ_HIGH, CJ_LOW, TC_HIGH, TC_LOW, OVUV, OPEN = (
     1 << bit for bit in range(7, -1, -1)
@@ -21,51 +21,51 @@ CJ_RANGE, TC_RANGE, CJ_HIGH, CJ_LOW, TC_HIGH, TC_LOW, OVUV, OPEN = (
 AUTOMATIC, ONCE, TESTS_OPEN, NO_JUNCTION, KEEPS, CLEARS, FIFTY = 0x80, 0x40, 0x30, 8, 4, 2, 1
 """Bits of CR0."""
 TYPES: tuple[Type, ...] = ("B", "E", "J", "K", "N", "R", "S", "T")
-"""In the order of their codes in CR1; the codes from 8 on give a voltage, and are not here."""
+"""Types in the order of their codes in CR1; codes from 8 on give a voltage, not simulated."""
 
 SETTINGS_BITS = tuple(range(8 * (SR - CJTO), 8 * (SR + 1)))
-"""Bits of all registers in a row, 0 the last: those that the program has written."""
+"""The bits of the registers that the program writes, in the row of all registers, 0 the last."""
 UNSAID_LTCBL, UNSAID_CJTL = 0x1F, 0x03
-"""Bits below the temperatures'. The data sheet does not say what they are: here ones, which a
-program that goes by them would notice."""
+"""Bits below the temperatures', which the data sheet does not define: here ones, so that a program
+that uses them by mistake is noticed."""
 
 FIRST_S = {50.0: (0.185, 2 / 50), 60.0: (0.155, 2 / 60)}
 NEXT_S = {50.0: (0.11, 1 / 50), 60.0: (0.09, 1 / 60)}
-"""Longest conversion, and what each sample more adds, by the mains' frequency: the first one after
-a stop, and those that follow it."""
+"""By mains frequency: longest first conversion after a stop, and of those after it, with the time
+that each further sample adds, s."""
 TEST_S = {0x00: 0.0, 0x10: 0.015, 0x20: 0.037, 0x30: 0.125}
-"""What the test for an open thermocouple adds to a conversion, at most, by its kind."""
+"""Longest time that each kind of test for an open thermocouple adds to a conversion, s."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the registers ask of the chip."""
+    """The settings in the registers."""
 
     registers: bytes
 
     @property
     def automatic(self) -> bool:
-        """Whether it converts again and again."""
+        """Whether it converts continuously."""
         return bool(self.registers[CR0] & AUTOMATIC)
 
     @property
     def once(self) -> bool:
-        """Whether one conversion is asked for."""
+        """Whether a single conversion is requested."""
         return not self.automatic and bool(self.registers[CR0] & ONCE)
 
     @property
     def lasting(self) -> int:
-        """What stays of CR0: two of its bits clear themselves."""
+        """CR0 without its two bits that clear themselves."""
         return self.registers[CR0] & ~(ONCE | CLEARS)
 
     @property
     def tests_open(self) -> bool:
-        """Whether it looks for an open thermocouple."""
+        """Whether it tests for an open thermocouple."""
         return bool(self.registers[CR0] & TESTS_OPEN)
 
     @property
     def measures_junction(self) -> bool:
-        """Whether the cold junction's temperature is its own, not one it was told."""
+        """Whether it measures the cold junction itself; else the program writes its temperature."""
         return not self.registers[CR0] & NO_JUNCTION
 
     @property
@@ -75,17 +75,17 @@ class Settings:
 
     @property
     def clears_faults(self) -> bool:
-        """Whether that is asked for now."""
+        """Whether clearing is requested now."""
         return bool(self.registers[CR0] & CLEARS)
 
     @property
     def mains_hz(self) -> float:
-        """What it filters out."""
+        """The mains frequency that it filters out, Hz."""
         return 50.0 if self.registers[CR0] & FIFTY else 60.0
 
     @property
     def samples(self) -> int:
-        """How many samples it averages."""
+        """Number of samples that it averages."""
         return min(1 << (self.registers[CR1] >> 4 & 7), 16)
 
     @property
@@ -95,26 +95,26 @@ class Settings:
 
     @property
     def offset_c(self) -> float:
-        """What it adds to its own temperature, °C."""
+        """The offset that it adds to the cold junction's temperature, °C."""
         return _signed(self.registers[CJTO : CJTO + 1]) / 16
 
     def may_write(self, place: int) -> bool:
-        """Return whether a register takes what is written to it."""
+        """Return whether a register is writable."""
         return place <= CJTO or (place in {CJTH, CJTL} and not self.measures_junction)
 
     @cached_property
     def first_s(self) -> float:
-        """How long the first conversion after a stop takes at most, s."""
+        """Longest time of the first conversion after a stop, s."""
         return self._conversion_s(FIRST_S)
 
     @cached_property
     def next_s(self) -> float:
-        """How long those take that follow it, s."""
+        """Longest time of the following conversions, s."""
         return self._conversion_s(NEXT_S)
 
     @cached_property
     def test_s(self) -> float:
-        """What the test for an open thermocouple adds, s."""
+        """Time that the test for an open thermocouple adds, s."""
         return TEST_S[self.registers[CR0] & TESTS_OPEN]
 
     def _conversion_s(self, times: Mapping[float, tuple[float, float]]) -> float:
@@ -123,12 +123,12 @@ class Settings:
 
 
 def junction_c(registers: bytes | bytearray) -> float:
-    """Return the cold junction's temperature as it stands in its registers, °C."""
+    """Return the cold junction's temperature in the registers, °C."""
     return (_signed(registers[CJTH : CJTL + 1]) >> 2) / 64
 
 
 def threshold_bits(registers: bytes) -> int:
-    """Return the bits of SR that say on which side of its thresholds a temperature is."""
+    """Return the bits of SR for temperatures beyond their thresholds."""
     cold_c, code = junction_c(registers), _signed(registers[LTCBH : LTCBM + 1])
     cold_high_c, cold_low_c, high, low = _thresholds(registers[CJHF:CJTO])
     bits = CJ_HIGH * (cold_c > cold_high_c) | CJ_LOW * (cold_c < cold_low_c)

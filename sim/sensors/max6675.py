@@ -1,8 +1,8 @@
 """A MAX6675 thermocouple converter (Maxim data sheet 19-2235, rev. 3).
 
-It converts, over and over, while it is not selected. Being selected ends a conversion without a
-result; the answer is that of the last one which came to its end. What it answers before the first
-one the data sheet leaves open: here it is 0 °C.
+It converts continuously while it is not selected. A selection aborts a conversion; the answer is
+that of the last complete one. The data sheet does not define the answer before the first one: here
+it is 0 °C.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Max6675(SpiChip):
             self._answer = self._convert(self._felt_c(began))
 
     def released(self, cycle: int) -> None:
-        """Begin a conversion."""
+        """Start a conversion."""
         self._since = cycle
 
     def _convert(self, temperature_c: float) -> int:

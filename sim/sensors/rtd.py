@@ -1,4 +1,4 @@
-"""A platinum sensor in its divider or behind its amplifier, at a pin of the ADC."""
+"""A platinum sensor in its divider or with its amplifier, on an ADC pin."""
 
 from heatwright.sim.sensors.adc_sensor import AdcSensor, attach
 

@@ -1,4 +1,4 @@
-"""What the thermocouple converters on three or four wires have in common."""
+"""Shared by the thermocouple converters on three or four wires."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from heatwright.spec import Board
 __all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
 
 REMEMBERED_S = 2.0
-"""Conversions sample the past: so much of it is kept, beyond any slow one."""
+"""How much of the tip's past is kept for conversions: longer than any slow one, s."""
 
 Wire = Literal["ground", "supply"]
 
@@ -25,9 +25,9 @@ class Faults:
     """Ways to fail, set at any time.
 
     open -- the thermocouple is broken; frozen -- conversions do not change the reading; slow --
-    they take this times the data sheet's longest; dumb -- it answers with zeros, as one does that
-    has no clock or is burnt; corrupt_next, corrupt_rate -- so many answers, or this share of them
-    (0..1, seeded), have one of `corruptible` bits inverted.
+    they take this factor times the data sheet's longest; dumb -- it answers with zeros, like a
+    chip without clock or a burnt one; corrupt_next, corrupt_rate -- so many answers, or this share
+    of them (0..1, seeded), have one of the `corruptible` bits inverted.
     """
 
     open: bool = False
@@ -39,17 +39,17 @@ class Faults:
 
 
 class SpiChip:
-    """A converter on its wires; what it sends is its kind's.
+    """A converter on its wires; its subclass defines the answer.
 
-    tip -- the thermocouple's; faults -- see Faults; port -- its end of the wires; reads -- answers
-    begun.
+    tip -- that of the thermocouple; faults -- see Faults; port -- its end of the wires; reads --
+    number of answers begun.
     """
 
     longest_s: float
     """Longest conversion, s."""
     bits: int
     driven: int
-    """Bits it drives; after them it lets the data line go."""
+    """Number of bits it drives; after them its data line floats."""
     corruptible: tuple[int, ...]
     """Bits, 0 the last, that a disturbance may invert."""
 
@@ -65,11 +65,11 @@ class SpiChip:
 
     @property
     def violations(self) -> dict[str, int]:
-        """How often its wires were outside the data sheet, by phase."""
+        """Count violations of the data sheet's timing, by phase."""
         return {phase: seen.violations for phase, seen in self.port.phases.items()}
 
     def sense(self, temperature_c: float) -> None:
-        """Give the thermocouple's tip this temperature from now on, °C."""
+        """Set the temperature of the thermocouple's tip from now on, °C."""
         self.tip.tell(temperature_c)
 
     # -- faults --------------------------------------------------------------------------------
@@ -79,16 +79,16 @@ class SpiChip:
         self.port.connect(False)
 
     def plug(self) -> None:
-        """Reconnect it: it starts anew."""
+        """Plug the chip in again: it starts anew."""
         self.brown_out()
         self.port.connect(True)
 
     def short(self, level: Level | None) -> None:
-        """Short the data line to ground ("low") or to supply ("high"); None ends it."""
+        """Short the data line to ground ("low") or to supply ("high"); None removes the short."""
         self._avr.pins.drive(self._wires.data, level)
 
     def brown_out(self) -> None:
-        """Interrupt the chip's supply: it forgets what it has measured."""
+        """Interrupt the chip's supply: it loses its results."""
         self._power_on(self._avr.cycle)
 
     # -- the wires -----------------------------------------------------------------------------
@@ -101,7 +101,7 @@ class SpiChip:
         self.port.load(word, self.bits, self.bits if self.faults.dumb else self.driven)
 
     def released(self, cycle: int) -> None:
-        """Take note of the end of an answer."""
+        """Process the end of an answer."""
         raise NotImplementedError
 
     def _maybe_corrupt(self, word: int) -> int:
@@ -115,15 +115,15 @@ class SpiChip:
     # -- measuring -----------------------------------------------------------------------------
 
     def _power_on(self, cycle: int) -> None:
-        """Begin anew at a cycle."""
+        """Start anew at a cycle."""
         raise NotImplementedError
 
     def _go_on(self, cycle: int) -> None:
-        """Do the conversions that have ended up to a cycle."""
+        """Compute the conversions that have ended up to a cycle."""
         raise NotImplementedError
 
     def _word(self) -> int:
-        """Return what is to be sent."""
+        """Return the answer to send."""
         raise NotImplementedError
 
     def _cycles(self, seconds: float) -> int:
@@ -134,13 +134,13 @@ class SpiChip:
         return self._cycles(self.longest_s * self.faults.slow)
 
     def _felt_c(self, cycle: int) -> float:
-        """Return what the tip felt at a cycle."""
+        """Return the tip's temperature at a cycle, °C."""
         oldest = self.tip.told_at - self._cycles(REMEMBERED_S) - 1
         return self.tip.felt_at_c(max(cycle, oldest))
 
 
 class OnSpi(Protocol):
-    """The model of a sensor on three or four wires."""
+    """The spec of a sensor on three or four wires."""
 
     @property
     def chip_select(self) -> str:
@@ -152,15 +152,15 @@ class OnSpi(Protocol):
 
     @property
     def data_out(self) -> str:
-        """Pin at what it answers with."""
+        """Pin at its data output."""
 
     @property
     def data_in(self) -> str | None:
-        """Pin at what it is told by; None for one that is told nothing."""
+        """Pin at its data input; None if it has none."""
 
 
 def wires_of(board: Board, sensor: OnSpi) -> Wires:
-    """Return the wires of a specified sensor."""
+    """Return the wires of a sensor in the spec."""
     names = [sensor.chip_select, sensor.clock, sensor.data_out]
     if sensor.data_in is not None:
         names.append(sensor.data_in)

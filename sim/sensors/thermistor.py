@@ -1,4 +1,4 @@
-"""A thermistor in its divider, at a pin of the ADC."""
+"""A thermistor in its divider, on an ADC pin."""
 
 from heatwright.sim.sensors.adc_sensor import AdcSensor, attach
 

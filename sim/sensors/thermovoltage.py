@@ -1,6 +1,6 @@
-"""What thermocouples give, and what a converter makes of it.
+"""Voltages of thermocouples, and their conversion to temperatures.
 
-The functions are NIST's of ITS-90 (Monograph 175), of all eight types.
+The functions are NIST's of ITS-90 (Monograph 175), for all eight types.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ def _wire(letter: Type) -> Thermocouple:
 
 
 def millivolts(letter: Type, tip_c: float, junction_c: float) -> float:
-    """Return what a thermocouple gives between its tip and its cold junction, mV.
+    """Return a thermocouple's voltage for its tip and its cold junction, mV.
 
-    Where NIST's function has an end it goes on straight: what is beyond must not look like the end.
+    Beyond the ends of NIST's function it goes on linearly, so that it differs from the end.
     """
     return _emf(letter, tip_c) - _at_junction(letter, junction_c)
 
 
 def celsius(letter: Type, measured_mv: float, junction_c: float) -> float:
-    """Return the tip's temperature that a voltage stands for, °C.
+    """Return the tip's temperature for a voltage, °C.
 
-    Beyond the voltages that stand for one temperature alone (type B gives them from 250 °C on) it
-    goes on straight.
+    Beyond the range in which a voltage has only one temperature (type B: from 250 °C) it goes on
+    linearly.
     """
     wire = _wire(letter)
     emf_mv = measured_mv + _at_junction(letter, junction_c)
@@ -49,13 +49,13 @@ def _emf(letter: Type, temperature_c: float) -> float:
 
 @lru_cache(maxsize=64)
 def _at_junction(letter: Type, junction_c: float) -> float:
-    """Return the same of a cold junction: it hardly ever changes."""
+    """Return the voltage of a cold junction, mV, cached because it rarely changes."""
     return _emf(letter, junction_c)
 
 
 @cache
 def _slope(letter: Type, temperature_c: float) -> float:
-    """Return by how much more it gives for a kelvin more, mV/K, within NIST's function."""
+    """Return the voltage's derivative, mV/K, within NIST's function."""
     wire = _wire(letter)
     low_c, high_c = max(temperature_c - 1, wire.range[0]), min(temperature_c + 1, wire.range[1])
     return (wire.emf(high_c) - wire.emf(low_c)) / (high_c - low_c)

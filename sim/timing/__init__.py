@@ -1,4 +1,4 @@
-"""How a binary keeps its times, measured to the cycle in the simulated processor."""
+"""The timing of a binary, measured to the cycle in the simulated processor."""
 
 from heatwright.sim.timing.figures import Cost, Figure, Timing
 from heatwright.sim.timing.measure import measure

@@ -1,4 +1,4 @@
-"""How soon the display shows what a key has changed, and when it is set up again."""
+"""How soon the display shows a key's change, and when it is set up again."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from heatwright.spec import Board
 NUMBER = re.compile(r"-?\d+(\.\d+)?")
 SETPOINT_ROW = 1
 ALLOWED_K = 1e-3
-"""The firmware counts in single precision: a setpoint is what the keys make of it but for this."""
+"""Tolerance of a setpoint that keys have set: the firmware adds in single precision."""
 FIRST_TWO_MORE = 3
-"""Times that tell a period; the first start-up, at power-on, is slower than the rest."""
+"""Start-ups that define a period; the first one, at power-on, is slower than the others."""
 WRITES_OF_A_BYTE = 2
-"""Falls of E with which an address or a character is sent; more between two are a start-up."""
+"""Falls of E for an address or a character; more between two characters are a start-up."""
 
 
 def button_to_display(pressed: Sequence[Press], history: Sequence[Screen]) -> Figure:
@@ -44,9 +44,9 @@ def button_to_display(pressed: Sequence[Press], history: Sequence[Screen]) -> Fi
 
 
 def _answer_s(press: Press, times_s: NDArray[np.float64], rows: Sequence[str]) -> float | None:
-    """Return when the text was first what it has settled to; None if that is not the setpoint.
+    """Return when the text was first its final one; None if that does not show the setpoint.
 
-    A display of whole degrees may show a step of less by nothing: it is right at once.
+    A display of whole degrees may not change for a smaller step: it is then right at once.
     """
     first, end = np.searchsorted(times_s, (press.time_s, press.time_s + SETTLED_S))
     settled = rows[end - 1]
@@ -63,7 +63,7 @@ def _answer_s(press: Press, times_s: NDArray[np.float64], rows: Sequence[str]) -
 
 
 class StartUps:
-    """Recorder of when the display is set up, s: many instructions, and no character between."""
+    """Records when the display is set up, s: many instructions, and no character between them."""
 
     def __init__(self, board: Board) -> None:
         rs, enable = (pin_number(board.pins[name].port_name) for name in LCD_PINS[:2])
@@ -76,7 +76,7 @@ class StartUps:
         self._parts.append(pins[np.isin(pins["pin"], (self._rs, self._enable))])
 
     def times_s(self) -> list[float]:
-        """Return the first instruction of each, s."""
+        """Return the time of the first instruction of each start-up, s."""
         events = np.concatenate(self._parts)
         turns = np.cumsum(events["pin"] == self._rs)
         falls = (events["pin"] == self._enable) & (events["state"] & 1 == 0)
@@ -86,7 +86,7 @@ class StartUps:
 
 
 def to_come(times_s: Sequence[float], until_s: float) -> list[float]:
-    """Continue what has come regularly, at least twice, after a first time; s."""
+    """Extrapolate times that were regular at least twice after a first time, s."""
     if len(times_s) < FIRST_TWO_MORE:
         return list(times_s)
     every_s = times_s[-1] - times_s[-2]

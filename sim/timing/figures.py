@@ -1,4 +1,4 @@
-"""What was measured, each figure with its limit."""
+"""The measured figures, each with its limit."""
 
 from __future__ import annotations
 
@@ -7,23 +7,22 @@ from dataclasses import dataclass, field
 from typing import Any
 
 BUTTON_MS = 50.0
-"""A key is answered at once: a tenth of a second is what a person notices, and this is half."""
+"""A key must react at once: a person notices a tenth of a second, and this is half."""
 JITTER_US = 1000.0
-"""A thousandth of the usual control period of 1 s; for each loop, as one's step may come after
-those of all others."""
+"""A thousandth of the usual control period of 1 s, times the number of loops, as a loop's step may
+come after those of all others."""
 BUSY_US = 100.0
-"""Nothing may wait longer for anything than two instructions of the display take."""
+"""No wait may be longer than two instructions of the display."""
 SLOT_US = 70.0
-"""Interrupts off in a slot of the 1-Wire bus, which lasts 60 µs at least."""
+"""Longest time with interrupts off in a slot of the 1-Wire bus, which lasts at least 60 µs."""
 
 
 @dataclass(frozen=True)
 class Figure:
     """The worst measured value of a quantity, its limit, and details.
 
-    what -- the quantity, in words; unit -- ms, µs or bytes; worst -- None if it could not be
-    measured, which fails; where -- the function in which it was found; details -- further numbers,
-    by name.
+    what -- the quantity, in words; unit -- ms, µs or bytes; worst -- None: it could not be
+    measured, which fails; where -- the function with the worst value; details -- further numbers.
     """
 
     what: str
@@ -35,11 +34,11 @@ class Figure:
 
     @property
     def passed(self) -> bool:
-        """Whether it is within its limit."""
+        """Whether the figure is within its limit."""
         return self.worst is not None and self.worst <= self.limit
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for machines, in the unit its name there ends in."""
+        """Return the figure as JSON data, in the unit at the end of its name."""
         found: dict[str, Any] = {"worst": self.worst, **self.details}
         if self.where is not None:
             found["function"] = self.where
@@ -48,9 +47,9 @@ class Figure:
 
 @dataclass(frozen=True)
 class Cost:
-    """A function's calls and cycles: the longest call, with all it calls, and its own, %.
+    """A function's calls: the longest one, with all it calls, and its own share of the cycles, %.
 
-    Interrupts that came meanwhile are not counted.
+    Interrupts during a call are not counted.
     """
 
     function: str
@@ -61,11 +60,11 @@ class Cost:
 
 @dataclass(frozen=True)
 class Timing:
-    """Every figure of one binary.
+    """All figures of one binary.
 
-    figures -- by its name in the JSON, which ends in its unit; a controller without a keypad has
-    none for it. functions -- those with the longest calls, once main has begun.
-    idle_fraction -- of the time, asleep. seconds -- of simulated time that were measured.
+    figures -- by name in the JSON, which ends in the unit; without a keypad, its figure is left
+    out. functions -- those with the longest calls after the start of main. idle_fraction -- share
+    of the time asleep. seconds -- simulated time that was measured.
     """
 
     figures: Mapping[str, Figure]
@@ -75,11 +74,11 @@ class Timing:
 
     @property
     def passed(self) -> bool:
-        """Whether all of it is within its limits."""
+        """Whether all figures are within their limits."""
         return all(figure.passed for figure in self.figures.values())
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for machines."""
+        """Return all figures as JSON data."""
         return {
             **{name: figure.as_json() for name, figure in self.figures.items()},
             "functions": [

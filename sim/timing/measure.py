@@ -23,13 +23,13 @@ Progress = Callable[[float, float], None]
 """Called with the simulated time and the end, s."""
 
 LEAST_S = 600.0
-"""What is measured: twenty of the display's start-ups, each met by a key at another phase."""
+"""Time that is measured: twenty start-ups of the display, each with a key at another phase."""
 LEAST_STEPS = 5
-"""A loop so slow that it makes fewer steps meanwhile is measured for longer."""
+"""A slow loop that makes fewer steps in that time is measured for longer."""
 QUIET_S = 95.0
-"""In this long the display has started up often enough to tell when it does so again."""
+"""In this time the display starts up often enough to predict its next start-ups."""
 START_S = 1.0
-"""Within this long main begins."""
+"""Main begins within this time."""
 
 
 def measure(
@@ -41,10 +41,10 @@ def measure(
 ) -> Timing:
     """Measure an unmodified binary.
 
-    The clearing of RAM and whatever else comes before main is left out, and the start that ends
-    with the watchdog's reset: nothing could wait there.
+    Code before main, such as the clearing of RAM, is left out, and so is the start-up that ends
+    with the watchdog's reset: nothing waits there.
 
-    static_stack_bytes -- the worst stack found in the code, which what is used must not exceed.
+    static_stack_bytes -- worst case from the code's analysis, which the used stack must not exceed.
 
     Raises what AvrDevice does.
     """
@@ -76,7 +76,7 @@ def _length_s(controller: Controller) -> float:
 
 
 def _planned(controller: Controller, program: Elf) -> list[Press]:
-    """Watch the program without a hand on it, then aim the keys at what it does."""
+    """Watch the program without keys, then time the keys to coincide with its actions."""
     keypad = keypad_of(controller)
     if keypad is None:
         return []
@@ -92,7 +92,7 @@ def _planned(controller: Controller, program: Elf) -> list[Press]:
 
 
 def _to_main(avr: Avr, program: Elf) -> None:
-    """Run until main begins, for good where the watchdog resets it."""
+    """Run until main begins, after the watchdog's reset if there is one."""
     main = program.function("main")
     end = round(START_S * avr.clock_hz)
     for _ in range(1 + any(each.name == PROOF for each in program.functions)):

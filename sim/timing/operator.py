@@ -1,4 +1,4 @@
-"""The operator of the timing: presses keys at the worst of times, and knows what comes of it."""
+"""The operator of the timing: presses keys at the worst times, and knows the results."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from heatwright.sim.timing.stage import resting_c
 from heatwright.spec import Controller, LcdKeypad
 
 GOLDEN = 0.6180339887498949
-"""Its multiples, less their whole part, are spread evenly however many there are."""
+"""The fractional parts of its multiples are spread evenly, for any number of them."""
 HELD_S = 0.06
-"""How long a key is held: longer than bouncing is looked at, shorter than a person does."""
+"""How long a key is held: longer than the debouncing, shorter than by a person."""
 SETTLED_S = 0.3
-"""After this long the display shows what a key has changed, or never does."""
+"""After this time the display shows a key's change, or it never does."""
 DIGITS = 6
-"""Steps of a tenth, summed in binary, would miss the end of the range by less."""
+"""Decimals to round to: the binary error of summed tenths is smaller."""
 BACK_S = 0.35
-"""So long after a key the opposite one takes back what it did, where that must not last."""
+"""Time after which the opposite key undoes a key, if its change must not last."""
 FIRST_S = 5.0
-"""When the first key is pressed: start-up is over."""
+"""When the first key is pressed: after the start-up."""
 BEFORE_S, AFTER_S = 0.045, 0.010
-"""Keys aimed at something else that the program does come this long before or after it, s."""
+"""A key that is aimed at an action of the program comes this long before or after it, s."""
 
 
 @dataclass(frozen=True)
 class Press:
-    """A key, when it goes down (s), and the setpoint from then on (°C)."""
+    """A key, the time it is pressed (s), and the setpoint from then on (°C)."""
 
     time_s: float
     key: str
@@ -34,11 +34,11 @@ class Press:
 
 
 def presses(controller: Controller, keypad: LcdKeypad, times_s: Sequence[float]) -> list[Press]:
-    """Give the times their keys, so that the setpoint goes up and down below the resting point.
+    """Assign a key to each time, so that the setpoint moves up and down below the resting point.
 
-    There the machine need not heat, which it cannot. What leads above it is taken back as soon as
-    it has been shown, and the times until that has been are left out. A key leads no further than
-    to an end of the range, and each of these changes the setpoint.
+    There the simulated machine, which cannot heat, need not heat. A change to above it is undone as
+    soon as it has been shown; the times until then are left out. No key goes beyond the range, and
+    each one changes the setpoint.
     """
     loop = controller.loops[keypad.loop]
     low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
@@ -60,10 +60,10 @@ def presses(controller: Controller, keypad: LcdKeypad, times_s: Sequence[float])
 
 
 def aimed(until_s: float, steps_s: Sequence[float], refreshes_s: Sequence[float]) -> list[float]:
-    """Return times for keys: one a second, at phases of all that the program does, s.
+    """Return times for keys, s: one a second, at all phases of the program's actions.
 
-    Each refresh of the display is aimed at, every other second a control step; the phases of the
-    other seconds, and all phases of the tick, are spread evenly.
+    Keys are aimed at each refresh of the display and, every other second, at a control step. The
+    phases of the other seconds, and all phases of the tick, are spread evenly.
     """
     found: list[float] = []
     for number, second in enumerate(_seconds(until_s)):

@@ -1,4 +1,4 @@
-"""The machine that the timing is measured on: readings that keep display and line busy."""
+"""The device whose timing is measured, with readings that keep display and lines busy."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from heatwright.spec.commands import keypad_of
 from heatwright.spec.facts import facts_of
 
 SWING_K = 0.1
-"""The readings go to and fro by this about a multiple of ten: all digits of them change."""
+"""The readings alternate by this around a multiple of ten, so that all their digits change."""
 
 
 SLOWER, DEEPER, BOTTOM_S, DIPS = 4.0, 1.25, 1.0, 3
-"""A dip is so much slower than a reading may be, so much deeper than one that stands, and so long
-at its bottom; so many there are in the time of the effort's rules."""
+"""A dip of the reading: how much slower than `rise_rate`, how much deeper than what counts as
+steady, the time at its bottom, and the number of dips in the time of the rules of effort."""
 
 STARTED_S = 1.5
-"""When a loop is switched on: the program, a display and a person are there by then."""
+"""When a loop is switched on: program and display have started by then."""
 TO_SETPOINT = ("left", "select", "up", "select", "right", "left")
-"""In a menu: to the switch, on, back to the first screen, and to the setpoint."""
+"""Keys in a menu: to the switch, on, back to the first screen, and to the setpoint."""
 ABOVE_MINIMUM_K = 1.0
-"""A machine is warmer by this than what its protection takes for a lost sensor, at least."""
+"""The machine is at least this much warmer than `protection.minimum`."""
 
 
 @dataclass
 class Beat:
-    """Something that is done once a period."""
+    """An action that is done once a period."""
 
     due_s: float
     every_s: float
@@ -45,14 +45,14 @@ class Beat:
 
 
 class Stage:
-    """A device whose sensors move to and fro once a period, about where its loops rest.
+    """A device whose readings alternate once a period around the resting points of its loops.
 
-    The temperatures stay so near to a setpoint that no protection trips. A loop that is switched is
-    switched on; a heater's current, where it is measured, is that of the same period.
+    The temperatures stay so near to a setpoint that no rule trips. A switched loop is switched on;
+    a heater's measured current follows the duty of the same period.
     """
 
     def __init__(self, controller: Controller, device: AvrDevice, lasts_s: float) -> None:
-        """Set the stage for a time, s."""
+        """Prepare the readings for a time, s."""
         self._device = device
         swings: dict[str, Beat] = {}
         self._beats: list[Beat] = []
@@ -85,10 +85,10 @@ class Stage:
 
 
 def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
-    """Let the loop work: have its master switch it on, its keys, or its touch display.
+    """Switch the loop on, by its master, its keys, or its touch display.
 
-    At the keys of a menu the screen of the setpoint is shown then. UP at a loop that is on already
-    would change its setpoint.
+    A menu then shows the screen of the setpoint. A loop that is already on needs no key: UP would
+    change its setpoint.
     """
     has_master = modbus_of(controller) is not None
     if has_master:
@@ -108,7 +108,7 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
 def _swing(
     device: AvrDevice, sensor: str, middle_c: float, dips_k: Sequence[float]
 ) -> Callable[[], None]:
-    """Let the readings swing, and dip."""
+    """Let the readings alternate, with dips."""
     sides, dip_k = cycle((SWING_K, -SWING_K)), cycle(dips_k)
 
     def swing() -> None:
@@ -118,13 +118,13 @@ def _swing(
 
 
 def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> list[float]:
-    """Give what a reading lacks in each period, over the time between two dips, K.
+    """Return the reduction of the reading in each period between two dips, K.
 
-    Nothing, unless the effort's rules could trip in the time that the timing lasts: a reading that
-    stands takes some power. A dip is so deep that the reading moves, slower than a reading may
-    change, and long enough to be read. Every other one is a rise: a switch goes off again, and an
-    integral does not grow. All are where a dip would take so long that heat without a rise is a
-    fault, and none is where a rise without heat is one.
+    There are dips only if the rules of effort could trip during the measurement, as a steady
+    reading needs some power. A dip is deep enough to count as movement, slower than `rise_rate`,
+    and long enough to be read. Every other one is a rise: an on-off heater goes off again, and an
+    integral does not grow. All are rises if a dip would last so long that heat without a rise is a
+    fault; none is a rise if a rise without heat is a fault.
     """
     rules, effort = loop.protection, loop.protection.effort
     if effort is None or effort.for_s > lasts_s:
@@ -148,9 +148,9 @@ def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> lis
 
 
 def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat]:
-    """Let the heater's current flow, where it is measured.
+    """Set the heater's current, if it is measured.
 
-    The step at the beginning of a period has set the duty; a part of that period tells what it is.
+    The step at the beginning of a period sets the duty; it is read later in that period.
     """
     output = controller.switches[loop.heater]
     if output.current is None:
@@ -172,11 +172,11 @@ def _beat(loop: Loop, share: float, act: Callable[[], object]) -> Beat:
 
 
 def resting_c(controller: Controller, loop: str) -> float:
-    """Return the multiple of ten next to a loop's first setpoint, if that may be set; in °C.
+    """Return the resting point of a loop: the multiple of ten next to its first setpoint, °C.
 
-    It is never so low that the protection takes the sensor for a lost one. Where a key's first step
-    up would lead above it, it is there already, or as near as is no runaway. A loop that no key
-    moves rests at its setpoint: below that, it might ask for all its heat for ever.
+    It is always above `protection.minimum`. If the first step of a key would go above it, it is at
+    that step, or as near as the rule runaway allows. A loop without keys rests at its setpoint:
+    below, it might ask for full power for ever.
     """
     setpoint, protection = controller.loops[loop].setpoint, controller.loops[loop].protection
     low_c = max(setpoint.minimum_c, protection.minimum_c + ABOVE_MINIMUM_K)

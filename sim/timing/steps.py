@@ -1,4 +1,4 @@
-"""How punctual the control steps are, and how long a tick's work takes."""
+"""The jitter of the control steps, and the duration of a tick's work."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from heatwright.sim.timing.figures import JITTER_US, Figure
 Cycles = NDArray[np.uint64]
 
 STEP = "guard_{loop}_step"
-"""Called once in every control step of a loop, fault or not."""
+"""Called once in every control step of a loop, with or without a fault."""
 TICK = "gate_tick"
 """Called once in every tick, by the timer's interrupt."""
 WAIT = "clock_wait"
-"""Called when a tick's work is done, once for every tick."""
+"""Called once for every tick, when its work is done."""
 
 
 def handlers(program: Elf) -> list[str]:
@@ -27,7 +27,7 @@ def handlers(program: Elf) -> list[str]:
 
 
 def trace(profile: Profile, program: Elf, loops: list[str]) -> None:
-    """Note from now on what the functions below look at."""
+    """Log the calls that the functions below use, from now on."""
     for name in [TICK, WAIT, *handlers(program), *(STEP.format(loop=loop) for loop in loops)]:
         profile.trace(name)
 
@@ -37,10 +37,10 @@ def jitter(
 ) -> Figure:
     """Compare the times of the steps with a regular grid that begins at the first one, µs.
 
-    Details: the drift is the slope of a straight line through the deviations, the spread what
-    lies between the earliest and the latest.
+    Details: the drift is the slope of a line through the deviations, the spread the difference
+    between the latest and the earliest.
     """
-    what = f"{loop}: control step off its time"
+    what = f"{loop}: jitter of the control step"
     if len(entries) < 2:
         return Figure(what, "µs", None, limit_us, details={"steps": len(entries)})
     late_us = deviations_us(entries, period_s, clock_hz)
@@ -60,7 +60,7 @@ def jitter(
 
 
 def deviations_us(entries: Cycles, period_s: float, clock_hz: int) -> NDArray[np.float64]:
-    """Return how much later than on the first one's grid each was, µs."""
+    """Return how late each call was on the grid of the first one, µs."""
     since = (entries - entries[0]).astype(np.float64)
     grid = np.arange(len(entries)) * (period_s * clock_hz)
     late: NDArray[np.float64] = (since - grid) * (1e6 / clock_hz)
@@ -70,8 +70,8 @@ def deviations_us(entries: Cycles, period_s: float, clock_hz: int) -> NDArray[np
 def longest_tick(ticks: Cycles, waits: Cycles, wakes: Cycles, clock_hz: int) -> Figure:
     """Return the time from the timer's interrupt until the work of its tick is done, µs.
 
-    The n-th tick's work is done when the program waits for the n-th time after the first, also
-    when a tick has come during the work of the one before. The limit is the tick itself.
+    The n-th tick's work is done at the n-th wait after the first one, even if a tick came during
+    the work of the one before. The limit is the length of a tick.
 
     ticks -- when TICK was called; waits -- when WAIT was; wakes -- when any interrupt began, in
     order.

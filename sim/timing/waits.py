@@ -1,4 +1,4 @@
-"""The longest waits: in a few instructions, and with interrupts off; and the stack."""
+"""The longest busy waits, the longest times with interrupts off, and the stack."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from heatwright.sim.binary.profile import FunctionProfile, Profile, line_ranges
 from heatwright.sim.timing.figures import BUSY_US, SLOT_US, Cost, Figure
 
 ONE_WIRE = "one_wire"
-"""What the names of the source files of 1-Wire buses begin with."""
+"""Beginning of the names of the 1-Wire buses' source files."""
 MOST_EXPENSIVE = 10
 
 
 class Files:
-    """The source file that each function is from."""
+    """The source file of each function."""
 
     def __init__(self, program: Elf) -> None:
         self._program = program
@@ -25,18 +25,18 @@ class Files:
                 self._of.setdefault(function.name, file)
 
     def label(self, function: str) -> str:
-        """Return the name, an interrupt's with its file: those have only numbers."""
+        """Return the function's name; for an interrupt, which has only a number, with its file."""
         file = self._of.get(function)
         return f"{function} ({file})" if file and function.startswith("__vector_") else function
 
     def is_slot(self, function: str) -> bool:
-        """Whether it is the interrupt of a 1-Wire bus."""
+        """Whether the function is the interrupt of a 1-Wire bus."""
         file = self._of.get(function, "")
         return function.startswith("__vector_") and file.startswith(ONE_WIRE)
 
 
 def busy(profile: Profile, files: Files) -> Figure:
-    """Return the longest stay within eight words of code without sleep, µs."""
+    """Return the longest time within eight words of code without sleep, µs."""
     found = profile.busy
     return Figure("busy waiting", "µs", 1e6 * found.seconds, BUSY_US, files.label(found.function))
 
@@ -44,7 +44,7 @@ def busy(profile: Profile, files: Files) -> Figure:
 def masked(profile: Profile, files: Files, clock_hz: int, limit_us: float) -> dict[str, Figure]:
     """Return the longest times with interrupts off, µs: outside 1-Wire slots, and in them.
 
-    limit_us -- outside, what the machine's interrupts bear; in slots it is SLOT_US.
+    limit_us -- the limit outside slots, from the interrupts' needs; in slots it is SLOT_US.
     """
     functions = profile.functions
     slots = {name: each for name, each in functions.items() if files.is_slot(name)}
@@ -68,12 +68,12 @@ def _longest(
 
 
 def stack(used: int, worst: int) -> Figure:
-    """Compare the stack that was used with the worst case from the analysis of the code, bytes."""
+    """Compare the used stack with the worst case from the analysis of the code, bytes."""
     return Figure("stack used, of the worst found in the code", "bytes", float(used), float(worst))
 
 
 def costs(profile: Profile, files: Files, cycles: int) -> tuple[Cost, ...]:
-    """Return the functions with the longest calls; their own cycles are a part of all those."""
+    """Return the functions with the longest calls; their own cycles are a share of all cycles."""
     found: Iterable[tuple[str, FunctionProfile]] = profile.functions.items()
     longest = sorted(found, key=lambda each: -each[1].longest)[:MOST_EXPENSIVE]
     return tuple(

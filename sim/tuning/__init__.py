@@ -1,1 +1,1 @@
-"""Gains from a model of the machine, and how robust a loop with given gains is."""
+"""Gains from a model of the machine, and the robustness of a loop with given gains."""

@@ -1,4 +1,4 @@
-"""How late a controller acts on what its sensor feels, from the specification."""
+"""The delays of a controller from sensor to output, from the spec."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def reading_age_s(controller: Controller, sensor: str) -> float:
 
 
 def output_delay_s(controller: Controller, output: str, period_s: float) -> float:
-    """Return how long a duty waits, on average, until the output takes it over, s.
+    """Return the mean delay until the output takes a new duty over, s.
 
-    A PWM takes it over with its next period, a time-proportional output with its next window; one
-    that is as long as the control period begins with the step itself.
+    A PWM takes it over in its next period, a time-proportional output in its next window; a window
+    as long as the control period begins with the step itself.
     """
     spec = controller.switches[output]
     if spec.frequency_hz:

@@ -1,4 +1,4 @@
-"""What a loop does about a load, and what its sensor's steps do to the heater."""
+"""The response of a loop to a load, and the effect of its sensor's steps on the duty."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from heatwright.sim.tuning.loop import minimal_pid, sampled
 from heatwright.sim.tuning.process import Process
 
 LOAD_PERCENT = 10.0
-"""Share of the power that a load takes away, all at once."""
+"""Share of the power that a load suddenly takes away."""
 
 LONGEST = 20_000
-"""Control steps that are followed."""
+"""Most control steps that are computed."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """Answer to a load of 10 % of the power."""
+    """Response to a load of 10 % of the power."""
 
     dip_k: float
     """Largest error."""
     after_s: float
-    """When it is there, s."""
+    """Time of the largest error, s."""
     half_s: float | None
-    """When the error is less than half of that for good, s; None if not in the time followed."""
+    """Time after which the error stays below half of that, s; None: not in the time computed."""
 
 
 def load_answer(process: Process, gains: Gains, period_s: float) -> Load:
-    """Follow the linear loop after a step of load, until long after its slowest part has settled.
+    """Compute the linear loop's response to a load step, until long after it has settled.
 
     The loop must be stable.
     """
@@ -58,6 +58,6 @@ def load_answer(process: Process, gains: Gains, period_s: float) -> Load:
 
 
 def step_kick(gains: Gains, step_k: float, period_s: float) -> float:
-    """Return by how much one step of the sensor moves the duty at once, %."""
+    """Return how much one step of the sensor changes the duty at once, %."""
     slope = gains.kd / (gains.filter_s + period_s) if gains.kd else 0.0
     return (gains.kp + gains.ki * period_s + slope) * step_k

@@ -1,4 +1,4 @@
-"""Gains of the firmware's PID, and how the forms of the tuning rules become them."""
+"""Gains of the firmware's PID, and their conversion from the forms of tuning rules."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ class Gains(NamedTuple):
     kd: float
     """%·s/K."""
     filter_s: float
-    """Time constant of the derivative, s; without meaning where kd is 0."""
+    """Time constant of the derivative's filter, s; unused if kd is 0."""
     integral_percent: tuple[float, float] | None = None
-    """Limits proposed for the integral, %, where the power that holds is known."""
+    """Limits proposed for the integral, %, if the holding power is known."""
 
 
 class Series(NamedTuple):
-    """Series form, gain·(1 + 1/(integral·s))·(1 + derivative·s), behind a filter of its input."""
+    """Series form, gain·(1 + 1/(integral·s))·(1 + derivative·s), with a filter at its input."""
 
     gain: float
     """%/K."""
@@ -32,7 +32,7 @@ class Series(NamedTuple):
         """Return the same controller in parallel form.
 
         gain·(Ti·s + 1)·(Td·s + 1) / (Ti·s·(Tf·s + 1)) in partial fractions. A derivative time below
-        the filter's would need a negative kd: then there is nothing to gain from a derivative.
+        the filter's would need a negative kd: a derivative is then useless, and left out.
         """
         ki = self.gain / self.integral_s
         if self.derivative_s <= filter_s:

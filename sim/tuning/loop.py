@@ -1,4 +1,4 @@
-"""The sampled loop: the process held between two steps, and the firmware's PID.
+"""The sampled loop: the process with constant duty between steps, and the firmware's PID.
 
 K. J. Åström, B. Wittenmark, Computer-Controlled Systems, 3rd ed. 1997: section 3.2 for a process
 with dead time, sampled; chapter 8 for backward differences.
@@ -23,7 +23,7 @@ def sampled(process: Process, period_s: float) -> control.StateSpace:
     states = size + whole + 1
     step, given = np.zeros((states, states)), np.zeros((states, 1))
     step[:size, :size] = transition
-    # The duties on their way come after the process's own states, the oldest last.
+    # The delayed duties come after the process's own states, the oldest last.
     step[:size, -1] = old
     if whole:
         step[:size, -2] = fresh
@@ -38,7 +38,7 @@ def sampled(process: Process, period_s: float) -> control.StateSpace:
 def sampled_response(
     process: Process, period_s: float, z: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Compute the response of the sampled process without its row of waiting duties."""
+    """Compute the frequency response of the sampled process, without its delayed duties."""
     whole, transition, fresh, old = _held(process, period_s)
     given = fresh * z[:, None] ** -whole + old * z[:, None] ** -(whole + 1)
     free = z[:, None, None] * np.eye(len(transition)) - transition
@@ -56,7 +56,7 @@ def _held(process: Process, period_s: float) -> tuple[int, Matrix, Matrix, Matri
 
 
 def pid(gains: Gains, period_s: float) -> control.StateSpace:
-    """Return the firmware's PID, from error to duty (docs/control.md), where nothing is limited."""
+    """Return the firmware's PID from error to duty (docs/control.md), without limits."""
     share = period_s / (gains.filter_s + period_s)
     slope = gains.kd * share / period_s
     ki_step = gains.ki * period_s
@@ -67,7 +67,7 @@ def pid(gains: Gains, period_s: float) -> control.StateSpace:
 
 
 def minimal_pid(gains: Gains, period_s: float) -> control.StateSpace:
-    """Return the PID without the states of terms that are off: an idle integrator is no pole."""
+    """Return the PID without the states of terms that are off: an unused integrator is no pole."""
     whole = pid(gains, period_s)
     kept = [state for state, on in enumerate((gains.ki, gains.kd)) if on]
     return control.ss(
@@ -78,7 +78,7 @@ def minimal_pid(gains: Gains, period_s: float) -> control.StateSpace:
 def pid_response(
     gains: Gains, period_s: float, z: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Compute the response of the PID."""
+    """Compute the frequency response of the PID."""
     share = period_s / (gains.filter_s + period_s)
     integral = gains.ki * period_s * z / (z - 1)
     slope = gains.kd * share / period_s * (z - 1) / (z - 1 + share)

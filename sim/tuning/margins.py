@@ -1,4 +1,4 @@
-"""How much a loop bears before it oscillates."""
+"""The stability margins of a loop."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from heatwright.sim.tuning.loop import minimal_pid, pid_response, sampled, sampl
 from heatwright.sim.tuning.process import Process
 
 POINTS = 1500
-"""Frequencies of the open loop, even in the logarithm; python-control interpolates between them."""
+"""Number of frequencies, evenly spaced in the logarithm; python-control interpolates."""
 
 DECADES = 3
-"""Below the slowest corner of the loop."""
+"""Decades below the loop's lowest corner frequency."""
 
 SOUND = 2.0
 """Largest Ms that gains may have (Åström & Hägglund, Advanced PID Control, 2006, section 4.6). It
@@ -31,13 +31,13 @@ class Margins:
     stable: bool
     """Whether all poles of the closed loop are inside the unit circle."""
     gain: float
-    """By what the machine's gain may grow; infinite if by anything."""
+    """Factor by which the machine's gain may grow; infinite if there is no limit."""
     phase_deg: float
-    """How much more phase it may lose at its crossover."""
+    """Further phase lag that the loop tolerates at its crossover."""
     delay_s: float
-    """How much more dead time that is, s."""
+    """Further dead time with that phase lag, s."""
     sensitivity: float
-    """Ms: the most by which the loop amplifies an error; its reciprocal is the distance to −1."""
+    """Ms: the largest amplification of an error; its reciprocal is the distance to −1."""
     crossover: float
     """Frequency at which the open loop's gain is 1, rad/s; 0 if it never is."""
 
@@ -92,19 +92,19 @@ def margins(process: Process, gains: Gains, period_s: float) -> Margins:
 
 
 def _at_the_end(response: np.complex128) -> float:
-    """Return the growth that oscillates from step to step: there the response is real."""
+    """Return the gain margin at half the sampling frequency, where the response is real."""
     return float(-1 / response.real) if response.real < 0 else math.inf
 
 
 def _growth(gains: NDArray[np.float64], stable: bool) -> float:
-    """Return the least growth that makes a stable loop oscillate; of another, the least cure."""
+    """Return the gain factor to instability; of an unstable loop, the least one to stability."""
     if stable:
         return float(gains[gains > 1].min(initial=math.inf))
     return float(gains[gains < 1].max(initial=0.0))
 
 
 def is_stable(process: Process, gains: Gains, period_s: float) -> bool:
-    """Return whether the closed loop settles, where nothing is limited."""
+    """Return whether the closed loop without limits is stable."""
     loop = control.series(minimal_pid(gains, period_s), sampled(process, period_s))
     closed = loop.A - loop.B @ loop.C / (1 + loop.D)
     return bool(np.abs(np.linalg.eigvals(closed)).max() < 1)

@@ -1,4 +1,4 @@
-"""What a host or a master is made to order of a commanded loop, as events of a scenario."""
+"""Orders of a host or a master to a commanded loop, as events of a scenario."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from heatwright.spec import Controller, Event
 from heatwright.spec.commands import gcode_of, modbus_of
 
 ORDER_S = 1.0
-"""When it is ordered; a controller that nobody commands begins by itself, from the start."""
+"""Time of the order; a loop that is not commanded starts on its own."""
 
 
 def heat(controller: Controller, loop: str, target_c: float) -> tuple[Event, ...]:
-    """Have a loop heat to a temperature, °C; nothing where nobody commands it."""
+    """Return the events that heat a loop to a temperature, °C; none if it is not commanded."""
     if modbus_of(controller) is not None:
         return (_written({f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}),)
     return _sent(controller, loop, heats, f"S{target_c:g}")
 
 
 def tune(controller: Controller, loop: str, target_c: float, cycles: int) -> tuple[Event, ...]:
-    """Have a loop find its gains at a temperature, °C; a master has no say in the cycles."""
+    """Return the events that tune a loop at a temperature, °C; a master cannot set the cycles."""
     if modbus_of(controller) is not None:
         orders = {f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}
         return (_written({**orders, f"{loop}.tune": True}),)
@@ -30,7 +30,7 @@ def tune(controller: Controller, loop: str, target_c: float, cycles: int) -> tup
 def _sent(
     controller: Controller, loop: str, command: Callable[[str], str], words: str
 ) -> tuple[Event, ...]:
-    """Send a command, which depends on what the host calls the loop, and its words."""
+    """Return the event with a command, which depends on the host's address of the loop."""
     gcode = gcode_of(controller)
     called = [name for name, served in gcode.loops.items() if served == loop] if gcode else []
     if not called:

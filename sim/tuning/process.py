@@ -1,4 +1,4 @@
-"""The machine as a loop sees it near a working point: from its duty to its reading."""
+"""The linear model of a machine near a working point, from duty to reading."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from heatwright.spec import Controller
 Matrix = NDArray[np.float64]
 
 SAME = 1e-6
-"""A pole and a zero closer than this, relatively, are one and the same."""
+"""A pole and a zero with a smaller relative distance cancel."""
 
 
 @dataclass(frozen=True)
 class Process:
-    """dx/dt = A·x + b·u, y = c·x; u in % of full power, y in K, and y comes late."""
+    """dx/dt = A·x + b·u, y = c·x; u in % of full power, y in K, with a dead time."""
 
     rates: Matrix
     """A, 1/s."""
@@ -31,16 +31,16 @@ class Process:
     reading: Matrix
     """c."""
     late_s: float
-    """Dead time, age of the readings, and waiting of the duty, s."""
+    """Sum of dead time, age of the readings, and delay of the duty, s."""
 
     @property
     def gain(self) -> float:
-        """Where one more % of duty ends, K/%."""
+        """The steady-state gain, K/%."""
         return float(-self.reading @ np.linalg.solve(self.rates, self.heat))
 
     @property
     def lags_s(self) -> list[float]:
-        """Time constants of the denominator, s, longest first, without what the numerator cancels.
+        """Time constants of the denominator, s, longest first, without those that cancel.
 
         All are real: a network of capacities and resistances does not oscillate.
         """
@@ -52,7 +52,7 @@ class Process:
         return _times(self._poles_and_zeros()[1])
 
     def held(self, time_s: float) -> tuple[Matrix, Matrix]:
-        """Return what becomes of state and constant duty over a time (exact)."""
+        """Return the exact matrices of state and constant duty over a time."""
         size = len(self.rates)
         augmented = np.zeros((size + 1, size + 1))
         augmented[:size, :size] = self.rates
@@ -78,7 +78,7 @@ def _zeros(rates: Matrix, heat: Matrix, reading: Matrix) -> list[float]:
     identity = np.zeros_like(system)
     identity[:size, :size] = np.eye(size)
     found = eigvals(system, identity)
-    # Zeros at infinity come out as huge numbers, or as none at all.
+    # Zeros at infinity are computed as huge numbers, or not at all.
     largest = np.abs(rates).max() / np.finfo(float).eps ** 0.5
     return [float(np.real(zero)) for zero in found if np.isfinite(zero) and abs(zero) < largest]
 
@@ -88,17 +88,17 @@ def _times(roots: list[float]) -> list[float]:
 
 
 def power_of(controller: Controller, loop: str) -> float | None:
-    """Return the power of a loop's heater at full duty, W; None if its specification has none."""
+    """Return the power of a loop's heater at full duty, W; None if the spec does not give it."""
     return getattr(controller.outputs[controller.loops[loop].heater], "power_w", None)
 
 
 def process_of(controller: Controller, loop: str, at_c: float | None = None) -> Process:
-    """Linearise the machine of a specification, with its fans as they always run.
+    """Linearise the machine of a spec, with the fans that always run.
 
     Args:
         controller: the specification.
         loop: name of the loop.
-        at_c: temperature about which surfaces radiate, °C; the initial setpoint if None.
+        at_c: temperature at which radiation is linearised, °C; the initial setpoint if None.
 
     Raises:
         ValueError: the specification has no simulation, or its heater no power.
@@ -138,7 +138,7 @@ def process_of(controller: Controller, loop: str, at_c: float | None = None) -> 
 def at_full_power(
     controller: Controller, loop: str, step_s: float
 ) -> Iterator[tuple[float, float]]:
-    """Yield time, s, and what the loop's sensor follows, °C, from cold at full power.
+    """Yield time, s, and temperature before the sensor's dead time, °C, from cold at full power.
 
     Raises:
         ValueError: the specification has no simulation.

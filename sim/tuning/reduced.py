@@ -1,4 +1,4 @@
-"""The few numbers that tuning rules want: gain, two lags, one dead time.
+"""Reduce a process to the numbers that tuning rules need: gain, two lags, one dead time.
 
 S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", Journal of
 Process Control 13 (2003), section 2: the half rule, and rules T1 to T3 for zeros.
@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 CLOSE = 1.6
-"""A smaller lag is paired with a lead rather than a larger one if it is within this factor."""
+"""A smaller lag within this factor of a lead is paired with it, in place of a larger lag."""
 
 ROUNDS = 20
-"""The zero rules need the closed loop's time constant, which follows from what they give."""
+"""Iterations: the zero rules need the closed loop's time constant, which depends on them."""
 
 
 class Reduced(NamedTuple):
@@ -22,7 +22,7 @@ class Reduced(NamedTuple):
     """K/%."""
     lag_s: float
     second_s: float
-    """0 in a model of first order."""
+    """0 in a first-order model."""
     dead_s: float
 
 
@@ -37,7 +37,7 @@ def reduce(  # noqa: PLR0913 - all have names
 ) -> Reduced:
     """Reduce a process to first or second order.
 
-    Sampling is worth half a period of dead time more (Skogestad, section 2.1).
+    Sampling adds half a period of dead time (Skogestad, section 2.1).
     """
     dead_s = late_s + period_s / 2
     fast_s = dead_s
@@ -52,7 +52,7 @@ def reduce(  # noqa: PLR0913 - all have names
 
 
 def _halved(gain: float, lags_s: list[float], dead_s: float, order: int) -> Reduced:
-    """Apply the half rule: of the largest lag left out, half is lag and half is dead time."""
+    """Apply the half rule: half of the largest neglected lag becomes lag, half dead time."""
     lags = sorted(lags_s, reverse=True)
     lags += [0.0] * (order + 1 - len(lags))
     kept, left_out = lags[:order], lags[order:]
@@ -64,7 +64,7 @@ def _halved(gain: float, lags_s: list[float], dead_s: float, order: int) -> Redu
 def _without_leads(
     lags_s: list[float], leads_s: list[float], fast_s: float
 ) -> tuple[float, list[float]]:
-    """Pair each lead with a lag; return what is left of both: a factor, and lags."""
+    """Pair each lead with a lag; return what remains: a factor, and lags."""
     factor = 1.0
     for lead_s in sorted(leads_s, reverse=True):
         lag_s = _partner(lead_s, lags_s)
@@ -76,7 +76,7 @@ def _without_leads(
 
 
 def _partner(lead_s: float, lags_s: list[float]) -> float:
-    """Choose the nearest larger lag, but a smaller one that is much nearer."""
+    """Choose the nearest larger lag; a smaller one if it is much nearer, or if none is larger."""
     larger = min((lag for lag in lags_s if lag >= lead_s), default=None)
     smaller = max((lag for lag in lags_s if lag < lead_s), default=None)
     if larger is None:

@@ -1,4 +1,4 @@
-"""The firmware's autotune, done by the reference model on the machine of the specification."""
+"""The firmware's autotune, run by the reference model on the spec's machine."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from heatwright.spec import Controller
 
 DONE = 2
 RESULTS = {
-    1: "it has not come to an end",
+    1: "it did not come to an end",
     3: "it took longer than its time-out",
     4: "it was stopped",
     5: "the machine became too hot",
-    6: "what it found is no use",
+    6: "its results are not usable",
 }
 """Codes of autotune.result (docs/control.md, "Autotune")."""
 
 AFTERWARDS_S = 10.0
-"""Time after the time-out in which the result must be there."""
+"""Time after the time-out within which the result must be there."""
 
 
 class TuningFailed(Exception):
-    """The experiment came to no gains; the text says why."""
+    """The experiment found no gains; the text says why."""
 
 
 def relay(
     controller: Controller, loop: str, target_c: float, progress: Progress | None = None
 ) -> Gains:
-    """Run the relay experiment from cold, as the firmware does, and return what it found.
+    """Run the relay experiment from cold, as the firmware does, and return its gains.
 
     Raises:
         TuningFailed: a protection tripped, or the experiment found nothing.

@@ -1,8 +1,8 @@
-"""Gains for many machines: drawn about the specification's, tried all at once, improved for all.
+"""Gains for many machines: drawn around the spec's, simulated together, optimised for all.
 
-A machine as built is not the one of the specification: its capacities and resistances are
-estimates, the room is warmer or colder, and the supply is not what its label says. All machines are
-heated from cold with all gains that are asked about, one in each lane of `heatwright.sim.arrays`.
+A real machine differs from the spec: capacities and resistances are estimates, the room is warmer
+or colder, and the supply is not exactly its nominal voltage. All machines are heated from cold with
+all gains in question, one in each lane of `heatwright.sim.arrays`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 
 BETTER = 0.999
-"""A new cost must be below this share of the old one; otherwise the search does not move."""
+"""A new cost must be below this share of the old one; else the search keeps the old gains."""
 GENERATIONS = 12
 FIRST, LAST = 1.0, 1 / 8
 """Steps of the search, in powers of two."""
@@ -34,7 +34,7 @@ _KEPT = ("temperature_c", "setpoint_c", "has_reading", "enabled", "fault.code")
 
 
 class Spread(NamedTuple):
-    """How far machines are from the specification's, each quantity evenly within."""
+    """How far machines differ from the spec's; each quantity is uniformly distributed."""
 
     share: float = 0.2
     """Spread of capacities and resistances, as a share."""
@@ -44,25 +44,25 @@ class Spread(NamedTuple):
 
 
 class Machine(NamedTuple):
-    """One of them."""
+    """One drawn machine."""
 
     controller: Controller
     process: Process
-    """Near the target."""
+    """The process near the target."""
     warm_s: float
     """From cold to the target at full power, s."""
 
 
 class Outcome(NamedTuple):
-    """How a machine was heated from cold and held."""
+    """The result of heating a machine from cold and holding it."""
 
     overshoot_k: float
     settling_s: float | None
     tripped: bool
     cost: float
     """Error times the time since the start, integrated (ITAE: D. Graham, R. C. Lathrop, Trans. AIEE
-    72, 1953), in parts of the step and of the square of what full power takes. An error of no more
-    than a step of the sensor is none. Infinite where a protection tripped."""
+    72, 1953), relative to the step and to the square of the time at full power. An error up to one
+    step of the sensor counts as none. Infinite if a rule tripped."""
 
 
 def drawn(controller: Controller, spread: Spread, count: int, seed: int) -> Iterator[Controller]:
@@ -106,10 +106,10 @@ def _supplied(controller: Controller, supply: float) -> Controller:
 
 
 class Course(NamedTuple):
-    """What is done with each machine."""
+    """The test of each machine."""
 
     controller: Controller
-    """The specification: what the firmware is generated of."""
+    """The spec, from which the firmware is generated."""
     loop: str
     target_c: float
     length_s: float
@@ -119,9 +119,9 @@ class Course(NamedTuple):
     def tried(
         self, gains: Sequence[Gains], machines: Sequence[Machine], progress: Progress | None = None
     ) -> list[list[Outcome]]:
-        """Heat all machines with all gains; return for each of the gains how each went."""
+        """Heat all machines with all gains; return the outcomes of each of the gains."""
         found: list[list[Outcome]] = [[] for _ in gains]
-        for terms in dict.fromkeys(map(_terms, gains)):  # of lanes, no number is left out in some
+        for terms in dict.fromkeys(map(_terms, gains)):  # lanes must have the same terms
             places = [place for place, each in enumerate(gains) if _terms(each) == terms]
             own = [self._with(gains[place]) for place in places for _ in machines]
             logs = iter(step_logs(
@@ -164,12 +164,12 @@ def _terms(gains: Gains) -> tuple[bool, ...]:
 
 
 def worst_cost(outcomes: Iterable[Outcome]) -> float:
-    """Return what gains are judged by: the cost on the machine that they suit least."""
+    """Return the cost of gains: that on their worst machine."""
     return max(each.cost for each in outcomes)
 
 
 def is_sound(gains: Gains, machines: Iterable[Machine], period_s: float) -> bool:
-    """Return whether gains keep away from instability on each of the machines."""
+    """Return whether gains have sound margins on each of the machines."""
     return all(
         np.abs(1 + open_loop(each.process, gains, period_s).response).min() >= 1 / SOUND
         for each in machines
@@ -184,13 +184,13 @@ def improved(
     """Improve gains until no step of an eighth of an octave helps: a compass search.
 
     T. G. Kolda, R. M. Lewis, V. Torczon, "Optimization by direct search", SIAM Review 45 (2003).
-    It goes along gain, integral time and derivative time, each by its logarithm; what is 0 stays
-    so. Steps of two sizes are tried at once.
+    It varies gain, integral time and derivative time by their logarithms; what is 0 stays 0. Steps
+    of two sizes are tried together.
 
     Args:
-        start: where to begin.
+        start: the first gains.
         cost: of the start.
-        costs_of: asked for the costs of some gains.
+        costs_of: returns the costs of some gains.
 
     """
     axes = np.eye(3)[[True, start.ki > 0, start.kd > 0]]
@@ -211,7 +211,7 @@ def improved(
 
 
 def _at(start: Gains, octaves: NDArray[np.float64]) -> Gains:
-    """Return gains so many octaves from others: of the gain, the integral and derivative times."""
+    """Return gains changed by so many octaves of gain, integral time and derivative time."""
     gain, integral, derivative = (2.0**octaves).tolist()
     return Gains(
         start.kp * gain, start.ki * gain / integral, start.kd * gain * derivative, start.filter_s

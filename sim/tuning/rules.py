@@ -1,8 +1,8 @@
 """Gains by rule, from a reduced model.
 
-Both rules place a closed loop that answers a setpoint with one time constant, and cancel the
-model's lags. SIMC (Skogestad 2003) shortens integral and derivative times where the lags are long,
-so that a disturbance does not linger; lambda tuning does not (Dahlin 1968; Rivera, Morari &
+Both rules give a closed loop that responds to a setpoint with one time constant, and cancel the
+model's lags. SIMC (Skogestad 2003) shortens integral and derivative times if the lags are long, so
+that a disturbance is removed faster; lambda tuning does not (Dahlin 1968; Rivera, Morari &
 Skogestad, Industrial & Engineering Chemistry Process Design and Development 25, 1986, table 1).
 """
 
@@ -16,10 +16,10 @@ from heatwright.sim.tuning.reduced import Reduced, reduce
 SLOWER = 3.0
 
 TIGHT = 1.70
-"""Ms that tight control by SIMC leaves on the reduced model, at most (Skogestad 2003, table 2)."""
+"""Largest Ms of tight SIMC control on the reduced model (Skogestad 2003, table 2)."""
 
 HALVINGS = 6
-"""To 1 % of the time constant."""
+"""Number of halvings, to 1 % of the time constant."""
 
 
 def simc(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gains:
@@ -41,10 +41,10 @@ def simc(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gain
 
 
 def robust_simc(process: Process, model: Reduced, filter_s: float, period_s: float) -> Gains:
-    """Tune by SIMC, as tight as leaves the loop as robust as the rule promises.
+    """Tune by SIMC, as tightly as the robustness that the rule promises allows.
 
-    On the reduced model tight control has an Ms of at most 1.70. The process itself has lags that
-    the model has lumped together: where they cost robustness, the closed loop is made slower.
+    On the reduced model, tight control has an Ms of at most 1.70. The real process has lags that
+    the model lumps together: if they cost robustness, the closed loop is made slower.
     """
 
     def robust(closed_s: float) -> bool:
@@ -65,9 +65,9 @@ def robust_simc(process: Process, model: Reduced, filter_s: float, period_s: flo
 
 
 def lambda_rule(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gains:
-    """Tune by lambda: as fast as asked.
+    """Tune by lambda: with the requested time constant.
 
-    Without a wish the closed loop's time constant is three dead times. With both lags cancelled the
+    By default the closed loop's time constant is three dead times. With both lags cancelled the
     open loop is exp(−θs)/((λ + θ)s), whose gain margin then is 2π = 6.3, its phase margin
     90° − 57.3°/4 = 76° (Skogestad 2003, section 5.1).
     """
@@ -77,10 +77,10 @@ def lambda_rule(model: Reduced, filter_s: float, closed_s: float | None = None) 
 
 
 def model_for(process: Process, period_s: float, filter_s: float) -> Reduced:
-    """Reduce a process to what a rule needs.
+    """Reduce a process to the order that a rule needs.
 
-    To second order, with the derivative's filter as one more lag; to first order where that leaves
-    the derivative nothing to do.
+    To second order, with the derivative's filter as one more lag; to first order if the derivative
+    would then be useless.
     """
     second = _reduced(process, period_s, [*process.lags_s, filter_s], 2)
     if second.second_s > filter_s:

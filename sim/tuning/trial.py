@@ -1,4 +1,4 @@
-"""Gains tried on the bench: the whole control law, with its limits, against the spec's machine."""
+"""Try gains on the bench: the whole control law, with its limits, on the spec's machine."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
 
 
 def blank_pid() -> Pid:
-    """Return a PID with the defaults of the language."""
+    """Return a PID with the spec's defaults."""
     return Pid.model_validate({"kind": "pid", "kp": 0.0})
 
 
@@ -50,7 +50,7 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 
 
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
-    """Let a loop that no host and no master commands start with a setpoint, and on."""
+    """Let a loop without host or master start on, with this setpoint."""
     spec = controller.loops[loop]
     if must_release(controller) or facts_of(controller, loop).hosted:
         return controller

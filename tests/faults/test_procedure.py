@@ -111,19 +111,19 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
         judge=faults_of("chamber")["answers_damaged_in_bursts"].judge,
     ),
     "^nothing tripped; heater off after .*, not within": partial(replace, cause=lambda _: None),
-    "its condition was not met within 1 s": lambda fault: replace(
+    "its trip condition was not met within 1 s": lambda fault: replace(
         tripping(fault, due=lambda _: False, due_within_s=1.0), cause=lambda _: None
     ),
     "heater off after 0.9.. s, not within 0.010 s": partial(replace, off_within_s=TICK_S),
     "tripped again although|sensor_no_answer is latched after its ack": cut_off(lambda _: None),
-    "no fault is latched after a loss of power": cut_off(forgetting),
-    "sensor_no_answer was latched before it began": lambda fault: making(
+    "no fault is latched after a loss of power, not sensor_no_answer": cut_off(forgetting),
+    "sensor_no_answer was latched before the trial began": lambda fault: making(
         fault, lambda world: (fault.cause(world), world.run(10.0))
     ),
     "air differs from the reference model: step .* guard.heating_steps is": lambda fault: making(
         fault, miscount
     ),
-    "air of air read .* °C at .* s, where it felt": lambda _: replace(
+    "air of air read .* °C at .* s, but its tip was at": lambda _: replace(
         faults_of("chamber")["frozen"], sensor_lies=False
     ),
     "nozzle measured 0.00 A at .* s, where .* A flowed": lambda _: replace(
@@ -132,10 +132,10 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
     "nozzle measured 1.33 A at .* s, where 1.78 to 1.78 A flowed": lambda _: making(
         faults_of("fabricator")["small_jumps"], reads_three_quarters
     ),
-    "air became .* °C hot and bears 70.0 °C.*write loops.air.protection.heating.within: .* s": (
+    "air reached .* °C but bears only 70.0 °C.*write loops.air.protection.heating.within: .* s": (
         fragile(70.0)
     ),
-    "air became .* °C hot and bears 66.0 °C.* use a heater of less power": fragile(66.0),
+    "air reached .* °C but bears only 66.0 °C.* use a heater of less power": fragile(66.0),
     "the judge complains": partial(replace, judge=lambda _: "the judge complains"),
 }
 

@@ -274,7 +274,7 @@ def test_nobody_presses_what_is_covered() -> None:
     under = button("under", 'print "u"')
     over = Component("button", "over", 2, 20, 10, 100, 50, {"txt": ""}, release=('print "o"',))
     shown = display(page_of(under, over))
-    with pytest.raises(LookupError, match="lies over under"):
+    with pytest.raises(LookupError, match="component covers under"):
         shown.press("under")
     for place in ((5, 5), (60, 30), (700, 400)):
         shown.touch(*place)

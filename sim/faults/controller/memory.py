@@ -1,4 +1,4 @@
-"""The controller itself damaged: EEPROM, also by a loss of power; RAM, flash, clock, ADC, pins."""
+"""Damage of the controller: EEPROM, RAM, flash, clock, ADC and pins."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ HIGHEST_BIT = 7
 """Highest bit of a byte; in the third byte of a float this is the lowest bit of the exponent."""
 LOWEST_BIT = 0
 SEAL, UNSEALED = "flash_seal", b"\xff\xff"
-"""What holds the checksum of the program, and how the compiler leaves it."""
+"""The constant that holds the program's checksum, and its value before it is sealed."""
 BYTES = 7
-"""Bytes of a record that are written before the power fails: half of the shortest record."""
+"""How many bytes of a record are written before the power cut: half of the shortest record."""
 REFERENCE_OFF = 0.6
 WRONG_S = 1.0 + 2 * TICK_S
-"""A second, and the ticks before and after it."""
+"""The ADC is checked once a second; plus one tick before and after."""
 LOOKS = 3
 HELD_S = (LOOKS + 2) * TICK_S
-"""Three looks at a pin, one of them when it is switched, and a tick about them."""
+"""Three reads of a pin, the first at its switching, and one tick before and after."""
 SLOW = 0.5
-"""Factor of the frequency: a crystal of 8 MHz instead of 16 MHz."""
+"""Factor of the clock frequency: for example a crystal of 8 MHz instead of 16 MHz."""
 REST_S = 2.0
 LONGEST_MS = 1000
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to any EEPROM."""
+    """Yield the faults of the controller's memory and of what its self-checks test."""
     yield Fault(
         "eeprom_damaged",
         lambda: starts.heating(site),
@@ -129,34 +129,34 @@ def damage(world: World) -> None:
 
 
 def flip_setpoint(world: World) -> None:
-    """Flip a bit of the setpoint in the RAM: it becomes twice as far from 0 °C, or half."""
+    """Flip a bit of the setpoint in the RAM: it doubles or halves."""
     place = world.device.variables[f"settings.{world.site.loop_name}_setpoint_c"]
     world.device.avr.flip(place.address + place.size - 2, HIGHEST_BIT)
 
 
 def flip_flash(world: World) -> None:
-    """Flip a bit of the program's last byte: with it variables begin, and until a reset no more."""
+    """Flip a bit of the last byte of flash: a variable's initial value, used only at a reset."""
     world.device.avr.flip_flash(len(world.site.program.flash) - 1, LOWEST_BIT)
 
 
 def leave_out_duty(world: World) -> None:
-    """Flip a bit of the mark that duties leave: one was done that no step has begun."""
+    """Flip a bit of the mark of the step's done duties: one seems done though no step has begun."""
     world.device.avr.flip(_place(world, f"loop_{world.site.loop_name}.c:done"), LOWEST_BIT)
 
 
 def flip_stack_guard(world: World) -> None:
-    """Flip a bit of what stands between stack and variables."""
+    """Flip a bit of the guard between stack and variables."""
     world.device.avr.flip(_place(world, "checks_stack_guard"), LOWEST_BIT)
 
 
 def flip_eeprom(world: World) -> None:
-    """Flip a bit of every cell of the EEPROM."""
+    """Flip a bit of every byte of the EEPROM."""
     eeprom = world.device.avr.eeprom
     eeprom.contents = bytes(byte ^ 1 << LOWEST_BIT for byte in eeprom.contents)
 
 
 def stick_cell(world: World) -> None:
-    """Have a bit of a cell stuck at 0 while it is tested, with the next tick."""
+    """Hold a bit of a RAM cell at 0 while the next tick tests it."""
     avr, test = world.device.avr, world.site.program.function("ram_tick")
     cell = _place(world, "checks_stack_guard")
     avr.write_ram(_place(world, "ram.c:place"), cell.to_bytes(2, "little"))
@@ -170,19 +170,19 @@ def stick_cell(world: World) -> None:
 
 
 def measure(world: World, times: float) -> None:
-    """Have the chip's own voltage be measured as so many times what it is."""
+    """Let the ADC measure the chip's known voltage wrong by a factor."""
     part = world.device.avr.part
     world.device.avr.adc.known(part.adc_known, times * part.known_mv)
 
 
 def change_crystal(world: World, times: float) -> None:
-    """Begin anew with a crystal of another frequency, in times of what the spec says."""
+    """Restart with a crystal of another frequency: the spec's, times a factor."""
     world.device.crystal_hz = round(times * world.site.controller.board.clock_hz)
     world.power_cut(world.step_s)
 
 
 def _held_pins(site: Site) -> Iterator[Fault]:
-    """Hold the relay's pin, or else that of the loop's heater, if it is read back."""
+    """Yield a fault that holds the relay's pin, else the heater's, if the pin is read back."""
     able, relay = read_back(site.controller), site.controller.safety.relay
     output = relay if relay in able else site.loop.heater
     if output not in able:
@@ -199,7 +199,7 @@ def _held_pins(site: Site) -> Iterator[Fault]:
 
 
 def _asked_within_s(output: Any) -> float:
-    """Return how long three ticks that ask for one level may take, s: pulses may be shorter."""
+    """Return the time until the output has asked for one level in three ticks in all, s."""
     if not output.is_windowed:
         return 0.0
     pulse_ticks = round(output.resolution_s / TICK_S) if output.distribution == "spread" else LOOKS
@@ -207,7 +207,7 @@ def _asked_within_s(output: Any) -> float:
 
 
 def hold_off(world: World, output: str) -> None:
-    """Short the pin of an output that is on to where it is off."""
+    """Short the pin of an output that is on to its off level."""
     switch = world.device.outputs[output]
     world.device.avr.pins.drive(switch.pin, "low" if switch.active == "high" else "high")
 
@@ -222,12 +222,12 @@ def _place(world: World, variable: str) -> int:
 
 
 def unseal(world: World) -> None:
-    """Begin with a program that nobody has sealed."""
+    """Restart with a program that is not sealed."""
     _put_seal(world, UNSEALED)
 
 
 def seal(world: World) -> None:
-    """Put the program into the chip again, sealed."""
+    """Restart with the program sealed again."""
     program = world.site.program
     _put_seal(world, program.flash_bytes(SEAL, len(UNSEALED)))
 
@@ -240,7 +240,7 @@ def _put_seal(world: World, wanted: bytes) -> None:
 
 
 def latched(site: Site) -> World:
-    """Begin with a fault that is latched, stored, and whose cause has gone."""
+    """Return a world with a fault that is latched and stored, and whose cause is removed."""
     world = starts.heating(site)
     cut_line(world)
     world.until(OfState(lambda now: now.fault != 0), answer_s(site.loop))
@@ -250,12 +250,12 @@ def latched(site: Site) -> World:
 
 
 def cut_line(world: World) -> None:
-    """Disconnect the loop's sensor, in the way of its kind."""
+    """Cut the loop's sensor off, in the way of its kind."""
     _of_sensor(world.site).cut(world)
 
 
 def mend_line(world: World) -> None:
-    """Reconnect the loop's sensor."""
+    """Undo `cut_line`."""
     _of_sensor(world.site).mend(world)
 
 
@@ -265,7 +265,7 @@ def _of_sensor(site: Site) -> ModuleType:
 
 
 def cut_short(world: World) -> None:
-    """Acknowledge, and cut the power in the middle of the record that says so."""
+    """Acknowledge, and cut the power while the acknowledgement is written to the EEPROM."""
     eeprom = world.device.avr.eeprom
     before = eeprom.writes
     world.hand.begin_acknowledging(world)

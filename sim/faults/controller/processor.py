@@ -1,10 +1,9 @@
-"""The processor: a main loop that hangs, resets, a supply that breaks down.
+"""Faults of the processor: a hung main loop, resets, a failing supply.
 
-A program that hangs is made without touching it. While it sleeps in the tick's wait, the address
-that the wait will return to lies on the stack; it is overwritten, as a disturbance of the RAM
-would, with that of the end of avr-libc's `exit`, an empty endless loop that every program has. One
-entry (`__stop_program`) leaves interrupts as they are, on; the other (`_exit`) first switches them
-off.
+The program is made to hang without changing its code. While it sleeps in the wait for a tick, the
+return address of that wait is on the stack. It is overwritten, as a disturbance of the RAM could
+do, with the address of an empty endless loop that avr-libc puts into every program. Its entry
+`__stop_program` leaves interrupts on; its entry `_exit` first switches them off.
 """
 
 from __future__ import annotations
@@ -18,17 +17,17 @@ from heatwright.sim.faults.records import Edge
 from heatwright.sim.faults.world import Site, World
 
 STACK_POINTER = 0x5D
-"""SPL and SPH in the data space, the same on every part that is simulated."""
+"""Address of SPL and SPH in the data space, the same in every simulated processor."""
 INTERRUPTS_ON, INTERRUPTS_OFF = "__stop_program", "_exit"
 LARGE_FLASH = 0x20000
-"""More than this, and a return address has three bytes."""
+"""With more flash than this, bytes, a return address has three bytes."""
 WATCH_S = 30.0
 GLANCES, GLANCE_S = 9, 0.001
-"""For a program that is asleep: less than a tick, which is the shortest step of time."""
+"""Number and interval of tries to find the program asleep: together less than a tick."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to any processor."""
+    """Yield the faults of any processor."""
     allowed_s = watchdog_s(site)
     for name, entry, off_s in (
         ("hung_main_loop", INTERRUPTS_ON, gate_s()),
@@ -73,16 +72,16 @@ def _hang(entry: str) -> Act:
 
 
 def hang(world: World, entry: str) -> None:
-    """Overwrite the address that the sleeping program will return to.
+    """Make the sleeping program hang: overwrite its return address.
 
-    A step of time may end while the program is busy: then a little later. Raises ValueError if it
-    does not sleep within a tick.
+    If the program is busy at the end of a step of time, this happens when it next sleeps. Raises
+    ValueError if it does not sleep within a tick.
     """
     for _ in range(GLANCES):
         if _turned_aside(world, entry):
             return
         world.device.avr.run(GLANCE_S)
-    raise ValueError("The program does not sleep: it hangs already, or it still starts.")
+    raise ValueError("The program did not sleep within a tick: it hangs, or still starts up.")
 
 
 def _turned_aside(world: World, entry: str) -> bool:
@@ -99,28 +98,28 @@ def _turned_aside(world: World, entry: str) -> bool:
 
 
 def stays_off(world: World) -> str:
-    """Check that a loop that does not start by itself has been off since the power came back."""
+    """Check that a loop that does not start on its own has been off since the power came back."""
     if world.site.facts.starts_enabled:
         return ""
     last_s = world.heater.last_on_s(world.power_on_s)
-    return "" if last_s is None else f"the heater was on at {last_s:.3f} s"
+    return "" if last_s is None else f"the heater was on at {last_s:.3f} s, after power-on"
 
 
 def off_through_reset(world: World) -> str:
-    """Check that the heater went off at the reset, and was driven off from then to its next use."""
+    """Check that the heater went off at the reset, and that its pin was then driven to off."""
     resets = world.device.take_resets()
     if len(resets) != 1:
-        return f"there were {len(resets)} resets"
+        return f"there were {len(resets)} resets, not one"
     reset_s = (
         world.now_s - world.device.avr.time_s + int(resets["cycle"][0]) / world.device.avr.clock_hz
     )
     world.device.feed()
     after = world.heater.since(reset_s)
-    return "" if _goes_off(after, reset_s) else "the heater's pin was not off from the reset on"
+    return "" if _goes_off(after, reset_s) else "the heater's pin was not driven off after reset"
 
 
 def _goes_off(edges: list[Edge], reset_s: float) -> bool:
-    """Off at the reset by the board's resistor, driven within a tick, not on before a reading."""
+    """Whether the resistor pulls the pin off at the reset, and the processor within a tick."""
     if len(edges) < 2 or edges[0].on or edges[0].driven or edges[0].time_s > reset_s:
         return False
     return not edges[1].on and edges[1].driven and edges[1].time_s < reset_s + TICK_S

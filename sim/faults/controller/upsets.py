@@ -1,10 +1,10 @@
-"""Single-event upsets: one random bit flips, or the processor jumps, and what follows is judged.
+"""Single-event upsets: a random bit flips, or the processor jumps; judge what follows.
 
-A bit of the static RAM, the stack, a working register, a register of the chip's periphery, the
-flash or the EEPROM is inverted, or the program counter is set anywhere in the program; at a random
-moment, in a loop that heats, one that is off, or one with a latched fault whose cause has gone. A
-register of the periphery acts as if an instruction had written it. What is flipped in the EEPROM is
-followed by a loss of power: only then is it read.
+A bit of the static RAM, the stack, a working register, a peripheral register, the flash or the
+EEPROM is inverted, or the program counter is set to anywhere in the program. This happens at a
+random moment in a loop that heats, that is off, or that has a latched fault without its cause. A
+peripheral register acts as if an instruction had written it. A flip in the EEPROM is followed by a
+loss of power, because the EEPROM is read only at start-up.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ GUARDED = ("ram", "stack", "register", "periphery", "eeprom")
 """No upset of these kinds may have a bad outcome; flipped bits in the flash, and jumps, are a risk
 that docs/safety.md lists."""
 STACK_BYTES = 64
-"""Below the top of the RAM: what is in use while the program sleeps, and more."""
+"""Size of the area at the top of the RAM: more than the stack of the sleeping program."""
 PERIPHERY_START = 0x20
-"""The working registers are below."""
+"""Addresses below this are the working registers."""
 RECORDS_BYTES = 256
-"""From the beginning of the EEPROM: settings and the latched fault."""
+"""Size of the area at the start of the EEPROM with the settings and the latched fault."""
 WATCH_S = 30.0
 WATCH_PERIODS = 10
 PERIODS = 2
-"""For so long what the last step decided may last."""
+"""How long the decision of the last step may last, in periods."""
 
 HEATS, TOO_HOT, FORGETS = "heats", "too hot", "forgets"
-"""What must not be: a heater on beyond its bound, a node hotter than it bears, a fault that is
-latched no longer although nobody acknowledged it."""
+"""Bad outcomes: a heater on beyond its bound, a node hotter than it bears, a fault that is no
+longer latched although nobody acknowledged it."""
 BAD = (HEATS, TOO_HOT, FORGETS)
 RESULTS = ("nothing", "told", "reset", "unknown", *BAD)
-"""All there is: unknown -- the program left what is simulated, so nobody can say."""
+"""All outcomes; told -- a fault was latched; unknown -- the program did what is not simulated."""
 
 
 class Upset(NamedTuple):
-    """One upset: in which loop and state, after how long in it (s), what, where, and which bit.
+    """One upset: loop, its state, time in that state (s), kind of memory, address and bit.
 
     address -- in the data space, the EEPROM or the flash, in bytes.
     """
@@ -61,14 +61,14 @@ class Upset(NamedTuple):
     bit: int
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Describe the upset in one line."""
         place = f"{self.kind} 0x{self.address:04X}"
         where = place if self.kind == "jump" else f"{place} bit {self.bit}"
         return f"upset {self.number}: {where}, {self.loop} {self.state}, after {self.after_s:.3f} s"
 
 
 class Outcome(NamedTuple):
-    """What came of one: one of RESULTS, in more words where it must not be."""
+    """The outcome of an upset: one of RESULTS, with an explanation if it is bad or unknown."""
 
     upset: Upset
     result: str
@@ -76,7 +76,7 @@ class Outcome(NamedTuple):
 
 
 def off(site: Site) -> World:
-    """Begin warm, with the loop switched off by its operator."""
+    """Return a warm world whose loop its operator has just switched off."""
     world = starts.heating(site)
     if site.facts.switched:
         world.switch(on=False)
@@ -94,7 +94,7 @@ STATES: Mapping[str, Callable[[Site], World]] = {
 
 
 def draw(controller: Controller, program: Elf, number: int, seed: int) -> Upset:
-    """Draw the one of a number: the same for the same seed and program."""
+    """Draw an upset by its number: the same for the same seed and program."""
     random = Random(f"upset {seed} {number}")  # noqa: S311 - no secret
     site = Site(controller, random.choice(list(controller.loops)), program)
     states = [each for each in STATES if each != "off" or site.facts.commanded]
@@ -126,7 +126,7 @@ def _address(controller: Controller, program: Elf, kind: str, random: Random) ->
 
 
 def try_upset(controller: Controller, program: Elf, upset: Upset) -> Outcome:
-    """Try one on a world of its own."""
+    """Try an upset in its own world."""
     site = Site(controller, upset.loop, program)
     world = STATES[upset.state](site)
     world.run(upset.after_s)
@@ -166,7 +166,7 @@ def _acknowledgements(world: World) -> int:
 def _judged(
     world: World, upset: Upset, since_s: float, acknowledged_before: int
 ) -> tuple[str, str]:
-    """Say which of RESULTS it is, by the machine and the pins; "nothing" where nothing shows."""
+    """Return one of RESULTS, judged by machine and pins, and an explanation if it is bad."""
     resets = upset.kind != "eeprom" and len(world.device.avr.take_resets())
     acknowledged = not resets and _acknowledgements(world) != acknowledged_before
     starts_anew = resets and facts_of(world.site.controller, upset.loop).starts_enabled
@@ -176,11 +176,11 @@ def _judged(
     heater = world.heaters if upset.state == "latched" else world.heater
     last_s = heater.last_on_s(since_s + world.site.loop.periods_s(PERIODS) + 2 * TICK_S)
     if must_be_off and last_s is not None:
-        return HEATS, f"a heater was on {last_s - since_s:.2f} s after it"
+        return HEATS, f"a heater was on {last_s - since_s:.2f} s after the upset"
     if upset.state == "latched" and not world.fault and not acknowledged:
-        return FORGETS, "no fault is latched, and nobody has acknowledged one"
+        return FORGETS, "the latched fault was lost without an acknowledgement"
     bears_c = world.bears_c
     for node, peak_c in world.peaks.highest_c.items():
         if peak_c > bears_c[node]:
-            return TOO_HOT, f"{node} became {peak_c:.1f} °C hot and bears {bears_c[node]:.1f} °C"
+            return TOO_HOT, f"{node} reached {peak_c:.1f} °C but bears only {bears_c[node]:.1f} °C"
     return "reset" if resets else "nothing", ""

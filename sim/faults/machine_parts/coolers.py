@@ -1,4 +1,4 @@
-"""Coolers that are always on or never, and heating and cooling by turns."""
+"""Coolers that are always or never on, and fast alternation of heating and cooling."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LONGEST_S = 60.0
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to the loop's cooler."""
+    """Yield the faults of the loop's cooler."""
     cooler = site.loop.cooler
     if cooler is None:
         return
@@ -51,7 +51,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def cooling(site: Site) -> World:
-    """Begin well above a setpoint, with the cooler on."""
+    """Return a world well above its setpoint, with the cooler on."""
     target_c = starts.setpoints_c(site)[0]
     start_c = min(target_c + BEYOND_K, site.loop.protection.maximum_c - MARGIN_K)
     world = World(site, Weather(start_c, starts.ambient_c(site)))
@@ -76,7 +76,7 @@ def _mend(cooler: str) -> Act:
 
 
 def _turns(world: World) -> None:
-    """Ask for hot and cold by turns, as fast as the steps take it over."""
+    """Alternate between the highest and the lowest setpoint, as fast as control steps use them."""
     high_c, low_c = starts.highest_c(world.site), starts.setpoints_c(world.site)[0]
     for turn in range(TURNS):
         world.set_setpoint(low_c if turn % 2 == 0 else high_c)

@@ -1,4 +1,4 @@
-"""The cooler: never on together with the heater, and on while a fault is latched and it is hot."""
+"""Check the cooler while a fault is latched: it must be on if the reading is hot or invalid."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from heatwright.sim.faults.world import World
 from heatwright.sim.reference.loop import FAULT_COOLING_ABOVE_C
 
 COOLED_ABOVE_C = float(FAULT_COOLING_ABOVE_C)
-"""A latched fault has the cooler on unless a reading is below (docs/control.md, "Cooler")."""
+"""With a latched fault the cooler is on unless a reading is below (docs/control.md, "Cooler")."""
 
 
 def complaint(world: World) -> str:
-    """Check that the cooler does what a latched fault asks of it; "" if so, or if it has none."""
+    """Return what is wrong with the cooler's state under a latched fault, or ""."""
     cooler = world.site.loop.cooler
     if cooler is None or world.until(_is_right, _held_s(world, cooler)):
         return ""
     runs = "on" if world.device.outputs[cooler].on else "off"
-    return f"{cooler} is {runs} at a reading of {world.loop('temperature_c'):.1f} °C"
+    return f"cooler {cooler} is wrongly {runs} at {world.loop('temperature_c'):.1f} °C"
 
 
 def _held_s(world: World, cooler: str) -> float:
-    """Return how long its minimum times, and a wait for the loop's next step, may keep it."""
+    """Return how long minimum times, and the wait for the next step, may delay the cooler, s."""
     output = world.site.controller.on_off_output(cooler)
     return world.site.loop.next_step_s(max(output.minimum_on_s, output.minimum_off_s))
 
@@ -29,5 +29,5 @@ def _is_right(world: World) -> bool:
 
 
 def _has_to(world: World) -> bool:
-    """Whether the cooler must run, by what was read: that readings are true is judged apart."""
+    """Whether the cooler must run, by the reading, which is checked elsewhere."""
     return bool(world.loop("reading_status")) or world.loop("temperature_c") >= COOLED_ABOVE_C

@@ -1,4 +1,4 @@
-"""A heater whose current is measured."""
+"""Current limits of a heater whose current is measured."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ SOFT_START = 0.25
 
 
 class Measured:
-    """A heater whose current is measured, in amperes.
+    """A heater's currents, A.
 
-    full_a -- while it is on; mean_a -- at a duty of 100 %; the others are means at that duty, too:
-    idle_a -- what counts as a current at all; over_a -- what trips; limit_a -- what it is held to.
+    full_a -- while the pin is on; the others are means: mean_a -- at 100 % duty; idle_a -- less
+    counts as no current; over_a -- more trips; limit_a -- the limit to which the duty is reduced.
     """
 
     def __init__(self, output: Switch, current: Current, step_a: float) -> None:
@@ -28,7 +28,7 @@ class Measured:
 
 
 def measured(site: Site) -> Measured | None:
-    """Return the loop's heater in amperes; None if its current is not measured."""
+    """Return the currents of the loop's heater; None if they are not measured."""
     output = site.controller.switches[site.loop.heater]
     if output.current is None:
         return None
@@ -37,5 +37,5 @@ def measured(site: Site) -> Measured | None:
 
 
 def current_step_a(site: Site, sensor: CurrentSensor) -> float:
-    """Return one step of the ADC, A."""
+    """Return one step of the ADC in A."""
     return reference_v(sensor, site.controller.board) / CODES / sensor.scale_v_per_a

@@ -1,4 +1,4 @@
-"""Readings that drift low or stand too high, and a heater that gives less than it did."""
+"""Faults that the rules of effort see: wrong readings, and a heater that has become weaker."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ from heatwright.sim.plants import profile_c
 from heatwright.spec.loops import Effort
 
 SEEN, ASKED = 0.75, 0.9
-"""Shares of full power: the effort band's upper limit must be below the first for a fault to be
-detectable; the second is what an aged heater then needs."""
+"""Shares of full duty: the effort band's upper limit must be below the first for a fault to be
+detectable; an aged heater then needs the second."""
 BEYOND = 1.15
 """Effort of a machine whose reading has drifted, as a multiple of the band's upper limit."""
 SPARE = 0.05
 """Margin, as a share of what nodes bear above ambient: a drift is detected late."""
 SLOW = 4.0
-"""Times of the filter, in which a reading drifts; a drift is so much slower than a jump, too."""
+"""A drift takes this many filter times, and is this many times slower than `rise_rate`."""
 STANDING_K = 1.0
-"""So far above its setpoint, and its hysteresis, a reading stands."""
+"""How far above the setpoint and its hysteresis the reading stands."""
 FILTERS, TIMES = 4.0, 2.0
-"""For so long it is watched: in times of the filter, and of the rule."""
+"""How long it is watched: in times of the filter, plus times of the rule."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what the rules of effort are there for, where they see it."""
+    """Yield the faults for which the rules of effort exist, where they can see them."""
     effort = site.loop.protection.effort
     if effort is None or site.loop.cooler is not None:
         return
     watch_s = FILTERS * effort.band.filter_s + TIMES * effort.for_s
-    if site.loop.algorithm.pid:  # who switches asks for all power, and 10 sees it
+    if site.loop.algorithm.pid:  # an on-off loop asks for full power: rule 10 sees it
         yield from _aged(site, effort, watch_s)
     yield from _drifting(site, effort, watch_s)
     yield from _standing_high(site, effort, watch_s)
 
 
 def _held(site: Site, setpoint_c: float) -> World:
-    """Begin at a setpoint, and hold it."""
+    """Return a world at its setpoint."""
     world = World(site, Weather(setpoint_c, starts.ambient_c(site)))
     starts.first_steps(world)
     world.set_setpoint(setpoint_c)
@@ -51,7 +51,7 @@ def _held(site: Site, setpoint_c: float) -> World:
 
 
 def _setpoints_c(site: Site) -> list[float]:
-    """List the setpoints that take more than the loop gives in any case, the highest first."""
+    """List the setpoints that need more than the loop's least duty, the highest first."""
     highest_c, ambient_c = starts.highest_c(site), starts.ambient_c(site)
     least_c = steady_c(site, asked_share(site, _duties(site)[0]), ambient_c=ambient_c)
     reached = [each for each in starts.setpoints_c(site) if each <= highest_c]
@@ -59,7 +59,7 @@ def _setpoints_c(site: Site) -> list[float]:
 
 
 def _duties(site: Site) -> tuple[float, float]:
-    """Return the least and the most that the loop gives for a reading that stands, %."""
+    """Return the least and the greatest duty of the loop at a constant reading, %."""
     pid, full = site.loop.algorithm.pid, site.loop.algorithm.full_percent
     if pid is None:
         return 0.0, full
@@ -68,7 +68,7 @@ def _duties(site: Site) -> tuple[float, float]:
 
 
 def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
-    """Yield an aged heater, or a low supply: holding the setpoint needs most of the time on."""
+    """Yield an aged heater, or a low supply: holding the setpoint needs nearly full duty."""
     full = _duties(site)[1]
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[0] < SEEN * full]
     if not seen_c:
@@ -86,7 +86,7 @@ def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
 
 
 def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
-    """A reading that drifts low, as far as all nodes bear what follows."""
+    """Yield a reading that drifts low, if all nodes bear the heat that follows."""
     setpoint_c = min(_setpoints_c(site), default=None)
     if setpoint_c is None:
         return
@@ -121,7 +121,7 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
 
 
 def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
-    """A reading that stands above the setpoint: the heater stays off, and the machine cools."""
+    """Yield a reading that stands above the setpoint: the heater stays off, the machine cools."""
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[1] > 0]
     if not seen_c:
         return

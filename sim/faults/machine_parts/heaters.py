@@ -1,4 +1,4 @@
-"""Heaters, their switches and their fans, and heat from elsewhere."""
+"""Faults of heaters, their switches and their fans, and heat from other sources."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from heatwright.sim.machine import Beside, Heat
 from heatwright.sim.native.pins import Level
 
 MARGIN_K = 5.0
-"""How far beyond a limit the heat of a fault would take the machine."""
+"""How far beyond a limit the heat of a fault takes the machine."""
 WEAK_SHARE = 0.05
 """Share of its power that a heater still has when its wire is almost broken."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the loop."""
+    """Yield the faults of the loop's heater, its switch and its fan."""
     yield _switch(site, "heater_open", lambda: _wanted(site), effects.OPENED)
     yield _switch(site, "heater_weak", lambda: _wanted(site), effects.weakened(_weak_share(site)))
     yield _switch(site, "heat_lost", lambda: starts.held(site), effects.OPENED)
@@ -35,7 +35,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 @dataclass(frozen=True)
 class _Between:
-    """Put something between the pin and the heater: the same is the same cause."""
+    """Change a heater's power. Equal changes compare equal, as one cause of a fault."""
 
     heater: str
     heat: Heat
@@ -54,22 +54,22 @@ def _switch(site: Site, name: str, make: Callable[[], World], heat: Heat) -> Fau
 
 
 def _wanted(site: Site) -> World:
-    """Begin cold, with all the heat asked for that the machine can be asked for."""
+    """Return a cold world with the highest setpoint that the machine can hold."""
     world = starts.cold(site)
     world.set_setpoint(starts.highest_c(site))
     return world
 
 
 def _weak_share(site: Site) -> float:
-    """Return what brings a quarter of the least rise, as a share of full power."""
+    """Return the share of full power that gives a quarter of the rise that the rule demands."""
     rule = site.loop.protection.heating
     return rule.rise_k / rise_k(site, rule.within_s) / 4 if rule else WEAK_SHARE
 
 
 def _leaking(site: Site) -> Fault:
-    """A switch that leaks while off, above the band: enough to heat the machine on.
+    """A switch that leaks while off, above the band, enough to heat the machine further.
 
-    Where the band ends near the maximum, it begins halfway.
+    If the band ends near the maximum, the machine starts halfway to the maximum.
     """
     runaway, rising = site.loop.protection.runaway, site.loop.protection.rising_while_off
     lowest_c = starts.setpoints_c(site)[0]
@@ -90,7 +90,7 @@ def _leaking(site: Site) -> Fault:
 
 
 def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
-    """Another source that holds the machine above the band, or drives it to its maximum."""
+    """Yield another source of heat that holds the machine above the band or above its maximum."""
     runaway, maximum_c = site.loop.protection.runaway, site.loop.protection.maximum_c
     above_c = starts.setpoints_c(site)[0] + (runaway.above_k if runaway else 0.0) + MARGIN_K
     for name, make, hold_c in (
@@ -109,7 +109,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
 
 
 def _fan_stopped(site: Site) -> Iterator[Fault]:
-    """A fan whose line is forced off, which the controller reads back from its pin."""
+    """Yield a fan whose line is forced off, which the controller reads back from its pin."""
     fan = site.loop.fan
     if fan is None:
         return

@@ -1,4 +1,4 @@
-"""Inputs of the machine: a contact that opens, bounces, or opens and closes again."""
+"""Faults of the machine's inputs: a contact opens, bounces, or opens and closes again."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from heatwright.spec import Input
 
 BOUNCES = 30
 AGAIN_S = 3600.0
-"""Within this long a loop that has cooled while it was paused asks for heat."""
+"""Within this time a loop that cooled during a pause has its heater on again."""
 LONGEST_S = 1800.0
-"""Longer than a door stands open, and than the usual times of the rules."""
+"""Longer than a door usually stands open, and than the usual times of the rules."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to each of the inputs."""
+    """Yield the faults of each input."""
     for name, each in site.controller.safety.inputs.items():
         yield _opens(site, name, each) if each.trips else _pauses(site, name)
         if each.for_s > 2 * TICK_S:
@@ -42,7 +42,7 @@ def _opens(site: Site, name: str, each: Input) -> Fault:
 
 
 def _pauses(site: Site, name: str) -> Fault:
-    """A door stands open for long: no heat, no fault, and heat again when it is closed."""
+    """A door stands open for long: no heat and no fault, and heat again once it is closed."""
     on_s = site.loop.protection.on_for_at_most_s or math.inf
     opened_s = math.nan
 
@@ -55,10 +55,10 @@ def _pauses(site: Site, name: str) -> Fault:
         world.device.feed()
         last_s = world.heaters.last_on_s(opened_s + 2 * TICK_S)
         if last_s is not None:
-            return f"a heater was on {last_s - opened_s:.3f} s after it was opened"
+            return f"a heater was on {last_s - opened_s:.3f} s after the input opened"
         _move(world, name, is_open=False)
         again = world.until(starts.heater_on(site), AGAIN_S)
-        return "" if again else "nothing heats though it is closed again"
+        return "" if again else "the heater stays off though the input is closed again"
 
     return Fault(
         f"input_{name}_opens",
@@ -71,7 +71,7 @@ def _pauses(site: Site, name: str) -> Fault:
 
 
 def _bounces(site: Site, name: str, each: Input) -> Fault:
-    """A contact that shakes: open again and again, for less than `for`."""
+    """A contact that bounces: it opens repeatedly, each time for less than the input's `for`."""
     open_s = each.for_s - 2 * TICK_S
 
     def shake(world: World) -> Callable[[float], None]:
@@ -96,7 +96,7 @@ def _bounces(site: Site, name: str, each: Input) -> Fault:
         cause,
         calm=True,
         watch_s=site.loop.periods_s(1),
-        judge=lambda world: "" if world.until(starts.heater_on(site), AGAIN_S) else "no heat",
+        judge=lambda world: "" if world.until(starts.heater_on(site), AGAIN_S) else "heater is off",
     )
 
 

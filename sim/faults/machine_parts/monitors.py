@@ -1,4 +1,4 @@
-"""Monitors: sensors that break, parts that are too warm, and whether people are warned."""
+"""Faults of monitors: broken sensors and parts that are too warm, with their warnings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from heatwright.spec.commands import log_of
 from heatwright.spec.sensors import Thermometer
 
 TOLD_S = 10.0
-"""Within this long, and some control steps, everybody has been told: a small display by turns."""
+"""A warning is shown everywhere within this time and some steps: a small display alternates."""
 TOLD_STEPS = 4
 COLUMNS = 7
 """Columns for a monitor's name on a display of 16 columns."""
@@ -37,24 +37,24 @@ class Watched(NamedTuple):
 
     @property
     def warned_c(self) -> float:
-        """A tip that is warned of."""
+        """A temperature of the tip that gives a warning."""
         return self.monitor.warning_c + self.step_k
 
     @property
     def over_c(self) -> float:
-        """A tip that trips, and that the sensor can still read."""
+        """A temperature of the tip that trips, and that the sensor can still read."""
         limit_c = self.monitor.limit_c
         return min(limit_c + self.sensor.error_k(limit_c) + self.step_k, self.sensor.range_c[1])
 
     @property
     def well_c(self) -> float:
-        """A tip at which the warning ends."""
+        """A temperature of the tip at which the warning ends."""
         ends_c = self.monitor.warning_c - self.monitor.hysteresis_k
         return max(ends_c - self.step_k, self.sensor.range_c[0])
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to each monitor."""
+    """Yield the faults of each monitor."""
     controller = site.controller
     for name, monitor in controller.monitors.items():
         sensor = controller.thermometers[monitor.sensor]
@@ -64,12 +64,12 @@ def faults(site: Site) -> Iterator[Fault]:
         watched = Watched(name, monitor, sensor, controller.loops[loop], step_k)
         yield from _broken(site, watched)
         yield _over_limit(site, watched)
-        if site.controller.loops[loop].also != name:  # else the loop would not believe it
+        if site.controller.loops[loop].also != name:  # else the loop would disagree with it
             yield _warned(site, watched)
 
 
 def _broken(site: Site, watched: Watched) -> Iterator[Fault]:
-    """A sensor that is torn or shorted: the heaters are off once it has been so for long."""
+    """Yield a torn and a shorted sensor: the heaters go off after `stale_after`."""
     allowed_s = lasting_s(watched.monitor.stale_after_s, watched.loop)
     for what in ("torn", "shorted"):
         yield Fault(
@@ -86,7 +86,7 @@ def _broken(site: Site, watched: Watched) -> Iterator[Fault]:
 
 
 def _break(watched: Watched, what: str) -> Act:
-    """Tear or short the sensor's wires; "" mends them."""
+    """Tear or short the sensor's wires; "" repairs them."""
 
     def act(world: World) -> None:
         part = world.device.sensors[watched.monitor.sensor]
@@ -117,7 +117,7 @@ def _feel_again(world: World, *, watched: Watched) -> None:
 
 
 def _over_limit(site: Site, watched: Watched) -> Fault:
-    """Something heats what is monitored, which no loop's sensor feels."""
+    """The monitored part becomes too hot, and no loop's sensor feels it."""
     allowed_s = reading_s(watched.loop)
     return Fault(
         f"monitor_{watched.name}_over_limit",
@@ -132,16 +132,16 @@ def _over_limit(site: Site, watched: Watched) -> Fault:
 
 
 def _warned(site: Site, watched: Watched) -> Fault:
-    """A warning: the machine goes on, people are warned, and the warning ends at its limit."""
+    """A warning: the machine goes on, every interface warns, and the warning ends in time."""
 
     def judge(world: World) -> str:
         if not world.device.read(f"monitor_{watched.name}.warns"):
-            return f"{watched.name} is at {watched.warned_c:.1f} °C, and nothing warns"
+            return f"monitor {watched.name} does not warn at {watched.warned_c:.1f} °C"
         told = "; ".join(untold(world))
         _feel(watched, watched.well_c)(world)
         world.run(watched.loop.periods_s(3))
         if world.device.read(f"monitor_{watched.name}.warns"):
-            return f"{watched.name} is at {watched.well_c:.1f} °C, and the warning goes on"
+            return f"the warning of {watched.name} does not end at {watched.well_c:.1f} °C"
         return told
 
     return Fault(
@@ -155,7 +155,7 @@ def _warned(site: Site, watched: Watched) -> Fault:
 
 
 def untold(world: World) -> Iterator[str]:
-    """Yield who was not told of the first monitor that warns."""
+    """Yield each interface that does not show the warning of the first monitor that warns."""
     site, device = world.site, world.device
     warning = [name for name in site.controller.monitors if device.read(f"monitor_{name}.warns")]
     first = warning[0]
@@ -163,25 +163,25 @@ def untold(world: World) -> Iterator[str]:
     if site.has_keys:
         end = f" {first[:COLUMNS]}!"
         if not world.until(lambda now: now.screen[1].rstrip().endswith(end), within_s):
-            yield f"the display does not say {end!r}"
+            yield f"the display does not show {end!r}"
     if site.facts.hosted and not device.host.texts(f"echo:warning, too warm: {first} at "):
-        yield f"the host was not told of {first}"
+        yield f"the host got no warning of {first}"
     if nextion_of(site.controller) is not None:
         words = f"warm: {first}"
         if not world.until(
             lambda now: now.device.display.value("main.alarm.txt") == words, within_s
         ):
-            yield f"the touch display does not say {words!r}"
+            yield f"the touch display does not show {words!r}"
     if modbus_of(site.controller) is not None:
         bits = sum(
             1 << place for place, name in enumerate(site.controller.monitors) if name in warning
         )
         if not world.until(lambda now: now.device.master.values.get("warnings") == bits, within_s):
-            yield "the master was not told"
+            yield "the master does not read the warning"
     if log_of(site.controller) is not None:
         device.log_reader.write("monitors")
         if not world.until(lambda now: _log_says(now, first), within_s):
-            yield f"the log does not say that {first} warns"
+            yield f"the log does not show the warning of {first}"
 
 
 def _log_says(world: World, name: str) -> bool:

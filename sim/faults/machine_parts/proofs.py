@@ -1,4 +1,4 @@
-"""Fans that must prove that they turn: they stand still, and what says so breaks."""
+"""Faults of fans with a proof: the fan stands still, or its proof is broken."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from heatwright.sim.native.relay import Wire
 from heatwright.spec import Proof, Tachometer, proven_in
 
 SLOW, FAST = 0.88, 1.1
-"""Speeds just outside a tachometer's limits, as shares of these: by two of the window's 16 or more
-pulses."""
+"""Speeds just outside a tachometer's limits, as shares of these: two pulses of a window with 16
+or more."""
 HIGHEST = 0.6
-"""Share of a pulse that may be low, or high."""
+"""Largest share of a pulse's period in which the line may be low, or high."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to the fans whose proof is judged in the loop's steps."""
+    """Yield the faults of the fans whose proof is checked in the loop's steps."""
     for fan in proven_in(site.controller, site.loop_name):
         yield _unproven(site, fan, f"{fan}_stuck", _stick(fan))
         yield _unproven(site, fan, f"{fan}_proof_torn", _broken(fan, wire=Wire.TORN))
@@ -34,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _of_tachometer(site: Site, fan: str, counted: Tachometer) -> Iterator[Fault]:
-    """A fan that turns too slowly, a line that stands at ground, or picks up what no fan makes."""
+    """Yield a fan that is too slow, a line shorted to ground or noisy, and speeds just allowed."""
     slow, fast = (each / counted.speed_rpm for each in (counted.slowest_rpm, counted.fastest_rpm))
     too_fast_hz = counted.pulses_hz(FAST * counted.fastest_rpm)
     yield _unproven(site, fan, f"{fan}_weak", _broken(fan, pace=SLOW * slow))
@@ -52,9 +52,9 @@ def _of_tachometer(site: Site, fan: str, counted: Tachometer) -> Iterator[Fault]
 
 
 def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
-    """Nothing proves that it turns: no heat within two ticks, then a fault.
+    """A fan without its proof: the heater is off within two ticks, then a rule trips.
 
-    A heater whose current is measured has none then, which may be told sooner.
+    If the heater's current is measured, a rule of the current may trip first.
     """
     proof = _proof(site, fan)
     counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0
@@ -72,7 +72,7 @@ def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
 
 
 def _believed(site: Site, fan: str) -> Fault:
-    """A contact that is closed for ever, and then a fan that stands still: nobody can know."""
+    """A contact that is always closed, and a fan that stands still: no proof can show this."""
 
     def cause(world: World) -> None:
         world.wiring.heat[fan] = effects.OPENED

@@ -1,4 +1,4 @@
-"""The safety relay: contacts that weld or never close, and the wire of its mirror contact."""
+"""Faults of the safety relay: contacts weld or never close; its mirror contact's wire breaks."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from heatwright.sim.native.relay import Armature, Wire
 from heatwright.sim.relay import SafetyRelay
 
 CONTACT_S = 0.100
-"""Time in which the mirror contact has to follow the relay."""
+"""Time within which the mirror contact must follow the relay."""
 CLOSES_S = 60.0
-"""Within this long, and the first periods, somebody who wants heat has the relay closed."""
+"""The relay is closed within this time and the first periods, if heat is asked for."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to the relay, if there is one."""
+    """Yield the faults of the relay, if there is one."""
     safety = site.controller.safety
     if safety.relay is None:
         return
@@ -47,7 +47,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _unseen(site: Site) -> Iterator[Fault]:
-    """Without a contact, a relay that never closes is a heater that gives nothing."""
+    """Without a mirror contact, a relay that never closes looks like a heater without power."""
 
     def cause(world: World) -> None:
         _relay(world).fail(Armature.DEAD)
@@ -64,7 +64,7 @@ def _unseen(site: Site) -> Iterator[Fault]:
 
 
 def _breaks(armature: Armature, wire: Wire, *, at_start: bool) -> Act:
-    """Break it while it is closed. What looks closed is found when it is next open: at a start."""
+    """Break the relay while it is closed. One that looks closed is only found when it must open."""
 
     def cause(world: World) -> None:
         _relay(world).fail(armature, wire)
@@ -85,13 +85,13 @@ def _relay(world: World) -> SafetyRelay:
 
 
 def complaint(world: World, *, floats: bool = False) -> str:
-    """Say whether the relay is not open although a fault is latched; "" if all is well.
+    """Return a complaint if the relay is not open although a fault is latched, or "".
 
-    floats -- whether its pin may be let go.
+    floats -- whether its pin may be left undriven.
     """
     name, relay = world.site.controller.safety.relay, world.device.relay
     if name is None or relay is None:
         return ""
     if world.device.outputs[name].on or not (floats or world.device.outputs[name].driven):
-        return f"{name} is not driven to off"
-    return "the relay is closed" if relay.closed and relay.armature is Armature.SOUND else ""
+        return f"the pin of {name} is not driven to off"
+    return "the safety relay is closed" if relay.closed and relay.armature is Armature.SOUND else ""

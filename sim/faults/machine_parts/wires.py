@@ -1,4 +1,4 @@
-"""Faults of a heater's wire that only its current tells."""
+"""Faults of a heater's wire that only its measured current shows."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from heatwright.sim.faults.world import STEP_S, Site, World, given
 from heatwright.sim.machine import Heat
 
 BEYOND = 1.2
-"""How far beyond what trips the current of a shorted wire is."""
+"""Current of a shorted wire, as a multiple of the current that trips."""
 WATCH_S = 30.0
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what can happen to the wire of a heater whose current is measured."""
+    """Yield the faults of the wire of a heater whose current is measured."""
     heater = measured(site)
     if heater is None:
         return
@@ -28,12 +28,12 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _limited_growth(heater: Measured, limit_a: float) -> float:
-    """Return how many times the current of a wire may be that the limit holds from the start on."""
+    """Return by which factor a wire's current may grow and still be held by the limit at once."""
     return (limit_a + heater.over_a) / 2 / heater.mean_a
 
 
 def _grows(site: Site, times: float) -> Act:
-    """Let heater and current be so many times as strong as they should."""
+    """Multiply the heater's power and current by a factor."""
 
     def cause(world: World) -> None:
         world.wiring.heat[site.loop.heater] = effects.weakened(times)
@@ -49,9 +49,9 @@ def _mends(site: Site) -> Act:
 
 
 def _shorted(site: Site, heater: Measured) -> Fault:
-    """A wire with so little resistance that too much flows at any duty: what the supply gives.
+    """A wire with so little resistance that the current trips at any duty.
 
-    A loop that nobody can ask for more may want less than the shortest pulse: then nothing flows.
+    Without an operator the loop may ask for less than the shortest pulse: then no current flows.
     """
     most = BEYOND * heater.over_a / heater.mean_a
 
@@ -75,7 +75,7 @@ def _shorted(site: Site, heater: Measured) -> Fault:
 
 
 def _part_shorted(site: Site, heater: Measured, limit_a: float) -> Fault:
-    """A wire that has lost resistance before it is switched on: its duty is held down."""
+    """A wire that has lost resistance before it is switched on: the controller limits its duty."""
     times = BEYOND * heater.over_a / heater.mean_a
 
     def make() -> World:
@@ -91,9 +91,9 @@ def _part_shorted(site: Site, heater: Measured, limit_a: float) -> Fault:
         found_a = float(log["current.amperes"].max())
         asked_a = times * heater.mean_a * float(log["current.applied_percent"].max()) / 100
         if asked_a >= 2 * heater.idle_a and found_a < min(limit_a, asked_a) / 2:
-            return f"no more than {found_a:.2f} A flowed"
+            return f"at most {found_a:.2f} A flowed: too little for the applied duty"
         if found_a >= heater.over_a:
-            return f"{found_a:.2f} A flowed, where {heater.over_a:g} A trip"
+            return f"{found_a:.2f} A flowed, but {heater.over_a:g} A must trip"
         return ""
 
     return Fault("heater_part_shorted", make, cause, calm=True, watch_s=WATCH_S, judge=held)

@@ -1,4 +1,4 @@
-"""The touch display's side: unplugged, at another speed, restarted, flooding, hands that play."""
+"""Faults at the touch display: unplugged, another baud rate, floods, random touches."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from heatwright.spec import nextion_of
 from heatwright.spec.nextion import HEIGHT, WIDTH
 
 WATCH_S = 60.0
-"""Longer than the half minute after which everything is sent again."""
+"""Longer than the 30 s after which the firmware sends everything again."""
 AWAY_S = 20.0
 OTHER_BAUD = 9600
-"""What a new display has."""
+"""The baud rate of a new display."""
 SEED = 6
 TOUCHES = 60
 FLOOD_S = 20.0
@@ -26,7 +26,7 @@ BELOW_ALL, BEYOND_ALL = "-300", "99999"
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what a touch display can do to the loop it serves; it may trip nothing."""
+    """Yield the faults of a touch display that operates the loop; no rule may trip."""
     display = nextion_of(site.controller)
     if display is None or display.loop != site.loop_name:
         return
@@ -45,14 +45,14 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _unplug(world: World) -> None:
-    """Pull the plug for a while."""
+    """Unplug the display for a while."""
     world.device.display.unplug()
     world.run(AWAY_S)
     world.device.display.plug()
 
 
 def _other_speed(baud: int) -> Act:
-    """Let the display have another speed: what it says then is noise, until it is found."""
+    """Set another baud rate: the display's messages are noise until the firmware corrects it."""
 
     def cause(world: World) -> None:
         display = world.device.display
@@ -66,7 +66,7 @@ def _other_speed(baud: int) -> Act:
 
 
 def _flood(world: World) -> None:
-    """Send what is no command, without a pause."""
+    """Send bytes that are no commands, without a pause."""
     noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
     quiet = bytes(byte for byte in range(256) if byte != ord("#"))
     for _ in range(round(FLOOD_S / 0.1)):
@@ -75,7 +75,7 @@ def _flood(world: World) -> None:
 
 
 def _ask_too_much(world: World) -> None:
-    """Ask for what is out of bounds, of every command that takes a number."""
+    """Send every command that takes a number with values out of bounds."""
     for command in (2, 3, 4, 8, 10, 13, 15, 20):
         for value in (BELOW_ALL, BEYOND_ALL, "1e9", "--1", "", "nan"):
             world.device.send(f"#{command} {value};")
@@ -83,7 +83,7 @@ def _ask_too_much(world: World) -> None:
 
 
 def _unmoved(world: World) -> str:
-    """Check that the setpoint stands, that every step came in time, and that the display lives."""
+    """Check that the setpoint is unchanged, no step was late, and the display is up to date."""
     moved = starts.setpoint_moved(world, starts.highest_c(world.site))
     if moved:
         return moved
@@ -92,7 +92,7 @@ def _unmoved(world: World) -> str:
     display = world.device.display
     shown = display.value("main.temp.val")
     if display.page != "main" or abs(float(shown) - world.loop("temperature_c")) > 1.0:
-        return f"the display shows page {display.page} and {shown} °C"
+        return f"the touch display is wrong: page {display.page}, {shown} °C"
     return keeps_time(world)
 
 

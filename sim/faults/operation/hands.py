@@ -1,4 +1,4 @@
-"""Whose hands set a loop's setpoint, switch it and acknowledge its faults, and by what."""
+"""The loop's operator: sets its setpoint, switches it and acknowledges faults, by any interface."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ if TYPE_CHECKING:
     from heatwright.sim.faults.world import World
 
 TOUCH_S = 0.1
-"""Until a touch has been heard: the display's line and a tick."""
+"""Time until the firmware knows of a touch: the display's line and a tick."""
 REST_S = 1.1
-"""Longer than all keys have to be up before SELECT acknowledges."""
+"""Longer than all keys must be released before SELECT acknowledges."""
 HOLDS = 1.2
-"""A person who is to hold SELECT holds it somewhat longer."""
+"""Factor by which a person holds SELECT longer than needed."""
 HELD_S = 2.6
-"""A key that is held this long goes in coarse steps: half a second, and twenty repeats."""
+"""A key held this long changes to coarse steps: half a second, and twenty repeats."""
 COARSE_STEPS = 10
 LONGEST_HOLD_S = 60.0
 PAGES = 1 + len(KINDS)
-"""The time's and one of each number are the most there can be beside the setpoint's."""
+"""The most display pages beside the setpoint's: the time's, and one for each kind of number."""
 OFF = ("OFF, UP: ", "Done UP: ")
-"""How the display's second line begins with a loop that keys have switched off, or time."""
+"""Start of the display's second line if the loop was switched off by a key or by the timer."""
 
 
 def release(world: World) -> None:
-    """Acknowledge as a person at the machine does, of a fault that is locked out.
+    """Acknowledge a locked-out fault, as a person at the machine does.
 
-    Raises LookupError when none can be.
+    Raises LookupError if the controller has no lock-out.
     """
     lockout = lockout_of(world.site.controller)
     if lockout is None:
-        raise LookupError("Nothing here is locked out.")
+        raise LookupError("This controller has no lock-out.")
     if world.site.has_keys:
         hold_select(world, HOLDS * lockout.hold_s)
         return
@@ -46,7 +46,7 @@ def release(world: World) -> None:
 
 
 def hold_select(world: World, for_s: float) -> None:
-    """Let all keys rest, then hold SELECT for a time and let it go."""
+    """Release all keys for a while, then hold SELECT for a time and release it."""
     world.wait(REST_S)
     world.device.press("select")
     world.wait(for_s)
@@ -54,23 +54,23 @@ def hold_select(world: World, for_s: float) -> None:
 
 
 class Hand(Protocol):
-    """Somebody at one interface."""
+    """Somebody who operates the loop by one interface."""
 
     def begin_acknowledging(self, world: World) -> None:
-        """Begin to acknowledge, without waiting for what follows."""
+        """Begin to acknowledge, without waiting for the effect."""
 
     def acknowledge(self, world: World) -> None:
-        """Acknowledge the latched fault, and wait until that has been heard."""
+        """Acknowledge the latched fault, and wait until the firmware has received it."""
 
     def switch(self, world: World, *, on: bool) -> None:
-        """Switch a loop that can be switched."""
+        """Switch the loop on or off, if it has a switch."""
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:
-        """Ask for a setpoint, °C."""
+        """Set the setpoint, °C."""
 
 
 def hand_of(site: Site) -> Hand:
-    """Choose who serves the loop."""
+    """Return the operator of the loop, by its best interface."""
     if site.facts.switched:
         if modbus_of(site.controller) is not None:
             return _Master()
@@ -97,11 +97,11 @@ class _Master:
 
 
 class _Unswitched:
-    """Somebody at a loop that is switched by its setpoint alone, or not at all."""
+    """Somebody at a loop without a switch: only its setpoint can turn it off, if anything can."""
 
     def switch(self, world: World, *, on: bool) -> None:
         del on
-        raise LookupError(f"{world.site.loop_name} has no switch.")
+        raise LookupError(f"Loop {world.site.loop_name} has no switch.")
 
 
 class _Host(_Unswitched):
@@ -118,7 +118,7 @@ class _Host(_Unswitched):
 
 
 class _AtDisplay:
-    """Somebody at a touch display, whose buttons send these commands."""
+    """Somebody at a touch display; its buttons send these commands."""
 
     def begin_acknowledging(self, world: World) -> None:
         world.device.send("#16;")
@@ -155,7 +155,7 @@ class _AtKeys(_Unswitched):
 
 
 class _AtPanel(_AtKeys):
-    """Somebody at the keys of a loop without programs, who sees on the display what it does."""
+    """Somebody at the keys of a loop without programs, who reads the display."""
 
     def switch(self, world: World, *, on: bool) -> None:
         if not on:
@@ -173,7 +173,7 @@ class _AtPanel(_AtKeys):
 
 
 class _AtMenu(_AtKeys):
-    """Somebody at the keys of a loop with programs: its values are left of the first screen."""
+    """Somebody at the keys of a loop with programs: its values are LEFT of the first screen."""
 
     def switch(self, world: World, *, on: bool) -> None:
         world.press("left")
@@ -191,7 +191,7 @@ class _AtMenu(_AtKeys):
 
     @staticmethod
     def _hold(world: World, setpoint_c: float) -> None:
-        """Hold a key until single presses are quicker."""
+        """Hold a key until single presses are faster."""
         coarse_k = COARSE_STEPS * world.site.key_step_k
         if abs(setpoint_c - world.setpoint_c) < HELD_S * COARSE_STEPS * world.site.key_step_k:
             return

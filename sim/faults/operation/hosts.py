@@ -1,4 +1,4 @@
-"""The host's side: silence, a stop in a flood, orders out of bounds, a cable that garbles."""
+"""Faults of the G-code host: silence, an emergency stop, values out of bounds, a noisy cable."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from heatwright.spec.commands import gcode_of
 
 WATCH_S = 60.0
 ANSWERED_S = 10.0
-"""A question that is just being asked is answered by then, though the cable damages it."""
+"""A command that is under way is answered within this time, even over a noisy cable."""
 STOP = b"\nM112\n"
 BITS_A_BYTE = 10
 FLOOD = b"M105\n" * 4000
 FLOODED_S = 0.5
-"""Longer than it takes to fill whatever the firmware keeps for later."""
+"""Longer than it takes to fill the firmware's receive buffers."""
 BEYOND_K = 1.0
 GARBLED_SHARE = 0.02
-"""Share of the bytes that are damaged: this hits about every fourth line."""
+"""Share of the bytes that are damaged: it hits about every fourth line."""
 LINES = 100
 SEED = 3
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what a host, or the cable to it, can do to a loop it commands."""
+    """Yield the faults that a host, or the cable to it, can cause on a loop that it commands."""
     host = gcode_of(site.controller)
     assert host is not None  # noqa: S101 - only of loops that it commands
     after_s = site.loop.protection.master_lost_after_s
@@ -55,7 +55,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _silent(site: Site, after_s: float) -> Iterator[Fault]:
-    """A host that says nothing from now on, and one that only asks for the temperatures."""
+    """Yield a host that becomes silent, and one that only asks for the temperatures."""
     yield Fault(
         "host_lost",
         lambda: starts.heating(site),
@@ -73,7 +73,7 @@ def _silent(site: Site, after_s: float) -> Iterator[Fault]:
 
 
 def _flooded(site: Site) -> World:
-    """Begin with a machine that heats, and more lines waiting than it can ever answer."""
+    """Return a world that heats, with more lines waiting than it can ever answer."""
     world = starts.heating(site)
     world.device.host.send_bytes(FLOOD)
     world.run(FLOODED_S)
@@ -81,14 +81,14 @@ def _flooded(site: Site) -> World:
 
 
 def _stop(world: World) -> None:
-    """Send M112, behind nothing but what the firmware has received already."""
+    """Send M112 directly after the bytes that the firmware has already received."""
     host = world.device.host
     host.unsend()
     host.send_bytes(STOP)
 
 
 def _ask_too_much(world: World) -> None:
-    """Ask for temperatures that the specification forbids, and for none at all."""
+    """Send setpoints that the spec forbids, and some that are no numbers."""
     loop = world.site.loop
     beyond = (loop.setpoint.maximum_c + BEYOND_K, loop.protection.maximum_c, 1e6, -BEYOND_K)
     for wanted in (*(f"{each:g}" for each in beyond), "9999999999", "1E3", "nan", "-", ""):
@@ -96,7 +96,7 @@ def _ask_too_much(world: World) -> None:
 
 
 def _keeps_setpoint(world: World) -> str:
-    """Check that none of it was taken over."""
+    """Check that the setpoint is unchanged."""
     return starts.setpoint_moved(world, starts.highest_c(world.site))
 
 
@@ -109,10 +109,10 @@ def _garble(world: World) -> None:
 
 
 def _hears_all(world: World) -> str:
-    """Check that every line was done in the end, and nothing else."""
+    """Check that every line was done in the end, and that none changed the setpoint."""
     host = world.device.host
     if not world.until(lambda now: not now.device.host.is_busy, ANSWERED_S):
         return "the host still waits for an answer"
     if not host.resends:
-        return "no damaged line was asked for again"
+        return "the firmware asked for no damaged line again"
     return _keeps_setpoint(world)

@@ -1,4 +1,4 @@
-"""A loop that nobody switches off any more: its time ends, and only off renews it."""
+"""A loop that nobody switches off: its longest time on ends, and only off renews it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from heatwright.spec import Controller
 
 TOO_LONG = "on_too_long"
 SHARE = 0.6
-"""Share of the longest time on, before the loop is switched off, and again after that: the two
+"""Share of the longest time for which the loop is on before and after it is switched off: both
 together are more than the longest time."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what follows from a loop's longest time on, if it has one."""
+    """Yield the faults of a loop's longest time on, if it has one."""
     most_s = site.loop.protection.on_for_at_most_s
     if most_s is None:
         return
@@ -51,7 +51,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
-    """Allow `on_too_long` where a healthy machine is watched for longer than a loop may be on."""
+    """Allow `on_too_long` on healthy machines: some are watched longer than a loop may be on."""
     if not any(each.protection.on_for_at_most_s for each in controller.loops.values()):
         return found
     return [
@@ -61,6 +61,6 @@ def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
 
 
 def _flip(world: World) -> None:
-    """Flip a bit of the steps for which it has been on."""
+    """Flip a bit of the count of steps for which the loop has been on."""
     place = world.device.variables[f"guard_{world.site.loop_name}.on_steps"]
     world.device.avr.flip(place.address, 0)

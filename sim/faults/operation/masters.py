@@ -1,4 +1,4 @@
-"""The master's side: one that falls silent, insists, asks too much; a line that garbles."""
+"""Faults of the Modbus master and its line: silence, insistence, values out of bounds, noise."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from heatwright.spec import ModbusRtu, modbus_of
 WATCH_S = 60.0
 INSISTS_S = 20.0
 HEARD_S = 3.0
-"""A master polls once a second: after so long it has been answered."""
+"""A master polls once a second: it has an answer within this time."""
 REQUESTS = 40
 EVERY_S = 0.7
-"""Not in step with the polls, so that some of them are hit, too."""
+"""Not synchronous with the polls, so that some of them are disturbed, too."""
 BEYOND_K = 0.1
 SEED = 4
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what a master, or the line to it, can do to a loop that it switches."""
+    """Yield the faults that a master, or its line, can cause on a loop that it switches."""
     modbus = modbus_of(site.controller)
     if modbus is None:
         return
@@ -53,7 +53,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _lost(site: Site, after_s: float) -> Fault:
-    """A master that is silent from now on; nobody is there to acknowledge until it is back."""
+    """A master that becomes silent; nobody can acknowledge until it is back."""
     return Fault(
         "master_lost",
         lambda: starts.heating(site),
@@ -64,7 +64,7 @@ def _lost(site: Site, after_s: float) -> Fault:
 
 
 def _insist(world: World) -> None:
-    """Cut the power, and write ON again and again: without OFF before, it may not heat."""
+    """Cut the power, and write ON repeatedly: without an OFF before, the loop must not heat."""
     world.power_cut()
     master = world.device.master
     wanted = master.request(f"{world.site.loop_name}.enabled", value=True).pdu
@@ -74,7 +74,7 @@ def _insist(world: World) -> None:
 
 
 def _ask_too_much(world: World) -> None:
-    """Ask for setpoints beyond the limits, as near as can be said and as far."""
+    """Write setpoints just beyond the limits, and the most extreme ones of a register."""
     setpoint, name = world.site.loop.setpoint, f"{world.site.loop_name}.setpoint"
     for wanted_c in (
         setpoint.maximum_c + BEYOND_K,
@@ -87,13 +87,13 @@ def _ask_too_much(world: World) -> None:
 
 
 def _lower(world: World) -> bytes:
-    """Return what would ask for the lowest setpoint."""
+    """Return the request that writes the lowest setpoint."""
     lowest_c = starts.setpoints_c(world.site)[0]
     return world.device.master.request(f"{world.site.loop_name}.setpoint", lowest_c).pdu
 
 
 def _damage(world: World) -> None:
-    """Send requests with one bit turned over."""
+    """Send requests in which one bit is inverted."""
     chance = random.Random(SEED)  # noqa: S311 - noise, not a secret
     master = world.device.master
     request = frames.framed(master.address, _lower(world))
@@ -105,7 +105,7 @@ def _damage(world: World) -> None:
 
 
 def _speak_otherwise(modbus: ModbusRtu) -> Act:
-    """Send sound requests with another parity, and twice as fast."""
+    """Send valid requests, in turn with another parity and at twice the baud rate."""
     other = Format(8, "even" if modbus.parity == "odd" else "odd", 1)
 
     def cause(world: World) -> None:
@@ -122,7 +122,7 @@ def _speak_otherwise(modbus: ModbusRtu) -> Act:
 
 
 def _speak_to_others(world: World) -> None:
-    """Send sound requests to every other slave."""
+    """Send valid requests to every other slave address."""
     master, request = world.device.master, _lower(world)
     for address in range(1, 256):
         if address != master.address:
@@ -131,12 +131,12 @@ def _speak_to_others(world: World) -> None:
 
 
 def _unmoved(world: World) -> str:
-    """Check that no setpoint was taken over, no step was late, and good requests are answered."""
+    """Check that the setpoint is unchanged, no step was late, and valid requests are answered."""
     moved = starts.setpoint_moved(world, starts.highest_c(world.site))
     if moved:
         return moved
     polls = world.device.master.polls
     world.run(HEARD_S)
     if world.device.master.polls == polls:
-        return "the master is not answered any more"
+        return "the controller no longer answers the master"
     return keeps_time(world)

@@ -10,18 +10,18 @@ from heatwright.spec.rules import RULES
 
 
 def complaints(world: World, code: int) -> Iterator[str]:
-    """Yield who was told something else, or nothing."""
+    """Yield each interface that does not show the fault, and what it shows instead."""
     site, rule = world.site, RULES[code]
     wanted = f"E{rule.code:02d} {rule.display}"
     shown = f"E{rule.code:02d} HOLD SELECT" if world.is_locked_out else wanted
     if site.has_keys and (line := world.read_display()[1]).rstrip() != shown:
-        yield f"the display says {line!r}, not {shown!r},"
+        yield f"the display shows {line!r}, not {shown!r},"
     if world.device.crystal_hz != site.controller.board.clock_hz:
-        return  # all lines run at another speed: nothing on them is understood
+        return  # all serial lines have a wrong baud rate: no message on them is readable
     if site.facts.hosted and not world.device.host.texts(f"Error:{wanted}"):
-        yield f"the host was not told {wanted!r},"
+        yield f"the host did not receive {wanted!r},"
     if modbus_of(site.controller) is not None and not _master_knows(world, code):
-        yield f"the master was not told {wanted!r},"
+        yield f"the master does not read fault {wanted!r},"
     if nextion_of(site.controller) is not None:
         page = world.device.display.page
         if page != f"fault{code:02d}":
@@ -29,6 +29,6 @@ def complaints(world: World, code: int) -> Iterator[str]:
 
 
 def _master_knows(world: World, code: int) -> bool:
-    """Whether the master knows of a fault, if it is there to be told."""
+    """Whether the master has read the fault, or is unplugged."""
     master = world.device.master
     return not master.is_plugged or master.fault == code

@@ -1,4 +1,4 @@
-"""The operator's side: keys that hang, hands that play, displays and computers that misbehave."""
+"""Faults at keys, display and serial port: stuck keys, random presses, a loose plug, floods."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from heatwright.spec.facts import facts_of
 SEED = 2
 WATCH_S = 60.0
 RESYNC_S = 32.0
-"""A display that was plugged in is set up anew every 30 s, in less than a second."""
+"""The firmware sets the display up again every 30 s, in less than a second."""
 FLOOD_BAUD = 115200
 FLOOD_BYTES = 100_000
 PRESSES = 60
@@ -33,7 +33,7 @@ JITTER_S = 0.001
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the interfaces of the controller."""
+    """Yield the faults of the controller's interfaces."""
     if site.has_keys:
         yield from _keys(site)
         yield Fault(
@@ -103,7 +103,7 @@ def _keys(site: Site) -> Iterator[Fault]:
 
 
 def _leak(world: World) -> None:
-    """Let SELECT and UP leak, and take the sensor away: whoever acknowledged would heat on."""
+    """Let SELECT and UP make bad contact without a sensor: an acknowledgement would heat on."""
     world.device.shield.keypad.flicker(("select", "up"), LEAK_DWELLS_S, LEAKS_S)
     world.run(1.0)
     memory.cut_line(world)
@@ -111,9 +111,9 @@ def _leak(world: World) -> None:
 
 
 def _acknowledged_once(world: World) -> str:
-    """Check that nothing acknowledged but the one press that was meant, at the end."""
+    """Check that only the intended press at the end has acknowledged."""
     times = sum(not each.code for each in world.trips.changes)
-    return "" if times <= 1 else f"the key has acknowledged {times - 1} times"
+    return "" if times <= 1 else f"the leaking key acknowledged {times - 1} times"
 
 
 def hold(key: str) -> Act:
@@ -122,17 +122,17 @@ def hold(key: str) -> Act:
 
 
 def _set_time(world: World) -> None:
-    """Set the shortest time, and go back to the setpoint."""
+    """Set the shortest time of the timer, and go back to the setpoint's page."""
     for key in ("right", "up", "right"):
         world.press(key)
 
 
 def _goes_off_in_time(world: World) -> str:
-    """Check that the loop goes off once it was near its setpoint for the time, and stays off."""
+    """Check that the loop goes off after the timer's time near its setpoint, and stays off."""
     if world.now_s - _last_on_s(world) > world.site.loop.periods_s(2):
-        return f"it was off at {_last_on_s(world):.1f} s, too soon"
+        return f"the loop went off at {_last_on_s(world):.1f} s, too soon"
     if not world.until(OfState(lambda now: not now.loop("enabled")), starts.LONGEST_S):
-        return "it is still on"
+        return "the loop is still on after its time"
     went_s = world.now_s
     world.run(WATCH_S)
     last_s = world.heater.last_on_s(went_s)
@@ -145,13 +145,13 @@ def _last_on_s(world: World) -> float:
 
 
 def _one_step(world: World) -> str:
-    """Check that a key that hangs is one press; on a menu's first screen it is none at all."""
+    """Check that a stuck key counts as one press, or as none on a menu's first screen."""
     moves_k = 0.0 if world.site.has_menu else world.site.key_step_k
     return starts.setpoint_moved(world, starts.highest_c(world.site) - moves_k)
 
 
 def _play(world: World) -> None:
-    """Press any key at random."""
+    """Press keys at random."""
     chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
     keys = tuple(key for key in CODES if key)
     for _ in range(PRESSES):
@@ -160,7 +160,7 @@ def _play(world: World) -> None:
 
 
 def _unplug_and_plug(world: World) -> None:
-    """Disconnect the display for some seconds."""
+    """Unplug the display for some seconds."""
     lcd = world.device.shield.lcd
     lcd.unplug(world.now_s)
     world.run(3.0)
@@ -169,7 +169,7 @@ def _unplug_and_plug(world: World) -> None:
 
 
 def _shows_again(world: World) -> str:
-    """Check that the display shows both lines, and that nothing waited for it."""
+    """Check that the display shows both lines again, and that no control step waited for it."""
     first, second = world.read_display()
     controller, keypad = world.site.controller, keypad_of(world.site.controller)
     if keypad is not None and facts_of(controller, keypad.loop).programmed:
@@ -178,27 +178,27 @@ def _shows_again(world: World) -> str:
     else:
         shows = first.startswith("T=") and second.startswith("Set temp ")
     if not shows:
-        return f"the display says {first!r} and {second!r}"
+        return f"the display shows {first!r} and {second!r}"
     return keeps_time(world)
 
 
 def _flood(world: World) -> None:
-    """Send bytes without end to the serial port."""
+    """Send bytes to the serial port without a pause."""
     noise = random.Random(SEED)  # noqa: S311 - as above
     device = world.device
     device.avr.uarts[device.uart].send(noise.randbytes(FLOOD_BYTES), FLOOD_BAUD)
 
 
 def keeps_time(world: World) -> str:
-    """Check that every control step came when it was due."""
+    """Check that every control step was in time."""
     late_s = off_s(world.device.steps(world.site.loop_name), world.site.loop.period_s)
-    return "" if late_s < JITTER_S + TICK_S else f"a step was {late_s * 1000:.1f} ms off its time"
+    return "" if late_s < JITTER_S + TICK_S else f"a step was {late_s * 1000:.1f} ms early or late"
 
 
 def off_s(log: StepLog, period_s: float) -> float:
-    """Return how far a step was from its time, at most, on the grid that the first one begins, s.
+    """Return the largest time error of a step on the grid that starts at the first step, s.
 
-    From row to row the difference wraps as the counter does, however often it wraps in the log.
+    Differences between rows wrap like the counter, so it may wrap several times in the log.
     """
     since = np.cumsum(np.diff(log["steps"], prepend=log["steps"][:1]), dtype=np.int64)
     return float(np.abs(log["time_s"] - log["time_s"][0] - period_s * since).max())

@@ -1,4 +1,4 @@
-"""Programs that meet faults and losses of power: they end, or go on, as the specification says."""
+"""Faults and losses of power during a program: it must end or go on, as the spec says."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ from heatwright.spec.rules import RULES
 LAGS = "program_lags"
 
 UNDER_WAY_S = 90.0
-"""So long it runs before anything happens: longer than the usual time between two saves."""
+"""How long the program runs before the fault: longer than the usual time between two saves."""
 WATCH_S = 30.0
-"""Longer than a hand needs to order something at the keys or the display."""
+"""Longer than an operator needs for an order at the keys or the display."""
 FAR_K = 5.0
-"""So far beyond what a resumption allows the machine cools while the power is off."""
+"""How much more than a resumption allows the machine cools during a loss of power."""
 COOLING_S = 4 * 3600.0
 LOOK_STEPS = 3
 BELOW_TARGET_K = 20.0
-"""A weak heater would level out so far below the first segment's target."""
+"""A weak heater levels out this far below the first segment's target."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to a loop that programs serve, if one is stored."""
+    """Yield the faults of a loop that has programs, if at least one is stored."""
     programs = site.controller.programs
     if programs is None or not site.facts.programmed or not programs.stored:
         return
@@ -79,15 +79,15 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def shows_s(site: Site) -> float:
-    """Return how long it takes at most until an order, or a start-up, shows in the program, s.
+    """Return the longest time until an order, or a start-up, changes the program's state, s.
 
-    Only a step takes an order, one that has a reading: it may be a whole period away.
+    Only a step with a reading takes an order: it may be a whole period away.
     """
     return WATCH_S + site.loop.periods_s(starts.FIRST_STEPS)
 
 
 def under_way(site: Site) -> World:
-    """Begin with the first program, which has run for a while."""
+    """Return a world in which the first program has run for a while."""
     world = _started(site)
     world.run(UNDER_WAY_S)
     return world
@@ -107,12 +107,12 @@ def _program(world: World, member: str) -> Any:
 
 
 def _failed(world: World) -> str:
-    """Check that the program has ended, and that nothing heats after the acknowledgement."""
+    """Check that the program has ended, and that the heater is off after the acknowledgement."""
     if (_program(world, "state"), _program(world, "ended")) != (IDLE, FAILED):
         return f"the program is in state {_program(world, 'state')}, not ended by the fault"
     began_s = world.now_s
     world.run(shows_s(world.site))
-    return "" if world.heater.last_on_s(began_s) is None else "the heater is on again"
+    return "" if world.heater.last_on_s(began_s) is None else "heater on after the program's end"
 
 
 def _judge(programs: Programs) -> Judge:
@@ -122,30 +122,30 @@ def _judge(programs: Programs) -> Judge:
 
 
 def _kept(world: World, programs: Programs) -> str:
-    """Check that it waits for somebody, with the heater off, and then goes on as it must."""
+    """Check that the program waits for an operator with the heater off, then goes on as it must."""
     state, *place = _place(world)
     if state != INTERRUPTED:
         return f"the program is in state {state}, not interrupted by the fault"
     began_s, closed = world.now_s, _relay_closed_cycles(world)
     world.run(shows_s(world.site))
     if world.heater.last_on_s(began_s) is not None:
-        return "the heater is on again"
+        return "the heater is on while the program is interrupted"
     if _relay_closed_cycles(world) != closed:
-        return "the safety relay was closed"
+        return "the safety relay closed while the program is interrupted"
     if _place(world) != [INTERRUPTED, *place]:
-        return f"it is at {_place(world)}, and was at {place}"
+        return f"the interrupted program moved from {place} to {_place(world)}"
     wanted = _resumes_to(world, programs.after_power_loss)
     world.device.program("resume")
     world.until(lambda now: _program(now, "state") != INTERRUPTED, shows_s(world.site))
     state, *now = _place(world)
     if state not in wanted:
-        return f"it was resumed and is in state {state}, not one of {wanted}"
-    moved = state == RUNNING  # it may have done a step by now
-    return "" if moved or now == place else f"it goes on at {now}, and was at {place}"
+        return f"the resumed program is in state {state}, not one of {wanted}"
+    moved = state == RUNNING  # a running program may have moved by a step
+    return "" if moved or now == place else f"the program resumed at {now}, not {place}"
 
 
 def _relay_closed_cycles(world: World) -> int:
-    """Return for how long the safety relay has been closed; 0 where another loop may have it so."""
+    """Return how long the safety relay was closed, in cycles; 0 if another loop may close it."""
     controller, relay = world.site.controller, world.device.relay
     others_rest = all(
         facts_of(controller, name).switched and not world.device.read(f"loop_{name}.enabled")
@@ -156,7 +156,7 @@ def _relay_closed_cycles(world: World) -> int:
 
 
 def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:
-    """Name the states that a resumption may lead to."""
+    """Return the states that may follow a resumption."""
     gone_k = abs(world.loop("temperature_c") - _program(world, "before_c"))
     if after.resume_within_k > 0 and gone_k <= after.resume_within_k:
         return RETURNING, RUNNING
@@ -164,13 +164,13 @@ def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:
 
 
 def _place(world: World) -> list[Any]:
-    """Say where the program is."""
+    """Return the program's state and position."""
     members = ("state", "number", "segment", "elapsed", "clock", "segment_clock", "setpoint_c")
     return [_program(world, member) for member in members]
 
 
 def _cut_while_latched(world: World) -> None:
-    """Lose the sensor, then the power, and find the sensor well again."""
+    """Cut the sensor off until a fault is latched, repair it, then cut the power."""
     memory.cut_line(world)
     world.until(OfState(lambda now: now.fault != 0), answer_s(world.site.loop))
     world.run(shows_s(world.site))
@@ -182,7 +182,7 @@ def _cut_while_latched(world: World) -> None:
 
 
 def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
-    """A heater too weak for the first ramp, which still raises the temperature all the time."""
+    """Yield a heater that is too weak for the first ramp, but still raises the temperature."""
     hold_back, first = programs.hold_back, programs.stored[0].segments[0]
     ramp_s = _ramp_s(site, first)
     if hold_back is None or ramp_s is None or first.to_c is None:
@@ -207,7 +207,7 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
 
 
 def _ramp_s(site: Site, segment: Segment) -> float | None:
-    """Return how long the first ramp lasts from the surroundings' temperature; None: no ramp."""
+    """Return how long the first ramp lasts from the ambient temperature, s; None: no ramp."""
     if segment.over_s is not None:
         return segment.over_s
     if segment.at_k_per_h is None or segment.to_c is None:
@@ -216,7 +216,7 @@ def _ramp_s(site: Site, segment: Segment) -> float | None:
 
 
 def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
-    """Return the share of full power at which the machine levels out, by halving."""
+    """Return the share of full power that holds a temperature, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(20):
         middle = (low + high) / 2
@@ -228,10 +228,10 @@ def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
 
 
 def _lag_was_long(world: World, programs: Programs, hold_back: HoldBack) -> str:
-    """Check that it had its time, and what became of the program."""
+    """Check that the rule did not trip too early, and that the program then did as it must."""
     lags = [trip for trip in world.trips.since(0.0) if RULES[trip.code].id == LAGS]
     early = bool(lags) and lags[0].time_s < hold_back.limit_s
-    return "it tripped before its time was over" if early else _judge(programs)(world)
+    return "program_lags tripped too early" if early else _judge(programs)(world)
 
 
 # -- losses of power -------------------------------------------------------------------------
@@ -259,7 +259,7 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
 
 
 def _hot(site: Site, programs: Programs) -> World:
-    """Begin a program on a machine that can cool by more than a resumption allows."""
+    """Return a world with a program, so hot that it can cool more than a resumption allows."""
     ambient_c = starts.ambient_c(site)
     warm_c = ambient_c + programs.after_power_loss.resume_within_k + 4 * FAR_K
     world = World(site, Weather(warm_c, ambient_c))
@@ -279,14 +279,14 @@ def _paused(site: Site) -> World:
 
 
 def _cut_until_cold(world: World, programs: Programs) -> None:
-    """Leave the power off until the machine is colder than a resumption allows."""
+    """Cut the power until the machine is colder than a resumption allows."""
     cold_c = world.sensed_c - programs.after_power_loss.resume_within_k - FAR_K
     off_s = _cools_in_s(world, cold_c)
     world.power_cut(off_s)
 
 
 def _cools_in_s(world: World, cold_c: float) -> float:
-    """Return how long the machine takes to cool, with nothing on, s."""
+    """Return how long the machine takes to cool with all outputs off, s."""
     site = world.site
     lag = site.network.model_copy(update={"initial_c": world.sensed_c})
     plant = plant_of(site.controller, lag, ambient_c=world.ambient_c, step_s=STEP_S)
@@ -299,15 +299,15 @@ def _cools_in_s(world: World, cold_c: float) -> float:
 
 
 def _goes_on(world: World, programs: Programs) -> str:
-    """Check that it goes on where it was last saved, after a reading."""
+    """Check that the program goes on where it was last saved, after a valid reading."""
     state, segment = _program(world, "state"), _program(world, "segment")
     if state not in (RUNNING, RETURNING) or segment != 1 or _program(world, "number") != 1:
-        return f"after the loss of power it is in state {state}, segment {segment}"
+        return f"after the loss of power the program is in state {state}, segment {segment}"
     loop = world.site.loop
     run_s = loop.periods_s(_program(world, "clock"))
     least_s = UNDER_WAY_S - programs.save_every_s - loop.periods_s(1)
     if not least_s <= run_s <= UNDER_WAY_S + 2 * shows_s(world.site):
-        return f"it goes on {run_s:g} s after its start"
+        return f"the program resumed {run_s:g} s after its start, not where it was saved"
     return _read_first(world)
 
 
@@ -319,21 +319,21 @@ def _read_first(world: World) -> str:
     world.device.feed()
     on_s = world.heater.first_on_s
     early = on_s is not None and on_s < first_s
-    return "the heater was on before the first reading" if early else ""
+    return "the heater was on before a valid reading" if early else ""
 
 
 def _stays_ended(world: World) -> str:
     ended = (_program(world, "state"), _program(world, "ended"))
     if ended != (IDLE, TOO_FAR):
-        return f"after the loss of power it is in state {ended[0]}, ended {ended[1]}"
+        return f"after the loss of power the program is in state {ended[0]}, ended {ended[1]}"
     return _never_on(world)
 
 
 def _stays_paused(world: World) -> str:
     state = _program(world, "state")
-    return _never_on(world) if state == PAUSED else f"it is in state {state}, not paused"
+    return _never_on(world) if state == PAUSED else f"program in state {state}, not paused"
 
 
 def _never_on(world: World) -> str:
     on_s = world.heater.last_on_s(world.power_on_s)
-    return "" if on_s is None else f"the heater was on at {on_s:.3f} s"
+    return "" if on_s is None else f"the heater was on at {on_s:.3f} s, after power-on"

@@ -1,4 +1,4 @@
-"""Faults of a sensor on the ADC: its wires, its contacts, the converter itself."""
+"""Faults of a sensor on the ADC: its wires, its contacts, and the ADC itself."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from heatwright.spec import Analog, Rtd, Thermistor
 WATCH_S = 60.0
 CODES = 1024
 SOUND_PER_BROKEN = 4
-"""An intermittent wire is sound for so many times as long as it is broken: the machine holds."""
+"""An intermittent wire is sound this many times as long as broken, so the machine keeps warm."""
 COLDEST_C, HOTTEST_C = -200.0, 800.0
-"""No sensor is asked to be beyond these."""
+"""No sensor is simulated beyond these temperatures."""
 
 
 def cut(world: World) -> None:
@@ -35,12 +35,12 @@ def cut(world: World) -> None:
 
 
 def mend(world: World) -> None:
-    """Let its wires be as they were."""
+    """Repair the wires."""
     _wire(Wiring())(world)
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the loop's sensor."""
+    """Yield the faults of the loop's sensor on the ADC."""
     yield from _broken(site)
     yield from _beyond_the_table(site)
     yield from _converter(site)
@@ -60,14 +60,14 @@ def _wire(wiring: Wiring) -> Act:
 
 
 def _broken(site: Site) -> Iterator[Fault]:
-    """A wire is broken, or the two touch: the circuit goes to its own limits."""
+    """Yield a broken wire, and two wires that touch: the voltage goes to one of its limits."""
     sound = _wire(Wiring())
     yield no_reading(site, "open", _wire(Wiring(opened=True)), sound)
     yield no_reading(site, "shorted", _wire(Wiring(shorted=True)), sound)
 
 
 def _beyond_the_table(site: Site) -> Iterator[Fault]:
-    """The tip is a little beyond an end of the range: no table goes on there."""
+    """Yield a tip just beyond either end of the sensor's table."""
     coldest_c, hottest_c = _sensor(site).range_c
     for name, end_c, away_c in (
         ("beyond_the_cold_end", coldest_c, COLDEST_C),
@@ -78,7 +78,7 @@ def _beyond_the_table(site: Site) -> Iterator[Fault]:
 
 
 def _next_codes_c(site: Site, end_c: float, away_c: float) -> float:
-    """Return a temperature whose code is the second one beyond that of the range's end."""
+    """Return a temperature whose ADC code is two beyond that of the range's end."""
     sensor, board = _sensor(site), site.controller.board
     away = np.linspace(end_c, away_c, 100_000)
     codes = np.floor(CODES * shares(sensor, board, away))
@@ -100,9 +100,9 @@ def _feel_again(site: Site) -> Act:
 
 
 def _converter(site: Site) -> Iterator[Fault]:
-    """The ADC no longer ends its conversions, or ends each with the channel's last code.
+    """Yield an ADC that no longer ends its conversions, and one that repeats each channel's code.
 
-    Keys are on the same ADC: whoever has them cannot acknowledge until it is well again.
+    The keys are on the same ADC: they cannot acknowledge until it works again.
     """
     hangs = no_reading(site, "adc_hangs", _fail(hung=True), _fail())
     others = _others_on_the_adc(site)
@@ -133,7 +133,7 @@ def _fail(*, hung: bool = False, stuck: bool = False) -> Act:
 
 
 def _contacts(site: Site) -> Iterator[Fault]:
-    """A wire that is broken now and then; contacts and insulation that spoil the resistance."""
+    """Yield an intermittent wire, and bad contacts and insulation that change the resistance."""
     most = steps(site.loop.protection.stale_after_s, site.loop) - 2
     if most > 0:
         turn = (1 + SOUND_PER_BROKEN) * most
@@ -160,10 +160,10 @@ def _jump(
     which: Callable[[list[float]], float],
     wiring: Callable[[float, float], Wiring],
 ) -> Fault:
-    """Have the circuit see the element that far away that it would move at twice the allowed rate.
+    """Add a resistance that makes the reading jump by twice what `rise_rate` allows.
 
-    which -- of the resistances there, hotter and colder, the one it sees; wiring -- from the
-    element's own resistance and that one.
+    which -- selects the element's resistance after a jump up or down; wiring -- makes the wiring
+    from the element's own resistance and that one.
     """
 
     def cause(world: World) -> None:
@@ -177,13 +177,13 @@ def _jump(
         lambda: starts.heating(site),
         cause,
         _wire(Wiring()),
-        trip=Trip((), answer_s(site.loop)),  # as far as that the reading may be none at all
+        trip=Trip((), answer_s(site.loop)),  # after such a jump there may be no reading
         sensor_lies=True,
     )
 
 
 def _now_and_then(site: Site, broken: int, turn: int) -> Act:
-    """Break the wire for so many of a turn's periods, again and again."""
+    """Break the wire for the first periods of each turn, again and again."""
 
     def cause(world: World) -> None:
         began_s = world.now_s

@@ -1,4 +1,4 @@
-"""Faults that any kind of sensor can have: what its tip may come to feel."""
+"""Faults that any kind of sensor can have: wrong temperatures of its tip."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ BEYOND_K = 3.0
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the loop's sensor."""
+    """Yield the faults of the tip of the loop's sensor."""
     yield from _frost(site)
     yield from _jumps(site)
     yield from _fallen_out(site)
 
 
 def feel(site: Site, change: Callable[[World], Feel]) -> Act:
-    """Put something between the machine and the tip."""
+    """Return a cause that changes the tip's temperature."""
 
     def cause(world: World) -> None:
         world.wiring.feel[site.loop.sensor] = change(world)
@@ -32,7 +32,7 @@ def feel(site: Site, change: Callable[[World], Feel]) -> Act:
 
 
 def mend(site: Site) -> Act:
-    """Undo `feel`."""
+    """Return the cure of `feel`."""
 
     def cure(world: World) -> None:
         world.wiring.feel.pop(site.loop.sensor)
@@ -41,7 +41,7 @@ def mend(site: Site) -> Act:
 
 
 def _frost(site: Site) -> Iterator[Fault]:
-    """A tip that is cooled below the minimum, slowly enough not to jump."""
+    """Yield a tip that is cooled below the minimum, slowly enough not to count as a jump."""
     minimum_c = site.loop.protection.minimum_c
     rate = -site.loop.protection.rise_rate_k_per_s / 2
     start_c = min(starts.resting_c(site), minimum_c + 2 * BEYOND_K)
@@ -56,7 +56,7 @@ def _frost(site: Site) -> Iterator[Fault]:
 
 
 def _jumps(site: Site) -> Iterator[Fault]:
-    """A loose contact that makes the reading jump; and jumps that are just allowed."""
+    """Yield a loose contact that makes the reading jump, and jumps that are just allowed."""
     loop = site.loop
     limit_k, every_s = loop.rise_per_period_k, loop.periods_s(4)
     for name, by_k in (("jump_up", 2 * limit_k), ("jump_down", -2 * limit_k)):
@@ -78,7 +78,7 @@ def _jumps(site: Site) -> Iterator[Fault]:
 
 
 def _fallen_out(site: Site) -> Iterator[Fault]:
-    """A sensor that has fallen out of the machine, and cools to the surroundings."""
+    """Yield a sensor that has fallen out of the machine, and cools to the ambient temperature."""
     lag_s = site.network.sense[site.loop.sensor].lag_s
     yield Fault(
         "fallen_out",

@@ -1,4 +1,4 @@
-"""Faults of a thermocouple converter on its wires: wires, supply, thermocouple, conversions."""
+"""Faults of a thermocouple converter: its wires, supply, thermocouple and conversions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from heatwright.sim.sensors.spi_chip import Faults, SpiChip
 
 WATCH_S = 120.0
 SOUND_PER_DAMAGED = 4
-"""In bursts so many answers are sound for each that is not."""
+"""In bursts, this many answers are sound for each damaged one."""
 
 
 def cut(world: World) -> None:
@@ -28,12 +28,12 @@ def cut(world: World) -> None:
 
 
 def mend(world: World) -> None:
-    """Weld it again."""
+    """Repair the thermocouple."""
     chip_of(world).faults.open = False
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to those that only answer."""
+    """Yield the faults of converters that can only be read, not configured."""
     yield from wires(site)
     yield no_reading(site, "thermocouple_broken", cut, mend)
     yield failing_supply(site)
@@ -41,7 +41,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def on_chip(act: Callable[[SpiChip], None]) -> Act:
-    """Do something to the chip of the loop's sensor."""
+    """Return an act on the chip of the loop's sensor."""
     return lambda world: act(chip_of(world))
 
 
@@ -51,12 +51,12 @@ def chip_of(world: World) -> SpiChip:
 
 
 def _fail(faults: Faults) -> Act:
-    """Give the chip these faults and no others."""
+    """Return an act that gives the chip these faults and no others."""
     return on_chip(lambda chip: setattr(chip, "faults", replace(faults)))
 
 
 def wires(site: Site) -> Iterator[Fault]:
-    """Yield what makes the chip no longer answer, or badly."""
+    """Yield faults after which the chip does not answer, or answers badly."""
     sound = _fail(Faults())
     yield no_reading(site, "unplugged", on_chip(SpiChip.unplug), on_chip(SpiChip.plug))
     yield no_reading(site, "data_shorted_to_ground", _short("low"), _short(None))
@@ -66,14 +66,14 @@ def wires(site: Site) -> Iterator[Fault]:
 
 
 def failing_supply(site: Site) -> Fault:
-    """Return what breaks the chip's supply down again and again."""
+    """Return a fault in which the chip's supply fails again and again."""
     return no_reading(site, "failing_supply", _failing_supply, _leave_alone)
 
 
 def conversions(site: Site, anew_s: float = 0.0) -> Iterator[Fault]:
-    """Yield what conversions can suffer, and what must not stop a machine.
+    """Yield the faults of conversions, and disturbances that must not trip a rule.
 
-    anew_s -- what a damaged answer costs a chip that is set up anew then, until its next one, s.
+    anew_s -- time until the next answer if the chip is set up again after a damaged answer, s.
     """
     yield from _frozen(site)
     yield from _harmless(site, anew_s)
@@ -84,7 +84,7 @@ def _short(level: Level | None) -> Act:
 
 
 def _failing_supply(world: World) -> None:
-    """Break the chip's supply down in every step of time, sooner than a conversion ends."""
+    """Interrupt the chip's supply in every step of time, so that no conversion ends."""
 
     def feel(felt_c: float) -> float:
         chip_of(world).brown_out()
@@ -94,9 +94,9 @@ def _failing_supply(world: World) -> None:
 
 
 def _bursts(world: World, anew_s: float) -> None:
-    """Damage one answer fewer in a row than the controller is patient with, over and over.
+    """Damage as many answers in a row as the controller just tolerates, again and again.
 
-    A chip that is set up anew after each of them has its next answer only when it has converted.
+    A chip that is set up again after each of them answers only after its next conversion.
     """
     loop = world.site.loop
     taken = max(1, math.ceil(loop.periods_in(anew_s)))
@@ -125,7 +125,7 @@ def _leave_alone(world: World) -> None:
 
 
 def _frozen(site: Site) -> Iterator[Fault]:
-    """Conversions that return the reading of this moment for ever, while the machine heats."""
+    """Yield a chip that repeats its present reading for ever, while the machine heats."""
     yield Fault(
         "frozen",
         lambda: starts.heating(site),
@@ -138,7 +138,7 @@ def _frozen(site: Site) -> Iterator[Fault]:
 
 
 def _harmless(site: Site, anew_s: float) -> Iterator[Fault]:
-    """What happens beside a heater's wires, and must not stop a sensor."""
+    """Yield disturbances as beside a heater's wires, which must not trip a rule of the sensor."""
     yield bursts(site, DAMAGED_ANSWERS, partial(_bursts, anew_s=anew_s), _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
@@ -151,7 +151,7 @@ def _harmless(site: Site, anew_s: float) -> Iterator[Fault]:
 
 
 def _zeros_not_believed(world: World) -> str:
-    """Check that what the chip answers before its first conversion was no temperature."""
+    """Check that the chip's answer before its first conversion was not used as a temperature."""
     log = world.device.steps(world.site.loop_name)
     lowest_c = float(log["temperature_c"][log["has_reading"] == 1].min())
-    return f"{lowest_c:.1f} °C was taken for a temperature" if lowest_c == 0.0 else ""
+    return f"{lowest_c:.1f} °C was used as a temperature" if lowest_c == 0.0 else ""

@@ -9,11 +9,11 @@ from heatwright.sim.faults.world import Site, World
 from heatwright.spec.rules import RULES
 
 SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
-"""Those that tell that there is no valid reading, whatever it is."""
+"""Ids of all rules that trip without a valid reading."""
 
 
 def no_reading(site: Site, name: str, cause: Act, cure: Act) -> Fault:
-    """Make a fault that leaves no valid reading: the heater is off at the first one that fails."""
+    """Return a fault without a valid reading: the heater goes off at the first invalid one."""
     return Fault(
         name,
         lambda: starts.heating(site),
@@ -27,7 +27,7 @@ def no_reading(site: Site, name: str, cause: Act, cure: Act) -> Fault:
 
 
 def slow_conversions(site: Site, act: Act, watch_s: float) -> Fault:
-    """Make a chip slower than its data sheet says, which must not stop a machine."""
+    """Return the fault of a chip that is slower than its data sheet: no rule may trip."""
     return Fault(
         "slow_conversions",
         lambda: starts.heating(site),
@@ -39,21 +39,21 @@ def slow_conversions(site: Site, act: Act, watch_s: float) -> Fault:
 
 
 LACKS_HEAT = ("heating_failed", "runaway_below")
-"""What may tell that no readings come: without them there is no heat."""
+"""Rules that may trip without readings: without them there is no heat."""
 
 CURRENT_RULES = tuple(RULES[code].id for code in (20, 21, 22))
-"""What may tell of a current that is not measured any more."""
+"""Rules that may trip when a current is no longer measured."""
 
 
 DAMAGED_ANSWERS = "answers_damaged_in_bursts"
-"""What all sensors that answer in words can have."""
+"""Id of a fault of all sensors that answer with data words."""
 
 
 def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
-    """Have readings fail in bursts, which no rule of the sensor may take for its end.
+    """Return a fault whose readings fail in bursts: no rule of the sensor may trip.
 
-    Each costs heat: until the next reading, or the next window. What comes of that is for the rules
-    that judge heat: a machine that cooled for so long may not regain it in time.
+    Each burst switches the heater off until the next reading or window. So the rules of heat may
+    trip: a machine that has cooled may not become warm again in time.
     """
     return Fault(
         name,
@@ -66,6 +66,6 @@ def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
 
 
 def _sensor_is_believed(world: World) -> str:
-    """Check that no rule told that there is no reading."""
+    """Check that no rule tripped except those of heat."""
     found = {RULES[trip.code].id for trip in world.trips.since(0.0)} - set(LACKS_HEAT)
     return f"{' and '.join(sorted(found))} tripped for no reason" if found else ""

@@ -1,4 +1,4 @@
-"""A sensor whose readings are wrong and move plausibly: the second one of the loop tells."""
+"""Sensors with wrong but plausible readings: only the loop's second sensor reveals them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from heatwright.sim.machine import Feel
 
 DRIFT_K_PER_S = 0.05
 CREEP_S = 1200.0
-"""In which a sensor creeps out of its place."""
+"""Time constant with which a sensor moves out of its place."""
 LATER_S = 120.0
-"""Watched beyond the time in which both must have come apart."""
+"""How long to watch after the time in which both sensors must differ."""
 TIMES = 3.0
-"""The machine follows the one that it is controlled by, and hides a part of the difference."""
+"""Factor on the time: the control follows the wrong sensor and so hides part of the difference."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what nobody else could tell, on a loop with a second sensor."""
+    """Yield wrong readings that only a second sensor reveals, if the loop has one."""
     loop, agreement = site.loop, site.loop.protection.agreement
     if loop.also is None or agreement is None:
         return
@@ -60,5 +60,5 @@ def _lies(
         cure,
         watch_s=watch_s,
         again=True,
-        judge=lambda world: "" if world.trips.changes else "no rule has told it",
+        judge=lambda world: "" if world.trips.changes else "no rule tripped",
     )

@@ -1,1 +1,1 @@
-"""How each kind of sensor fails by itself, one module for each kind of the language."""
+"""The faults of each kind of sensor, one module for each kind."""

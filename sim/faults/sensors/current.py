@@ -1,4 +1,4 @@
-"""Faults of what measures a heater's current: its line is torn, shorted, or its output stands."""
+"""Faults of a heater's current sensor: its line is torn or shorted, or its output stands."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from heatwright.spec import Current, DigitalOutput, PwmOutput
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the sensor of the heater's current."""
+    """Yield the faults of the sensor of the heater's current."""
     yield Fault(
         "current_sensor_torn",
         lambda: starts.heating(site),
@@ -64,7 +64,7 @@ def _wire(wiring: Wiring) -> Act:
 
 
 def _stand(world: World) -> None:
-    """Let the sensor say on and on what it says of the heater now, and cool down."""
+    """Hold the sensor's output while the heater is on, and set the lowest setpoint."""
     heater = measured(world.site)
     assert heater is not None  # noqa: S101 - else there is no such sensor
     world.until(lambda now: _probe(now).amperes >= 2 * heater.idle_a, starts.LONGEST_S)

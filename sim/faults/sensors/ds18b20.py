@@ -1,4 +1,4 @@
-"""A DS18B20's faults: its cable, its supply, its conversions."""
+"""Faults of a DS18B20: its cable, its supply and its conversions."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def cut(world: World) -> None:
 
 
 def mend(world: World) -> None:
-    """Let it go."""
+    """Remove the short."""
     _chip(world).short(None)
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the loop's sensor."""
+    """Yield the faults of the loop's DS18B20."""
     yield from _answers(site)
     yield from _frozen(site)
     yield from _never_converts(site)
@@ -50,7 +50,7 @@ def _on_chip(act: Callable[[Ds18b20], None]) -> Act:
 
 
 def _answers(site: Site) -> Iterator[Fault]:
-    """The chip no longer answers, or badly: the heater is off at the first missed reading."""
+    """Yield a chip without an answer or with bad ones: the heater goes off at the first one."""
     cases: tuple[tuple[str, Act, Act], ...] = (
         ("unplugged", _on_chip(Ds18b20.unplug), _on_chip(Ds18b20.plug)),
         ("shorted_to_ground", _short("low"), _short(None)),
@@ -81,7 +81,7 @@ def _freeze(*, on: bool) -> Act:
 
 
 def _never_converting(chip: Ds18b20) -> None:
-    """Let it be as after its power-up: it may have converted before anybody could stop it."""
+    """Reset the chip to its power-on value, and stop its conversions."""
     chip.faults.idle = True
     chip.brown_out()
 
@@ -98,7 +98,7 @@ def _weak(*, on: bool) -> Act:
 
 
 def _bursts(world: World) -> None:
-    """Damage one answer fewer in a row than the controller is patient with, over and over."""
+    """Damage as many answers in a row as the controller just tolerates, again and again."""
     most = steps(world.site.loop.protection.stale_after_s, world.site.loop) - 1
 
     def damage(chip: Ds18b20) -> None:
@@ -113,7 +113,7 @@ def _bursts_end(world: World) -> None:
 
 
 def _every(world: World, periods: int, act: Callable[[Ds18b20], None]) -> None:
-    """Do something to the chip once in so many periods."""
+    """Act on the chip once in so many periods."""
     every_s = world.site.loop.periods_s(periods)
     turn = int(world.now_s / every_s)
 
@@ -129,7 +129,7 @@ def _every(world: World, periods: int, act: Callable[[Ds18b20], None]) -> None:
 
 
 def _frozen(site: Site) -> Iterator[Fault]:
-    """Conversions that return the reading of this moment for ever, while the machine heats."""
+    """Yield a chip that repeats its present reading for ever, while the machine heats."""
     yield Fault(
         "frozen",
         lambda: starts.heating(site),
@@ -142,7 +142,7 @@ def _frozen(site: Site) -> Iterator[Fault]:
 
 
 def _never_converts(site: Site) -> Iterator[Fault]:
-    """A chip that keeps its power-on value from the start, with good mark and CRC."""
+    """Yield a chip that answers its power-on value from the start, with a correct CRC."""
     yield Fault(
         "never_converts",
         lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
@@ -156,7 +156,7 @@ def _never_converts(site: Site) -> Iterator[Fault]:
 
 
 def _harmless(site: Site) -> Iterator[Fault]:
-    """What happens on a long cable, and must not stop a sensor."""
+    """Yield disturbances as on a long cable, which must not trip a rule of the sensor."""
     yield bursts(site, DAMAGED_ANSWERS, _bursts, _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
@@ -174,11 +174,11 @@ def _harmless(site: Site) -> Iterator[Fault]:
 
 
 def _never_believed(world: World) -> str:
-    """Check that the power-on value was never taken for a temperature."""
+    """Check that the chip's power-on value was never used as a temperature."""
     log = world.device.steps(world.site.loop_name)
     highest_c = float(log["temperature_c"].max())
     sensor = world.site.controller.thermometers[world.site.loop.sensor]
     may_k = world.site.loop.protection.rise_rate_k_per_s + sensor.step_k
     if highest_c > world.peak_c + may_k:
-        return f"{highest_c:.1f} °C was taken for a temperature"
+        return f"the power-on value {highest_c:.1f} °C was used as a temperature"
     return ""

@@ -1,4 +1,4 @@
-"""A MAX31855's faults: it also tells what its thermocouple touches."""
+"""Faults of a MAX31855, which also reports a thermocouple shorted to ground or supply."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SLOW = 1.5
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the loop's sensor."""
+    """Yield the faults of the loop's MAX31855."""
     yield from converter.faults(site)
     wires: tuple[Wire, ...] = ("ground", "supply")
     for wire in wires:

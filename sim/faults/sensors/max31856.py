@@ -1,4 +1,4 @@
-"""A MAX31856's faults: it is told, too, and looks for an open thermocouple now and then only."""
+"""Faults of a MAX31856, which is also configured, and tests for an open input only at times."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def cut(world: World) -> None:
 
 
 def mend(world: World) -> None:
-    """Let them go."""
+    """Remove the short."""
     chip_of(world).short(None)
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the loop's sensor."""
+    """Yield the faults of the loop's MAX31856."""
     yield from wires(site)
     yield from _broken(site)
     yield failing_supply(site)
@@ -62,10 +62,10 @@ def open_s(site: Site) -> float:
 
 
 def _broken(site: Site) -> Iterator[Fault]:
-    """A thermocouple that breaks, and what its open input then shows until the chip looks for it.
+    """Yield a thermocouple that breaks just after the chip has tested for an open input.
 
-    Its capacitor holds the voltage for a while; or nothing does, and the tip seems to be as cold as
-    the chip, which another rule may see sooner.
+    Until the next test a capacitor holds the input's voltage; or the voltage goes to 0 and the tip
+    seems as cold as the chip, which another rule may see sooner.
     """
     found = Trip((), answer_s(site.loop) + open_s(site))
     yield Fault(
@@ -90,7 +90,7 @@ def _broken(site: Site) -> Iterator[Fault]:
 
 
 def _just_tested(site: Site) -> World:
-    """Begin while the heater is on, and the chip has just looked for an open thermocouple."""
+    """Return a world with the heater on, just after the chip tested for an open thermocouple."""
     world = starts.heating(site)
     heats = starts.heater_on(site)
     world.until(lambda now: _chip(now).untested == 1 and heats(now), starts.LONGEST_S)

@@ -1,4 +1,4 @@
-"""A MAX6675's faults, and those of its thermocouple and wires."""
+"""Faults of a MAX6675, its thermocouple and its wires."""
 
 from heatwright.sim.faults.sensing.converter import cut, faults, mend
 

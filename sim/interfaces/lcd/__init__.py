@@ -1,4 +1,4 @@
-"""The six lines of a display on four data lines, read from a processor's pin log."""
+"""A display on six lines, four of them data, decoded from a processor's pin log."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class BusLimits:
 
 @dataclass(frozen=True)
 class Screen:
-    """What the display shows from a time on, s."""
+    """The text that the display shows from a time on, s."""
 
     time_s: float
     rows: tuple[str, str]
@@ -45,8 +45,8 @@ class Screen:
 class Lcd:
     """A display wired to six pins: RS, E, D4, D5, D6, D7, R/W grounded.
 
-    chip -- the controller; history -- each change of what it shows, in order; violations -- how
-    often the bus was too fast, by name of the limit; writes -- falls of E seen.
+    chip -- the controller; history -- each change of its text, in order; violations -- how often
+    the bus was too fast, by name of the limit; writes -- number of falls of E.
     """
 
     def __init__(self, pins: Sequence[str], clock_hz: int, limits: BusLimits | None = None) -> None:
@@ -67,7 +67,7 @@ class Lcd:
 
     @property
     def text(self) -> tuple[str, str]:
-        """The two rows as of the events fed so far."""
+        """The two rows after the events fed so far."""
         return self.chip.text if self.plugged else _BLANK
 
     def unplug(self, time_s: float) -> None:
@@ -76,16 +76,16 @@ class Lcd:
         self._show(time_s * 1e9)
 
     def plug(self, time_s: float) -> None:
-        """Reconnect it: it starts anew and has to be initialised."""
+        """Plug the display in again: it starts anew and must be initialised."""
         self.plugged = True
         self.chip.power_on(round(time_s * 1e9))
         self._show(time_s * 1e9)
 
     def feed(self, events: NDArray[Any]) -> None:
-        """Process pin changes (PIN_EVENT records) in order of time; other pins' are passed over.
+        """Process pin changes (PIN_EVENT records) in order of time; other pins are ignored.
 
-        What changes in the same cycle as E counts as changing after its fall and before its rise:
-        too late or too early.
+        A change in the same cycle as E counts as after E's fall and before E's rise, the worst case
+        for hold and setup times.
         """
         if not len(events):
             return
@@ -118,7 +118,7 @@ class Lcd:
             self.history.append(Screen(time_ns / 1e9, rows))
 
     def _judge(self, times_ns: NDArray[np.float64], change: NDArray[np.int64]) -> None:
-        """Count what the bus did too fast."""
+        """Count the violations of the bus's time limits."""
         moves = {
             "rise": change == _ENABLE,
             "fall": change == -_ENABLE,
@@ -146,11 +146,11 @@ _RULES = {
     "data_setup": ("fall", "data"),
     "data_hold": ("data", "fall"),
 }
-"""Each limit is the time from the second kind of change to the first."""
+"""Each limit is a least time: from the second kind of change to the first."""
 
 
 def _changes(bits: NDArray[np.int64], levels: NDArray[np.bool_], bus: int) -> NDArray[np.int64]:
-    """What each event adds to the bus; 0 where only the source of a level changed."""
+    """Return each event's change of the bus levels; 0 if only the source of a level changed."""
     change = np.zeros(len(bits), np.int64)
     for bit in (1, 2, 4, 8, _RS, _ENABLE):
         mine = np.flatnonzero(bits == bit)

@@ -1,7 +1,7 @@
 """An HD44780 display controller of 16 x 2 characters (Hitachi data sheet ADE-207-272(Z)).
 
-It is only written to (R/W grounded), so it never tells that it is busy: what comes too early is
-lost, and counted.
+It is only written to (R/W grounded), so its busy flag is never read: writes that come too early
+are lost, and counted.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ WIDTH = 16
 LINE_LENGTH = 40
 LINE_STARTS = (0x00, 0x40)
 UNCONNECTED = 0xF
-"""D3..D0 of a display wired with four lines: pulled up inside."""
+"""D3..D0 of a display wired with four data lines: pulled up inside."""
 
 
 def _order(*rows: range) -> tuple[list[int], dict[int, int]]:
-    """Addresses in the order the cursor takes, and the place of each."""
+    """Return the addresses in the cursor's order, and the place of each."""
     places = [address for row in rows for address in row]
     return places, {address: place for place, address in enumerate(places)}
 
@@ -49,9 +49,9 @@ class Times:
 
 
 class Hd44780:
-    """The controller, written to over its bus: ``write(time_ns, rs, nibble)`` at each fall of E.
+    """The display controller; its bus calls ``write(time_ns, rs, nibble)`` at each fall of E.
 
-    lost -- writes that came while it was busy, and had no effect; text -- what it shows.
+    lost -- writes without effect because it was busy; text -- the characters it shows.
     """
 
     def __init__(self, times: Times | None = None) -> None:
@@ -76,7 +76,7 @@ class Hd44780:
 
     @property
     def ready(self) -> bool:
-        """Whether it has been set to four lines, two rows and on."""
+        """Whether it is set to four data lines and two rows, and is on."""
         return self._on and self._two_lines and not self._eight_bit
 
     @property
@@ -93,7 +93,7 @@ class Hd44780:
         return charmap_decode(shown, "strict", A00)[0]
 
     def write(self, time_ns: int, rs: int, nibble: int) -> bool:
-        """Read D7..D4 at a falling edge of E; return whether the picture may change."""
+        """Read D7..D4 at a falling edge of E; return whether the shown text may change."""
         if time_ns < self._busy_until:
             self.lost += 1
             return False
@@ -152,7 +152,7 @@ class Hd44780:
         self._in_cgram = False
 
     def _data(self, byte: int) -> bool:
-        """Write a character; return whether the picture may change: most are there already."""
+        """Write a character; return whether the shown text changes: most are there already."""
         shows = False
         if self._in_cgram:
             self._cgram[self._address & 0x3F] = byte
@@ -183,4 +183,4 @@ _INSTRUCTIONS = (
     Hd44780._cgram_address,
     Hd44780._ddram_address,
 )
-"""By the number of the highest bit that is set."""
+"""Instructions by the number of the highest bit that is set."""

@@ -20,7 +20,7 @@ KEYPAD_PIN = "A0"
 
 
 class LcdKeypad:
-    """The shield on a board. lcd -- its display; keypad -- its keys; fingers -- who plays them."""
+    """The shield on a board. lcd -- its display; keypad -- its keys; fingers -- press the keys."""
 
     def __init__(self, avr: Avr, board: Board) -> None:
         self._avr = avr
@@ -30,13 +30,13 @@ class LcdKeypad:
         self.lcd = Lcd(pins, avr.clock_hz)
         channel = board.pins[KEYPAD_PIN].adc
         if channel is None:
-            raise ValueError(f"{board.name}'s {KEYPAD_PIN} is no analog input.")
+            raise ValueError(f"Pin {KEYPAD_PIN} of {board.name} is no analog input.")
         self.keypad = Keypad(avr, channel)
         self.fingers = Fingers(self.keypad, avr.clock_hz)
 
     @property
     def wake_cycle(self) -> int | None:
-        """When somebody presses or lets go next; None: nobody does."""
+        """The cycle of the next press or release; None: there is none."""
         wakes = (self.fingers.wake_cycle, self.keypad.wake_cycle)
         return min((wake for wake in wakes if wake is not None), default=None)
 
@@ -46,7 +46,7 @@ class LcdKeypad:
 
     @property
     def complaints(self) -> Iterator[str]:
-        """What was too fast for the display."""
+        """Yield the violations of the display's time limits."""
         for limit, count in self.lcd.violations.items():
             yield f"display: {limit} was below the data sheet {count} times"
 

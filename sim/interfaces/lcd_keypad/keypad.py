@@ -24,8 +24,8 @@ BOUNCE_S = 0.001
 class Keypad:
     """The keys of the shield on an ADC channel.
 
-    tolerance -- the codes' common error, relative (the resistors'); bounces -- how often a contact
-    opens again before it stays closed, and the other way round, BOUNCE_S apart.
+    tolerance -- the codes' common relative error, from the resistors; bounces -- how often a
+    contact bounces when it closes or opens, every BOUNCE_S.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class Keypad:
         self._set(key)
 
     def flicker(self, keys: Sequence[str | None], dwells_s: Sequence[float], for_s: float) -> None:
-        """Leak for a time: seem to be pressed and let go at random, never as long at rest.
+        """Leak for a time: keys seem to be pressed at random, and none is released for long.
 
-        keys, dwells_s -- which keys it looks like, and for how long each time.
+        keys, dwells_s -- the keys that seem pressed, and how long each time.
         """
         chance = random.Random(len(keys))  # noqa: S311 - noise, not a secret
         cycle, self._pending = self._avr.cycle, []
@@ -74,7 +74,7 @@ class Keypad:
         return self._pending[0][0] if self._pending else None
 
     def advance(self, cycle: int) -> None:
-        """Run the processor to a cycle, through the bounces on the way."""
+        """Run the processor to a cycle, with all bounces before it."""
         while self._pending and self._pending[0][0] <= cycle:
             self._avr.run_to(self._pending[0][0])
             self._set(self._pending.pop(0)[1])

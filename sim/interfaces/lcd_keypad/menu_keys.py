@@ -1,8 +1,8 @@
-"""Which keys of the LCD keypad shield do what in the menu of a loop with programs.
+"""The keys of the LCD keypad shield that give an order in the menu of a loop with programs.
 
-Every way begins at the first screen and leads back to it: RIGHT from there comes the screen of the
-times, then that of the program; to the left of it are the single values. A screen that is left
-begins anew.
+Each sequence of keys begins and ends at the first screen. RIGHT of that are the screen of the times
+and then that of the program; LEFT of it are the single values. A screen forgets its state when it
+is left.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from heatwright.spec import ProgramOrder
 
 _TO_PROGRAM, _FROM_PROGRAM = ("right", "right"), ("left", "left")
 _CHOICES = {"pause": 0, "resume": 0, "skip": 1, "stop": 2, "jump": 3}
-"""How often UP is pressed for what can be asked of a program that runs; `jump 1` is the first of
-its segments."""
+"""How often UP is pressed for each order to a running program; `jump 1` goes to its first
+segment."""
 _AT_ONCE = ("pause", "resume")
-"""All else asks whether it is meant."""
+"""All other orders ask for a confirmation."""
 
 
 def keys_for(order: ProgramOrder) -> tuple[str, ...]:
-    """List the presses that give an order to a program, from the first screen and back."""
+    """Return the key presses that give an order to a program, from the first screen and back."""
     if order.order == "start":
         ups = order.number - 1
     elif order.order == "jump":
@@ -35,14 +35,14 @@ def keys_for(order: ProgramOrder) -> tuple[str, ...]:
 
 
 class Fingers:
-    """Somebody who presses one key after the other, each 0.1 s down and 0.1 s up."""
+    """Presses one key after the other, each 0.1 s down and 0.1 s up."""
 
     def __init__(self, keypad: Keypad, clock_hz: int) -> None:
         self._keypad = keypad
         self._press_cycles = round(PRESS_S * clock_hz)
         self._moves: deque[str | None] = deque()
         self.wake_cycle: int | None = None
-        """When a finger moves next; None: never."""
+        """The cycle of the next press or release; None: there is none."""
 
     def play(self, keys: Iterable[str], now_cycle: int) -> None:
         """Press these keys, after those that still wait."""
@@ -52,7 +52,7 @@ class Fingers:
             self.wake_cycle = now_cycle
 
     def move(self, now_cycle: int) -> None:
-        """Press or let go what is due."""
+        """Press or release the key that is due."""
         while self.wake_cycle is not None and self.wake_cycle <= now_cycle:
             if not self._moves:
                 self.wake_cycle = None

@@ -1,4 +1,4 @@
-"""A Modbus master at the end of the line: it polls, writes, and judges the slave."""
+"""A Modbus master: it polls and writes, and checks the slave's answers."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from heatwright.spec import ModbusRtu as Spec
 from heatwright.spec.interfaces import Line
 
 POLL_S = 1.0
-"""How often the master reads by itself, s; a master is lost after several seconds."""
+"""How often the master polls, s; the firmware takes it for lost after several seconds."""
 ANSWER_S = 0.2
-"""So long a request may stay without the first byte of an answer, s."""
+"""Longest time from a request to the first byte of its answer, s."""
 TURNAROUND_S = 0.1
-"""Rest after a broadcast (serial line 1.02, 2.4.1: 100 to 200 ms)."""
+"""Pause after a broadcast (serial line 1.02, 2.4.1: 100 to 200 ms)."""
 LOOK_S = 0.002
-"""How often it looks whether an answer has come to its end, s."""
+"""How often it checks whether an answer has ended, s."""
 SENDS = 3
-"""How often a write is sent that nobody answers."""
+"""How often an unanswered write is sent."""
 NOT_NOW = 3
-"""The exception of a value that is outside what is allowed now."""
+"""The exception code of a value that is not allowed at present."""
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """A write the slave has refused, or, with exception 0, has never answered."""
+    """A write that the slave has refused or, with exception 0, never answered."""
 
     time_s: float
     name: str
@@ -48,17 +48,17 @@ class Refusal:
 class ModbusMaster:
     """The master of a simulated board.
 
-    values -- what it has read last, by name; refusals -- writes that came to nothing; polls --
-    answered polls; unanswered -- requests nobody answered, each sending counted; strangers --
-    frames nobody asked for; damaged -- answers with a wrong CRC, parity or stop bit; slowest_s --
-    the longest an answer has begun after the silence that ends its request; longest_gap_s -- inside
-    an answer; bus -- the line.
+    values -- the values last read, by name; refusals -- failed writes; polls -- number of answered
+    polls; unanswered -- number of requests without an answer, repeats included; strangers -- frames
+    without a request; damaged -- answers with a wrong CRC, parity or stop bit; slowest_s -- longest
+    time from the silence that ends a request to its answer; longest_gap_s -- inside an answer; bus
+    -- the line.
     """
 
     complaints: tuple[str, ...] = ()
 
     def __init__(self, avr: Avr, bus: Bus, address: int) -> None:
-        """Be the master of one slave; it polls once it knows its registers."""
+        """Create the master of one slave; it polls once it knows the slave's registers."""
         self.bus = bus
         self.address = address
         self.values: dict[str, float] = {}
@@ -74,7 +74,7 @@ class ModbusMaster:
         self._poll_s = POLL_S
         self._free_s = 0.0
 
-    # -- what a user does ----------------------------------------------------------------------
+    # -- operation -----------------------------------------------------------------------------
 
     def serve(self, registers: Mapping[str, Register]) -> None:
         """Learn the slave's registers; poll its input registers from now on."""
@@ -88,10 +88,10 @@ class ModbusMaster:
     def write(self, name: str, value: float | bool) -> None:
         """Write a value by its name in a scenario: °C, %, a gain, or a switch's state.
 
-        A loop that is switched on but refuses, because it wants to see a change from off to on, is
-        switched off and on. A command is shown as a change, and taken back as soon as it is given:
-        the slave goes by the change, and after a reset has seen none. Raises LookupError for what
-        the slave does not have.
+        If a loop refuses to be switched on because it needs a change from off to on, it is
+        switched off and on. A command's bit is set and then cleared, because the slave acts on the
+        change, and after a reset has seen none. Raises LookupError for a name that the slave does
+        not have.
         """
         if name not in self._registers:
             raise LookupError(f"The slave has no {name}: it has {', '.join(self._registers)}.")
@@ -113,35 +113,35 @@ class ModbusMaster:
         return Exchange(self.address, pdu, name, SENDS)
 
     def ask(self, pdu: bytes, address: int | None = None) -> Exchange:
-        """Send a request of any kind, once; what is returned fills itself as the board runs."""
+        """Send any request once; the returned exchange gets its result while the board runs."""
         exchange = Exchange(self.address if address is None else address, pdu)
         self._put(exchange)
         return exchange
 
     @property
     def is_busy(self) -> bool:
-        """Whether something a user has asked for is not done."""
+        """Whether a user's request is not done yet."""
         current = self._current is not None and not self._current.polls
         return current or any(not each.polls for each in self._queue)
 
     @property
     def fault(self) -> int:
-        """The latched fault as the slave has told, 0 for none or when it has told nothing yet."""
+        """The latched fault as last read from the slave; 0: none, or not read yet."""
         return int(self.values.get("fault", 0))
 
     @property
     def is_plugged(self) -> bool:
-        """Whether it is on the line."""
+        """Whether it is plugged in."""
         return self._plugged
 
     def unplug(self) -> None:
-        """Pull the plug: it says and hears nothing more."""
+        """Unplug the master: it sends and receives nothing more."""
         self._plugged = False
         self._queue.clear()
         self._current = None
 
     def plug(self) -> None:
-        """Reconnect the plug."""
+        """Plug the master in again."""
         self._plugged = True
         self._poll_s = self._free_s = self._avr.time_s
 
@@ -149,7 +149,7 @@ class ModbusMaster:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle at which it has something to do; None while nothing is to come."""
+        """The cycle of its next action; None: there is none."""
         if not self._plugged:
             return None
         now_s = self._avr.time_s
@@ -165,9 +165,9 @@ class ModbusMaster:
 
     @property
     def look(self) -> Look | None:
-        """How it looks while it waits for an answer of which it has heard nothing yet.
+        """How it looks for an answer of which no byte has come yet.
 
-        With a driver on the line it looks by itself: bytes may be sent that nobody hears.
+        With a driver on the line it looks itself, as the driver may hide bytes that are sent.
         """
         waits, at = self._current, self.wake_cycle
         if waits is None or at is None or self.bus.has_heard or self.bus.is_driven:
@@ -183,7 +183,7 @@ class ModbusMaster:
         return Look(at, every, latest, drifts=True, uart=self.bus.uart, silence=silence)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Receive what the board has sent, and go on."""
+        """Receive the bytes from the board, and continue the exchange."""
         for frame in self.bus.feed(pins, sent):
             if self._plugged:
                 self._hear(frame)
@@ -223,7 +223,7 @@ class ModbusMaster:
         self._current = exchange
 
     def _wait(self, exchange: Exchange, now_s: float) -> None:
-        """Give a request up that stays without an answer; none comes to all."""
+        """Give up a request without an answer; a broadcast has none."""
         sent_s = exchange.sent_s or 0.0
         if exchange.address == TO_ALL:
             if now_s >= sent_s:
@@ -276,7 +276,7 @@ class ModbusMaster:
             self.values[register.name] = register.value(words[at : at + register.words])
 
     def _check(self, exchange: Exchange) -> None:
-        """Show a loop that will not be switched on the change from off to on, once."""
+        """If a loop refuses to be switched on, try once more with a change from off to on."""
         if exchange.answer is not None and not exchange.refusal:
             return
         name = exchange.writes

@@ -1,4 +1,4 @@
-"""The line of a Modbus master, RS-232 or RS-485, at the pins of a UART and of a driver."""
+"""A Modbus line, RS-232 or RS-485, at the pins of a UART and of its driver."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def silence_s(baud: int, character_bits: int) -> float:
 class Frame:
     """Bytes from the board between two silences.
 
-    start_s, end_s -- from its first start bit to its last stop bit; whole -- whether each byte came
-    with the right parity and stop bit; longest_gap_s -- between two of its bytes.
+    start_s, end_s -- its first start bit and its last stop bit; whole -- whether parity and stop
+    bit of each byte are right; longest_gap_s -- the longest time between two of its bytes.
     """
 
     start_s: float
@@ -50,7 +50,7 @@ class _Byte(NamedTuple):
 
 
 class Bus:
-    """A line of one master and one slave.
+    """A line with one master and one slave.
 
     unheard -- bytes the board sent while its driver was off; collisions -- how often it switched
     its driver on while the master sent; slowest_release_s -- from the end of an answer until the
@@ -58,7 +58,7 @@ class Bus:
     """
 
     def __init__(self, avr: Avr, uart: int, baud: int, form: Format, driver: int | None) -> None:
-        """Connect a UART, and perhaps the pin, by its number, that switches a driver to sending."""
+        """Connect a UART and, if any, the pin (number) that switches the driver to sending."""
         self.baud, self.form = baud, form
         self.silence_s = silence_s(baud, form.bits)
         self.unheard = self.collisions = 0
@@ -81,7 +81,7 @@ class Bus:
         gap_s: float | Sequence[float] = 0.0,
         flips: Sequence[int] = (),
     ) -> float:
-        """Send bytes to the board after those that wait; return when the last will end, s."""
+        """Send bytes to the board after those that wait; return the end time of the last, s."""
         form, baud = form or self.form, baud or self.baud
         gaps_s = sum(gap_s) if isinstance(gap_s, Sequence) else gap_s * len(data)
         self._quiet_s = max(self._quiet_s, self._avr.time_s)
@@ -91,12 +91,12 @@ class Bus:
 
     @property
     def is_driven(self) -> bool:
-        """Whether the board has to switch a driver on before it sends."""
+        """Whether the board must switch a driver on before it sends."""
         return self._driver is not None
 
     @property
     def has_heard(self) -> bool:
-        """Whether the board has sent anything since the last request, to whomever."""
+        """Whether the board has sent anything since the last request, even to another slave."""
         return self.hears or len(self._avr.uarts.log) > 0
 
     @property

@@ -1,4 +1,4 @@
-"""One request of a Modbus master, and what came of it."""
+"""One request of a Modbus master, and its result."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass
 from heatwright.sim.interfaces.modbus_rtu.frames import Answer
 
 TO_ALL = 0
-"""The address of a broadcast, which nobody answers."""
+"""The address of a broadcast, which no slave answers."""
 
 
 @dataclass
 class Exchange:
-    """A request, and what came of it.
+    """A request and its result.
 
-    address, pdu -- what is asked of whom; writes -- the name of what it writes, empty if it is not
-    for a user; sends -- how often it may still be sent; sent_s -- when its last bit had left;
-    answer -- None while there is none, and for ever once `done`; delay_s -- from the end of the
-    silence after the request to the answer's first bit; polls -- whether the master has asked by
-    itself; again -- whether this is the second try, by a change from off to on.
+    address, pdu -- slave and request; writes -- the name of the written value, empty if no user
+    asked for it; sends -- how often it may still be sent; sent_s -- end of its last bit; answer --
+    None until one comes; if still None when `done`, there was none; delay_s -- from the end of the
+    silence after the request to the answer's first bit; polls -- whether it is one of the master's
+    polls; again -- whether this is the second try, with a change from off to on.
     """
 
     address: int
@@ -34,5 +34,5 @@ class Exchange:
 
     @property
     def refusal(self) -> int:
-        """The exception's code, 0 for none."""
+        """The exception's code; 0: none."""
         return self.answer.exception if self.answer else 0

@@ -1,4 +1,4 @@
-"""Modbus frames: what a master asks and a slave answers.
+"""Modbus frames: requests of a master and answers of a slave.
 
 Written from the specification: Modbus Application Protocol 1.1b3; over serial line 1.02.
 """
@@ -11,17 +11,17 @@ from dataclasses import dataclass
 
 POLYNOMIAL = 0xA001
 EXCEPTION = 0x80
-"""Added to the function in an answer that refuses."""
+"""Added to the function code in an answer that refuses."""
 READS_OF_BITS = (1, 2)
 READS = (*READS_OF_BITS, 3, 4, 23)
 WRITES = {5: 5, 6: 5, 15: 5, 16: 5, 22: 7}
-"""Functions that answer with the beginning of the request, so long."""
+"""Functions whose answer repeats so many bytes of the request."""
 SHORTEST = 4
 LONGEST = 256
 
 
 def crc(data: bytes) -> bytes:
-    """Return the checksum as it is sent, low byte first (serial line, 6.2.2)."""
+    """Return the checksum, low byte first, as it is sent (serial line, 6.2.2)."""
     register = 0xFFFF
     for byte in data:
         register = register >> 8 ^ SHIFTED[(register ^ byte) & 0xFF]
@@ -45,7 +45,7 @@ def framed(address: int, pdu: bytes) -> bytes:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a slave has answered: its function and what follows; the exception's code, or 0."""
+    """A slave's answer: function code and data; the exception's code, or 0."""
 
     pdu: bytes
     exception: int = 0
@@ -55,12 +55,12 @@ class Answer:
         return struct.unpack(f">{self.pdu[1] // 2}H", self.pdu[2:])
 
     def bits(self) -> tuple[bool, ...]:
-        """Return the bits that were read, with those that fill the last byte."""
+        """Return the bits that were read, with the padding of the last byte."""
         return tuple(bool(byte >> bit & 1) for byte in self.pdu[2:] for bit in range(8))
 
 
 def answer_to(address: int, pdu: bytes, frame: bytes) -> Answer | None:
-    """Return the answer in a frame; None when it is damaged or answers something else."""
+    """Return the answer in a frame; None if it is damaged or answers another request."""
     if not SHORTEST <= len(frame) <= LONGEST or crc(frame[:-2]) != frame[-2:]:
         return None
     found = frame[1:-2]
@@ -72,7 +72,7 @@ def answer_to(address: int, pdu: bytes, frame: bytes) -> Answer | None:
 
 
 def _fits(asked: bytes, found: bytes) -> bool:
-    """Return whether an answer is as long as it must be, and repeats what it must."""
+    """Return whether an answer has the right length, and repeats what it must of the request."""
     function = asked[0]
     if function in READS:
         count = int.from_bytes(asked[3:5], "big")
@@ -84,21 +84,21 @@ def _fits(asked: bytes, found: bytes) -> bool:
 
 
 def read(function: int, first: int, count: int) -> bytes:
-    """Ask for coils (1), discrete inputs (2), holding (3) or input registers (4)."""
+    """Return a request for coils (1), discrete inputs (2), holding (3) or input registers (4)."""
     return struct.pack(">BHH", function, first, count)
 
 
 def write_coil(address: int, *, on: bool) -> bytes:
-    """Switch a coil."""
+    """Return a request that switches a coil."""
     return struct.pack(">BHH", 5, address, 0xFF00 if on else 0)
 
 
 def write_register(address: int, word: int) -> bytes:
-    """Write a holding register."""
+    """Return a request that writes a holding register."""
     return struct.pack(">BHH", 6, address, word & 0xFFFF)
 
 
 def write_registers(address: int, words: Sequence[int]) -> bytes:
-    """Write holding registers in a row."""
+    """Return a request that writes consecutive holding registers."""
     count = len(words)
     return struct.pack(f">BHHB{count}H", 16, address, count, 2 * count, *words)

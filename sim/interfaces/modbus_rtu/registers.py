@@ -1,4 +1,4 @@
-"""The registers of a Modbus slave, as docs/modbus.md states them for a master."""
+"""The registers of a Modbus slave, by docs/modbus.md."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Table = Literal["coil", "discrete_input", "holding_register", "input_register"]
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]
 
 BLOCK = 100
-"""Addresses of a loop; the first loop's begin here, those below are the controller's."""
+"""Number of addresses of a loop. The first loop's start here; the controller's are below."""
 TENTH, HUNDREDTH = 0.1, 0.01
 _CODES: dict[Kind, str] = {"bit": ">H", "u16": ">H", "i16": ">h", "u32": ">I", "f32": ">f"}
 
 
 class Register(NamedTuple):
-    """One value: where it is, and how it is written as words, the high one first."""
+    """One value: its address, and its format in words, high word first."""
 
     table: Table
     address: int
@@ -30,16 +30,16 @@ class Register(NamedTuple):
 
     @property
     def words(self) -> int:
-        """How many addresses it takes."""
+        """Number of addresses that it takes."""
         return struct.calcsize(_CODES[self.kind]) // 2
 
     def value(self, words: Sequence[int]) -> float:
-        """Read it from its words."""
+        """Convert words to the value."""
         raw = struct.unpack(_CODES[self.kind], struct.pack(f">{self.words}H", *words))[0]
         return float(raw * self.scale)
 
     def raw(self, value: float) -> tuple[int, ...]:
-        """Write a value as its words."""
+        """Convert a value to words."""
         number = value / self.scale
         packed = struct.pack(_CODES[self.kind], number if self.kind == "f32" else round(number))
         return struct.unpack(f">{self.words}H", packed)

@@ -1,4 +1,4 @@
-"""A Nextion touch display on a board's serial port, and somebody who touches it."""
+"""A Nextion touch display on a board's serial port, and touches on it."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from heatwright.spec.nextion import Page
 
 START_S = 0.5
-"""From power to its first message; until then it hears nothing."""
+"""Time from power-on to its first message; until then it receives nothing."""
 LOOK_S = 0.2
-"""How often it looks at what has come, s: so late it answers at most."""
+"""How often it processes received bytes, s: it answers within this time."""
 REMEMBERED = 10_000
-"""Instructions of the history."""
+"""Most instructions in the history."""
 
 
 @dataclass(frozen=True)
 class Instruction:
-    """An instruction from the board, and when its end had come, s."""
+    """An instruction from the board, and the time of its end, s."""
 
     time_s: float
     text: str
@@ -41,14 +41,14 @@ class Instruction:
 class Nextion:
     """The display at the end of a UART.
 
-    history -- the latest instructions from the board; instructions -- how many there were;
-    said -- the latest that it has sent by itself; shortest_gap_s -- the shortest time from the
-    first byte of one to that of the next; display -- what it holds; line -- its line, whose `baud`
-    is the display's own.
+    history -- the latest instructions from the board; instructions -- how many came in all; said --
+    the latest messages that it sent on its own; shortest_gap_s -- the shortest time from the first
+    byte of one to that of the next; display -- its state; line -- its line, with the display's own
+    `baud`.
     """
 
     def __init__(self, avr: Avr, pages: Sequence[Page], baud: int, uart: int = 0) -> None:
-        """Connect it; it is powered together with the board."""
+        """Connect the display; it is powered together with the board."""
         self.display = Display(pages)
         self.line = Line(avr, uart, baud)
         self.set_speed(baud)
@@ -66,25 +66,25 @@ class Nextion:
         self._look_cycles = round(LOOK_S * avr.clock_hz)
 
     def serve(self, pages: Sequence[Page]) -> None:
-        """Load its pages, as from the editor's file."""
+        """Load the pages, as from the editor's file."""
         baud = self.line.baud
         self.display = Display(pages)
         self.set_speed(baud)
 
     def set_speed(self, baud: int) -> None:
-        """Have a speed of its own, now and from each start on."""
+        """Set the display's own baud rate, now and for each start."""
         self.display.memory.kept_baud = self.line.baud = baud
         self.display.memory.variables |= {"baud": baud, "bauds": baud}
 
-    # -- what somebody does --------------------------------------------------------------------
+    # -- operation -----------------------------------------------------------------------------
 
     def press(self, name: str) -> None:
-        """Touch a component of the page that is shown. Raises LookupError."""
+        """Touch a component of the shown page. Raises LookupError."""
         self.display.press(name)
         self._answer()
 
     def touch(self, x: int, y: int) -> None:
-        """Touch a place of the page, whatever is there."""
+        """Touch a point of the page, whatever is there."""
         self.display.touch(x, y)
         self._answer()
 
@@ -94,71 +94,71 @@ class Nextion:
         self._answer()
 
     def tap(self, *names: str) -> None:
-        """Touch one component after the other and let it go. Raises LookupError."""
+        """Touch and release one component after the other. Raises LookupError."""
         for name in names:
             self.press(name)
             self.release()
 
     def send(self, data: str | bytes) -> None:
-        """Send the board bytes as they are, now."""
+        """Send these bytes to the board at once."""
         if self._plugged:
             self.line.send(data.encode("latin-1") if isinstance(data, str) else data)
 
     def unplug(self) -> None:
-        """Pull the plug: it is dark, says and hears nothing."""
+        """Unplug the display: it is dark, and sends and receives nothing."""
         self._plugged = self.display.is_on = False
         self.line.cut()
 
     def plug(self) -> None:
-        """Reconnect the plug: it starts anew."""
+        """Plug the display in again: it starts anew."""
         self._plugged = True
         self._starts_s = self._avr.time_s + START_S
 
-    # -- what it shows -------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     @property
     def picture(self) -> bytes:
-        """What it shows, as a PNG."""
+        """The display's picture as a PNG."""
         from heatwright.sim.interfaces.nextion.screen import png  # noqa: PLC0415 - brings matplotlib
 
         return png(self.display)
 
     @property
     def page(self) -> str:
-        """The name of the page that is shown."""
+        """The name of the shown page."""
         return self.display.page
 
     def value(self, attribute: str) -> Value:
-        """Return an attribute: b0.txt of the page that is shown, or main.b0.txt."""
+        """Return an attribute: b0.txt of the shown page, or main.b0.txt."""
         return self.display.value(attribute)
 
     @property
     def errors(self) -> list[tuple[str, Code]]:
-        """Instructions from the board that it refused, with the reason."""
+        """The refused instructions of the board, each with the reason."""
         return self.display.errors
 
     @property
     def is_plugged(self) -> bool:
-        """Whether it is on the line."""
+        """Whether it is plugged in."""
         return self._plugged
 
     # -- time ----------------------------------------------------------------------------------
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle at which it looks again; None while it is unplugged."""
+        """The cycle at which it next processes bytes; None while it is unplugged."""
         if not self._plugged:
             return None
         return (self._avr.cycle // self._look_cycles + 1) * self._look_cycles
 
     @property
     def is_busy(self) -> bool:
-        """Whether there is something to look at, or it is still starting."""
+        """Whether it has bytes to process, or is still starting."""
         return self._plugged and (self.line.has_news or not self.display.is_on)
 
     @property
     def look(self) -> Look | None:
-        """How it looks if it will do nothing but by a touch, or by what the board sends."""
+        """How it looks if only a touch or the board's bytes can make it act."""
         at = self.wake_cycle
         if at is None or self.is_busy:
             return None
@@ -168,7 +168,7 @@ class Nextion:
 
     @property
     def complaints(self) -> Iterator[str]:
-        """What it refused, and bytes that were none."""
+        """Yield refused instructions, and bytes with a wrong stop bit."""
         if self.errors:
             text, code = self.errors[0]
             reason = code.name.lower().replace("_", " ")
@@ -189,7 +189,7 @@ class Nextion:
         self._answer()
 
     def _take(self, data: bytes, cycles: list[int]) -> int | None:
-        """Receive bytes; return the cycle at which one of them has changed the line's speed."""
+        """Receive bytes; return the cycle at which one of them changed the line's baud rate."""
         now_s = self._avr.time_s
         self.display.pass_time(1000 * (now_s - self._seen_s))
         self._seen_s = now_s
@@ -213,7 +213,7 @@ class Nextion:
             self.line.baud = self.display.memory.kept_baud
             self._seen_s = self._avr.time_s
             self._answer()
-            return False  # what has come up to now met a display that was starting
+            return False  # the bytes up to now came while it was starting
         return self.display.is_on
 
     def _note(self, text: str, time_s: float) -> None:

@@ -1,4 +1,4 @@
-"""What a Nextion display answers to instructions (Nextion Instruction Set, section 7)."""
+"""Answers of a Nextion display to instructions (Nextion Instruction Set, section 7)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ END = b"\xff\xff\xff"
 """Ends an instruction to the display, and each of its answers."""
 STARTED = b"\0\0\0" + END
 READY = b"\x88" + END
-"""It sends both when it has started."""
+"""The display sends both when it has started."""
 LONGEST_NAME = 14
-"""Characters of a page's or a component's name."""
+"""Most characters in the name of a page or a component."""
 
 
 class Code(IntEnum):
@@ -34,12 +34,12 @@ class Code(IntEnum):
     NUMBER = 0x71
 
     def answer(self, data: bytes = b"") -> bytes:
-        """Return the answer that begins with it."""
+        """Return the answer that begins with this code."""
         return bytes([self]) + data + END
 
 
 class Refused(ValueError):
-    """An instruction the display cannot follow; code -- what it answers."""
+    """An instruction that the display cannot execute; code -- its answer."""
 
     def __init__(self, code: Code) -> None:
         super().__init__(code.name.lower().replace("_", " "))

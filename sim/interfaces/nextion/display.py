@@ -1,4 +1,4 @@
-"""A Nextion display without its wires: instructions go in, touches too, and bytes come out."""
+"""A Nextion display without its line: takes instructions and touches, and gives bytes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from heatwright.spec.nextion import Page
 
 BUFFER_BYTES = 1024
-"""Receive buffer of the serial line; bytes that do not fit are lost, and reported as an error."""
+"""Size of the receive buffer; bytes that do not fit are lost, and reported as an error."""
 DEEPEST = 10
-"""Events that one touch sets off, one inside the other: pages that show each other end nowhere."""
+"""Most nested events of one touch: pages that show each other would never end."""
 TOUCHED = ("button", "dual_state")
-"""Kinds that take a touch even where they have no code."""
+"""Kinds of component that take a touch even without code."""
 PAGE_EVENTS = ("preinitialize", "postinitialize")
 PART_EVENTS = ("press", "release", "timer")
 
@@ -27,9 +27,9 @@ PART_EVENTS = ("press", "release", "timer")
 class Display:
     """The display.
 
-    out -- bytes it has sent, until they are taken; errors -- instructions from the line that it
-    refused, with the reason; memory -- its components; held -- the component under the finger;
-    is_on -- whether it has power and has started.
+    out -- bytes it has sent, until they are taken; errors -- refused instructions from the line,
+    with the reason; memory -- its components; held -- the component under the finger; is_on --
+    whether it has power and has started.
     """
 
     def __init__(self, pages: Sequence[Page]) -> None:
@@ -55,9 +55,9 @@ class Display:
         self.held: Part | None = None
 
     def start(self, *, midway: bool = False) -> None:
-        """Power it: it shows its first page.
+        """Switch the power on: the display shows its first page.
 
-        midway -- whether an instruction was on its way: its rest is none, and nobody's error.
+        midway -- whether an instruction was under way: its rest is ignored, without an error.
         """
         self.is_on, self._midway = True, midway
         self.out.clear()
@@ -71,23 +71,23 @@ class Display:
 
     @property
     def page(self) -> str:
-        """The name of the page that is shown."""
+        """The name of the shown page."""
         return self._pages[self.memory.page].name
 
     @property
     def ground(self) -> int:
-        """The colour of the page that is shown."""
+        """The background colour of the shown page."""
         return int(self.memory.parts[self.memory.page][self.page].values["bco"])
 
     def value(self, attribute: str) -> Value:
-        """Return an attribute as it is now: b0.txt of the page that is shown, or main.b0.txt.
+        """Return an attribute's present value: b0.txt of the shown page, or main.b0.txt.
 
-        Raises Refused when the display could not tell.
+        Raises Refused if there is no such attribute.
         """
         return self.memory.get(Name(tuple(attribute.split("."))))
 
     def take(self) -> bytes:
-        """Return what it has sent since the last call."""
+        """Return the bytes it has sent since the last call."""
         sent = bytes(self.out)
         self.out.clear()
         return sent
@@ -95,7 +95,7 @@ class Display:
     # -- the line ------------------------------------------------------------------------------
 
     def receive(self, data: bytes) -> list[str]:
-        """Receive bytes from the line; return the instructions that they ended."""
+        """Receive bytes from the line; return the instructions that they complete."""
         *ended, rest = (self._waiting + data).split(END)
         self._waiting = bytearray(rest)
         if len(rest) > BUFFER_BYTES:
@@ -128,7 +128,7 @@ class Display:
     # -- pages and touches ---------------------------------------------------------------------
 
     def show(self, page: int) -> None:
-        """Show a page by its number, with the code it begins with."""
+        """Show a page by its number, and run its start code."""
         self.held = None
         self._since_ms.clear()
         self.memory.show(page)
@@ -138,21 +138,21 @@ class Display:
                 return
 
     def press(self, name: str) -> None:
-        """Touch a component of the page that is shown, by its name.
+        """Touch a component of the shown page, by its name.
 
-        Raises LookupError when it is not there, hidden, or takes no touch.
+        Raises LookupError if it is not there, is hidden, or takes no touch.
         """
         part = self.memory.parts[self.memory.page].get(name) if self.is_on else None
         if part is None or not part.visible or not part.touchable or not self._takes_touch(part):
-            raise LookupError(f"Nobody can press {name} on page {self.page}.")
+            raise LookupError(f"{name} on page {self.page} takes no touch, or is hidden.")
         place = part.component
         x, y = place.x + place.w // 2, place.y + place.h // 2
         if self.at(x, y) is not part:
-            raise LookupError(f"Something lies over {name} on page {self.page}.")
+            raise LookupError(f"Another component covers {name} on page {self.page}.")
         self.touch(x, y)
 
     def touch(self, x: int, y: int) -> None:
-        """Touch a place."""
+        """Touch a point."""
         part = self.at(x, y)
         if part is None or not part.touchable:
             return
@@ -168,7 +168,7 @@ class Display:
             self._event(part, "release")
 
     def at(self, x: int, y: int) -> Part | None:
-        """Return the foremost component at a place that takes touches."""
+        """Return the foremost component at a point that takes touches."""
         for part in reversed(tuple(self.memory.shown())):
             place = part.component
             inside = 0 <= x - place.x < place.w and 0 <= y - place.y < place.h

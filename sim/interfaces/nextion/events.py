@@ -1,4 +1,4 @@
-"""The code of a Nextion page's events: instructions, and blocks behind if and else."""
+"""The code of a Nextion page's events: instructions, and blocks after if and else."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 REMEMBERED = 4096
-"""Events: those of all pages of a display, which is powered on for each fault."""
+"""Parsed events to cache: a display is powered on for each fault, with the same pages."""
 
 
 class PageError(ValueError):
-    """A page's code that the editor would refuse; says where."""
+    """Code of a page that the editor would refuse; the message says where."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A condition, and what is done if it holds or does not."""
+    """A condition, and the code for true and for false."""
 
     condition: str
     then: tuple[str | Choice, ...]
@@ -29,16 +29,16 @@ Code = tuple[str | Choice, ...]
 
 @lru_cache(maxsize=REMEMBERED)
 def read(lines: tuple[str, ...]) -> Code:
-    """Read the lines of an event. Raises PageError."""
+    """Parse the lines of an event. Raises PageError."""
     words = _Words(lines)
     code = words.code()
     if words.left:
-        raise PageError(f"There is a }} too many before {words.left[0]!r}.")
+        raise PageError(f"There is one }} too many before {words.left[0]!r}.")
     return code
 
 
 class _Words:
-    """The code cut into braces, if and else, conditions, and instructions."""
+    """The code split into braces, if and else, conditions, and instructions."""
 
     def __init__(self, lines: Iterable[str]) -> None:
         self.left = [piece for line in lines for piece in _pieces(line)]
@@ -58,7 +58,7 @@ class _Words:
     def _choice(self) -> Choice:
         condition = self.left.pop(0) if self.left else ""
         if not condition.startswith("(") or not condition.endswith(")"):
-            raise PageError(f"Behind if stands no (condition), but {condition!r}.")
+            raise PageError(f"After if comes no (condition), but {condition!r}.")
         then = self._block()
         otherwise: Code = ()
         if self.left and self.left[0] == "else":
@@ -72,7 +72,7 @@ class _Words:
 
     def _block(self) -> Code:
         if not self.left or self.left.pop(0) != "{":
-            raise PageError("Behind a condition and behind else stands a {.")
+            raise PageError("After a condition, and after else, a { is missing.")
         inside = self.code()
         if not self.left:
             raise PageError("A { is never closed.")
@@ -81,7 +81,7 @@ class _Words:
 
 
 def _pieces(line: str) -> list[str]:
-    """Cut a line; an instruction takes all that is left of it, and its own braces in texts."""
+    """Split a line; an instruction takes all the rest of it, with braces inside its texts."""
     text = line.strip()
     pieces: list[str] = []
     while text:
@@ -99,7 +99,7 @@ def _pieces(line: str) -> list[str]:
 
 
 def _condition(text: str) -> str:
-    """Return a text up to the parenthesis that closes its first."""
+    """Return a text up to the parenthesis that closes its first one."""
     depth = 0
     for place, character in enumerate(text):
         depth += (character == "(") - (character == ")")
@@ -111,8 +111,8 @@ def _condition(text: str) -> str:
 def run(code: Code, do: Callable[[str], bool], holds: Callable[[str], bool]) -> bool:
     """Run an event's code.
 
-    do -- does an instruction, and says whether the page has gone: the rest is then never run;
-    holds -- judges a condition. Returns whether the page has gone.
+    do -- executes an instruction, and returns whether the page has changed: the rest is then not
+    run; holds -- evaluates a condition. Returns whether the page has changed.
     """
     for each in code:
         if isinstance(each, Choice):

@@ -1,4 +1,4 @@
-"""The instructions a Nextion display follows, from its serial line and from its pages' events."""
+"""The instructions of a Nextion display, from its serial line and from its pages' events."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _COMPARISON = re.compile(rf"((?:{_QUOTED}|[^\"<>=!])+)(==|!=|<=|>=|<|>)((?:{_QUO
 _CONJUNCTION = re.compile(rf"((?:{_QUOTED}|[^\"&|])+)(&&|\|\||$)")
 _TEXT = "latin-1"
 _ALL = 255
-"""The component that vis and tsw take for all of them."""
+"""The component number that means all components in vis and tsw."""
 
 
 class Instructions:
-    """Follows instructions; it changes the memory, and sends what it is to send.
+    """Executes instructions: changes the memory, and sends bytes.
 
     show -- shows a page by its number; touch -- runs a component's event: press or release.
     """
@@ -49,7 +49,7 @@ class Instructions:
         }
 
     def do(self, instruction: str) -> bool:
-        """Execute one; return whether it shows a page. Raises Refused."""
+        """Execute an instruction; return whether it shows a page. Raises Refused."""
         if found := _ASSIGNMENT.fullmatch(instruction):
             self._assign(found[1], found[2], found[3])
             return False
@@ -64,7 +64,7 @@ class Instructions:
         return word == "page"
 
     def holds(self, condition: str) -> bool:
-        """Judge a condition, from left to right."""
+        """Evaluate a condition, from left to right."""
         holds, joined = False, "||"
         for found in _CONJUNCTION.finditer(condition):
             one = self._compared(found[1])
@@ -100,7 +100,7 @@ class Instructions:
         return value
 
     def _part(self, text: str) -> Part:
-        """Find a component of the page that is shown: by name, or by number, plain or as x.id."""
+        """Find a component of the shown page by its name or number, also as x.id."""
         asked = expression(text).first
         if isinstance(asked, str):
             raise Refused(Code.INVALID_COMPONENT)
@@ -129,7 +129,7 @@ class Instructions:
         else:
             self._memory.set(target, _text_of(source, form, length))
 
-    # -- what is sent --------------------------------------------------------------------------
+    # -- sending -------------------------------------------------------------------------------
 
     def _get(self, given: Sequence[str]) -> None:
         value = self._value(given[0])
@@ -154,7 +154,7 @@ class Instructions:
         del given
         self._send(Code.PAGE.answer(bytes([self._memory.page])))
 
-    # -- what is shown -------------------------------------------------------------------------
+    # -- display -------------------------------------------------------------------------------
 
     def _page(self, given: Sequence[str]) -> None:
         asked = expression(given[0]).first
@@ -172,7 +172,7 @@ class Instructions:
             part.touchable = self._number(given[1]) != 0
 
     def _refresh(self, given: Sequence[str]) -> None:
-        """Ref: what is drawn is always what is held."""
+        """Execute ref: nothing to do, as the picture is always drawn from the memory."""
         self._part(given[0])
 
     def _click(self, given: Sequence[str]) -> None:
@@ -194,13 +194,13 @@ class Instructions:
 
 
 def _text_of(number: int, form: int, length: int) -> str:
-    """Write a number: decimal, with commas, or hexadecimal; too long, its last digits stay."""
+    """Format a number: decimal, with commas, or hexadecimal; if too long, its last digits."""
     digits = (str(number), f"{number:,}", f"{number % 2**32:X}")[form]
     return digits.rjust(length, "0")[-length:] if length else digits
 
 
 def _number_in(text: str, form: int, length: int) -> int:
-    """Read a number as far as it is one."""
+    """Parse a number up to the first other character."""
     text = text[:length] if length else text
     if form == 1:
         text = text.replace(",", "")

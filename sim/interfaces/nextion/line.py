@@ -1,4 +1,4 @@
-"""The serial line of a simulated display: what it hears, at its own speed."""
+"""The serial line of a simulated display, which receives at its own baud rate."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.native.characters import EIGHT_N_ONE, Format, heard, sent_by
 
 LAST_SAMPLE = 9.5
-"""Bits from the edge of a start bit to the middle of the stop bit."""
+"""Bit times from the edge of a start bit to the middle of the stop bit."""
 
 
 class Line:
     """A UART of the board, seen from the display.
 
-    garbage -- bytes from the board without a stop bit where one belongs; busiest -- the most bytes
-    that have ended between two looks of the display.
+    garbage -- bytes from the board with a wrong stop bit; busiest -- most bytes that ended between
+    two looks of the display.
     """
 
     def __init__(self, avr: Avr, uart: int, baud: int) -> None:
@@ -37,13 +37,13 @@ class Line:
             self._uart.send(data, self.baud)
 
     def cut(self) -> None:
-        """Leave the line: what has not begun is not sent, what is on its way is not heard."""
+        """Disconnect: waiting bytes are not sent, and a byte under way is not received."""
         self._uart.unsend()
         self._coming = None
 
     @property
     def unsent(self) -> int:
-        """Bytes to the board that have not begun."""
+        """Number of bytes to the board that have not begun."""
         return self._uart.unsent
 
     @property
@@ -52,7 +52,7 @@ class Line:
         return self._coming is not None or len(self._avr.uarts.log) > 0
 
     def hear(self, sent: NDArray[Any]) -> tuple[bytes, list[int]]:
-        """Receive what the UARTs have sent; return what has ended by now, and the cycle of each."""
+        """Receive from the UARTs; return the bytes that have ended, and the cycle of each."""
         if not len(sent) and self._coming is None:
             return b"", []
         mine = sent_by(self._number, sent)
@@ -67,7 +67,7 @@ class Line:
         return bytes(value for value, _ in pairs), [end for _, end in pairs]
 
     def change(self, baud: int, cycle: int) -> None:
-        """Have another speed from a cycle on: what has ended since is still to be heard."""
+        """Change the baud rate from a cycle on; bytes that ended after it are received again."""
         self.baud = baud
         if self._heard is not None:
             since = self._heard[self._heard["end"] > cycle]
@@ -78,7 +78,7 @@ class Line:
         return self._avr.clock_hz / self.baud
 
     def _in_step(self, mine: NDArray[Any]) -> bool:
-        """Return whether every bit is sampled where it belongs."""
+        """Return whether every bit is sampled within its own time."""
         if not len(mine):
             return True
         late = (

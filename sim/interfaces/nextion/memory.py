@@ -1,7 +1,7 @@
-"""What a Nextion display holds: its pages' components with their attributes, and its variables.
+"""The memory of a Nextion display: its pages' components with their attributes, and variables.
 
-Only the page that is shown has its components in memory, and those of vscope `global`: a local one
-begins anew whenever its page is shown, and cannot be reached from another (Nextion Editor guide).
+The memory holds the components of the shown page, and all with vscope `global`. A local component
+starts anew whenever its page is shown, and other pages cannot access it (Nextion Editor guide).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 BAUDS = (2400, 4800, 9600, 19200, 31250, 38400, 57600, 115_200, 230_400, 250_000, 256_000, 512_000,
          921_600)  # fmt: skip
-"""Speeds of its line (Nextion Instruction Set, section 6, `baud`)."""
+"""Baud rates of its line (Nextion Instruction Set, section 6, `baud`)."""
 VARIABLES = {"bkcmd": 2, "dim": 100, "dp": 0, "sys0": 0, "sys1": 0, "sys2": 0}
 """The display's own variables that are simulated, and their values at power-up."""
 BOUNDS = {"bkcmd": (0, 3), "dim": (0, 100)}
@@ -34,9 +34,9 @@ DEFAULTS: dict[str, dict[str, Value]] = {
     "timer": {"tim": 400, "en": 1},
     "waveform": {"ch": 1, "gdc": 1024, "gdw": 40, "gdh": 40},
 }
-"""What a component has by its kind, as the editor puts it there."""
+"""The attributes of each kind of component, with the editor's default values."""
 FIXED = {"id", "x", "y", "w", "h", "txt_maxl", "ch", "font_name"}
-"""Attributes that only the editor sets."""
+"""Attributes that only the editor can set."""
 
 
 class Part:
@@ -47,7 +47,7 @@ class Part:
         self.start()
 
     def start(self) -> None:
-        """Give everything the value it has in the editor."""
+        """Set every attribute to its value in the editor."""
         component = self.component
         self.values: dict[str, Value] = {
             **DEFAULTS[component.kind],
@@ -61,7 +61,7 @@ class Part:
         self.show()
 
     def show(self) -> None:
-        """Begin to be shown: a waveform is empty, what was hidden is not."""
+        """Begin to be shown: a waveform is cleared, and a hidden component is visible again."""
         self.visible = self.touchable = True
         self.waveform: Waveform | None = None
         if self.component.kind == "waveform":
@@ -74,7 +74,7 @@ class Part:
         return self.values[attribute]
 
     def set(self, attribute: str, value: Value) -> None:
-        """Set an attribute: a number to a number, a text, cut to its longest, to a text."""
+        """Set an attribute: to a number if it is one, else to a text, cut to its longest length."""
         held = self.get(attribute)
         if attribute in FIXED or type(held) is not type(value):
             raise Refused(Code.INVALID_OPERATION)
@@ -84,18 +84,18 @@ class Part:
 
 
 class Memory:
-    """All of it; page -- the number of the page that is shown; timers -- those on it."""
+    """The display's memory; page -- the number of the shown page; timers -- those of that page."""
 
     def __init__(self, pages: Sequence[Page]) -> None:
         self._pages = tuple(pages)
         self._numbers = {page.name: number for number, page in enumerate(self._pages)}
         self.kept_baud = BAUDS[2]
-        """What it starts with: 9600 when it is new."""
+        """The baud rate at start-up; 9600 in a new display."""
         self.timers: tuple[Part, ...] = ()
         self.start()
 
     def start(self) -> None:
-        """Begin anew, as at power-up; no page is shown yet."""
+        """Start anew, as at power-up; no page is shown yet."""
         self.variables = VARIABLES | {"baud": self.kept_baud, "bauds": self.kept_baud}
         self.parts: tuple[dict[str, Part], ...] = tuple(
             {component.name: Part(component) for component in _from_back(page)}
@@ -123,11 +123,11 @@ class Memory:
         raise Refused(Code.INVALID_PAGE)
 
     def shown(self) -> Iterator[Part]:
-        """List the components of the page that is shown, from the back to the front."""
+        """Yield the components of the shown page, from the back to the front."""
         yield from self.parts[self.page].values()
 
     def part(self, which: Value | Name) -> Part:
-        """Find a component of the page that is shown, by its name or number."""
+        """Find a component of the shown page, by its name or number."""
         for part in self.parts[self.page].values():
             by_name = isinstance(which, Name) and which.parts == (part.component.name,)
             if by_name or which == part.component.id:
@@ -160,7 +160,7 @@ class Memory:
         self.variables[variable] = value
 
     def _set_baud(self, variable: str, value: Value) -> None:
-        """Change the speed at once; `bauds` also after a power-up."""
+        """Change the baud rate at once; `bauds` also changes it for later power-ups."""
         if not isinstance(value, int) or value not in BAUDS:
             raise Refused(Code.INVALID_BAUD)
         self.variables["baud"] = value
@@ -168,11 +168,11 @@ class Memory:
             self.variables["bauds"] = self.kept_baud = value
 
     def value(self, given: Value | Name) -> Value:
-        """Return what an operand stands for."""
+        """Return the value of an operand."""
         return self.get(given) if isinstance(given, Name) else given
 
     def evaluate(self, asked: Expression) -> Value:
-        """Return an expression's value: whole numbers of 32 bits, or texts put together."""
+        """Return an expression's value: a 32-bit integer, or a concatenation of texts."""
         value = self.value(asked.first)
         for operator, operand in asked.rest:
             value = _joined(operator, value, self.value(operand))

@@ -1,4 +1,4 @@
-"""What a Nextion's pages send for an order to the program."""
+"""The bytes that the touch display's pages send for an order to the program."""
 
 from __future__ import annotations
 
@@ -19,6 +19,6 @@ COMMANDS: Mapping[Order, str] = {
 def in_bytes(order: Order, number: int) -> str:
     """Return the command; number -- of a program or a segment, for those that have one.
 
-    "Go here" leads to the segment behind the one it names.
+    "Go here" goes to the segment after the one that it names.
     """
     return COMMANDS[order].format(number=number - (order == "jump"))

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 DARK = (0, 0, 0)
 CURVES = ("pco0", "pco1", "pco2", "pco3")
 Box = tuple[int, int, int, int]
-"""Left, top, right, bottom; the last two still inside."""
+"""Left, top, right, bottom; right and bottom are included."""
 
 
 def draw(display: Display) -> Image.Image:
-    """Draw the page that is shown; without power the display is dark."""
+    """Draw the shown page; without power the display is dark."""
     image = Image.new("RGB", (WIDTH, HEIGHT), DARK)
     if display.is_on:
         image.paste(rgb(display.ground), (0, 0, WIDTH, HEIGHT))
@@ -42,12 +42,12 @@ def draw(display: Display) -> Image.Image:
 
 
 def png(display: Display) -> bytes:
-    """Draw the page that is shown as a PNG."""
+    """Draw the shown page as a PNG."""
     return as_png(draw(display))
 
 
 def as_png(image: Image.Image, compress_level: int = 6) -> bytes:
-    """Write an image as a PNG; compress_level -- 0 to 9: the less, the sooner."""
+    """Write an image as a PNG; compress_level -- 0 to 9: lower is faster."""
     file = BytesIO()
     image.save(file, format="PNG", compress_level=compress_level)
     return file.getvalue()
@@ -55,7 +55,7 @@ def as_png(image: Image.Image, compress_level: int = 6) -> bytes:
 
 @cache
 def font(height: int) -> ImageFont.FreeTypeFont:
-    """Return letters that fill lines of a height, pixels."""
+    """Return a font for lines of a height, pixels."""
     file = Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
     size = height
     while sum(ImageFont.truetype(str(file), size).getmetrics()) > height:
@@ -64,7 +64,7 @@ def font(height: int) -> ImageFont.FreeTypeFont:
 
 
 class _Canvas:
-    """Draws components, one by one, over what is there."""
+    """Draws components one over the other."""
 
     def __init__(self, image: Image.Image, held: Part | None) -> None:
         self._image = image
@@ -79,7 +79,7 @@ class _Canvas:
         }
 
     def draw(self, part: Part) -> None:
-        """Draw one; what nobody can see is passed over."""
+        """Draw a component, if it is visible."""
         if drawn := self._kinds.get(part.component.kind):
             drawn(part)
 
@@ -125,13 +125,13 @@ class _Canvas:
         elif places:
             self._ink.point(places, fill=colour)
 
-    # -- what they share -----------------------------------------------------------------------
+    # -- shared --------------------------------------------------------------------------------
 
     def _ground(self, part: Part, colour: Colour) -> None:
         self._ink.rectangle(_box(part), fill=colour)
 
     def _write(self, part: Part, text: str, colour: Colour) -> None:
-        """Write lines where the component wants them: 0 left or top, 1 in the middle, 2 beyond."""
+        """Write lines by the component's alignment: 0 left or top, 1 centre, 2 right or bottom."""
         height = FONTS[int(part.values.get("font", 0))]
         letters = font(height)
         place = part.component
@@ -153,7 +153,7 @@ def _aligned(where: int, spare: int) -> int:
 
 
 def shown_number(part: Part) -> str:
-    """Return a number as the display writes it: at least `lenth` digits."""
+    """Return a number as the display shows it: at least `lenth` digits."""
     return f"{int(part.values['val']):0{int(part.values.get('lenth', 0))}d}"
 
 

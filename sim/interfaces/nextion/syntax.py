@@ -1,4 +1,4 @@
-"""The words of Nextion instructions: numbers, texts, names, and what is put together of them."""
+"""The syntax of Nextion instructions: numbers, texts, names and expressions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from heatwright.sim.interfaces.nextion.codes import LONGEST_NAME, Code, Refused
 Value = int | str
 
 REMEMBERED = 1024
-"""Texts that were read: a board says the same again and again."""
+"""Parsed texts to cache: a board sends the same ones again and again."""
 
 _WORD = re.compile(
     r'(?P<text>"(?:[^"\\]|\\.)*")|(?P<number>0x[0-9A-Fa-f]+|\d+)|(?P<name>[A-Za-z]\w*(?:\.\w+)*)'
@@ -30,7 +30,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Expression:
-    """An operand, and what is added to it and so on, strictly from left to right."""
+    """Operands and operators, evaluated strictly from left to right."""
 
     first: Value | Name
     rest: tuple[tuple[str, Value | Name], ...] = ()
@@ -38,7 +38,7 @@ class Expression:
 
 @lru_cache(maxsize=REMEMBERED)
 def expression(text: str) -> Expression:
-    """Read an expression. Raises Refused."""
+    """Parse an expression. Raises Refused."""
     operands: list[Value | Name] = []
     operators: list[str] = []
     place, sign = 0, 1
@@ -64,7 +64,7 @@ def expression(text: str) -> Expression:
 
 @lru_cache(maxsize=REMEMBERED)
 def name(text: str) -> Name:
-    """Read a name. Raises Refused."""
+    """Parse a name. Raises Refused."""
     found = _WORD.fullmatch(text)
     if found is None or found.lastgroup != "name":
         raise Refused(Code.INVALID_VARIABLE)
@@ -72,7 +72,7 @@ def name(text: str) -> Name:
 
 
 def whole(value: int) -> int:
-    """Wrap a number as the display's 32 bits do."""
+    """Wrap a number to 32 bits, as the display does."""
     return (value + 2**31) % 2**32 - 2**31
 
 

@@ -1,4 +1,4 @@
-"""The curves of a Nextion waveform: a byte a column, up to four channels."""
+"""The curves of a Nextion waveform: one byte per column, up to four channels."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from collections import deque
 from heatwright.sim.interfaces.nextion.codes import Code, Refused
 
 ALL = 255
-"""The channel that `cle` takes for all of them."""
+"""The channel number that means all channels in `cle`."""
 
 
 class Waveform:
-    """What one waveform component shows while its page is shown.
+    """The points of a waveform component while its page is shown.
 
-    channels -- the newest points of each, as many as the component is wide, the oldest first.
+    channels -- the newest points of each, oldest first, as many as the component is wide.
     """
 
     def __init__(self, width: int, channels: int) -> None:
         self.channels: tuple[deque[int], ...] = tuple(deque(maxlen=width) for _ in range(channels))
 
     def add(self, channel: int, value: int) -> None:
-        """Add a point, 0 to 255; what is beyond is refused (the display's manual forbids it)."""
+        """Add a point, 0 to 255; other values are refused (the display's manual forbids them)."""
         if not 0 <= value <= 255:
             raise Refused(Code.INVALID_OPERATION)
         self._channel(channel).append(value)

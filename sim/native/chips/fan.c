@@ -1,9 +1,9 @@
-/* A fan with a tachometer: a motor that follows its line with a time constant, and pulses to ground
-   on another pin, by an open collector. Its speed is exact between events: exponential. */
+/* A fan with a tachometer: a motor that follows its line with a time constant, and an open collector
+   that pulses to ground on another pin. Its speed between events is an exact exponential. */
 #include <math.h>
 #include "peripherals/pins.h"
 
-#define TRIES 40                /* of Newton's; it takes three or four */
+#define TRIES 40                /* most Newton iterations; three or four are usual */
 #define NEAR 0.25               /* cycles */
 
 struct hw_fan {
@@ -11,8 +11,8 @@ struct hw_fan {
     int line, active_high;
     double full, lag;           /* pulses per cycle, cycles */
     int driven, wire;
-    double pace, noise, low;    /* of `full`; pulses per cycle on the line instead; of a pulse */
-    double speed, phase;        /* pulses per cycle, 0..1 of a pulse: now is `since` */
+    double pace, noise, low;    /* share of `full`; other pulses per cycle on the line; share */
+    double speed, phase;        /* pulses per cycle, 0..1 of a pulse, both at `since` */
     uint64_t since;
     int grounded;
     struct timer *edge;
@@ -48,8 +48,8 @@ static void show(struct hw_fan *f) {
     pin_hold(f->h, f->line, 0, grounded);
 }
 
-/* Cycles until so much of a pulse is made; negative: never. Newton's way from the side on which it
-   does not overshoot: from above where the fan becomes faster, from below where it becomes slower. */
+/* Cycles until this share of a pulse is reached; negative: never. Newton's method starts on the side
+   without overshoot: from above while the fan accelerates, from below while it slows down. */
 static double until(const struct hw_fan *f, double part) {
     double to = target(f);
     if (f->noise > 0.0)
@@ -82,7 +82,7 @@ static void on_edge(hw *h, void *param, uint64_t when) {
     wait_for_edge(f);
 }
 
-/* The motor's pin has another level. */
+/* The level of the motor's pin has changed. */
 static void on_motor(void *param, int high) {
     hw_fan *f = param;
     advance(f, f->h->avr->cycle);

@@ -1,8 +1,8 @@
-/* 1-Wire: one slave on a line, bit by bit, and a judge of the master's timing.
+/* 1-Wire: one slave on a line, bit by bit, with a check of the master's timing.
 
-   The slave hears the line as others drive it. A low of 480 us or more is a reset; every other fall
-   opens a slot, in which the slave either receives (it samples the line once) or sends (it holds the
-   line low for a 0). What the bits mean is Python's business: see hw_onewire_received. */
+   The slave sees the line as others drive it. A low of 480 us or more is a reset; every other fall
+   begins a slot, in which the slave either receives (it samples the line once) or sends (it holds
+   the line low for a 0). Python interprets the bits: see hw_onewire_received. */
 #include <string.h>
 #include "peripherals/pins.h"
 #include "callbacks.h"
@@ -80,7 +80,7 @@ static void deliver(hw_onewire *w) {
     hw_onewire_received(w->handle, first, data, bits, w->h->avr->cycle);
 }
 
-/* One bit of a search: sent, sent inverted, then the master's choice. */
+/* One bit of a search: sent, sent inverted, then the master's choice is received. */
 static void searched(hw_onewire *w, int choice) {
     int bit = w->data[w->position / 8] >> (w->position % 8) & 1;
     if (w->bits < 2) {
@@ -105,7 +105,7 @@ static void sent(hw_onewire *w) {
         w->mode = IGNORE;       /* the line then reads as ones */
 }
 
-/* A 1 and a read slot are a short low, a 0 a long one; the slave's sample tells them apart. */
+/* Check a low: a 1 and a read slot are short, a 0 is long; the slave's sample distinguishes them. */
 static void judge_low(hw_onewire *w, uint64_t low) {
     const hw_onewire_timing *t = &w->timing;
     if (w->sending || low < t->sample)
@@ -125,7 +125,7 @@ static void end_slot(hw_onewire *w, uint64_t low) {
         received(w, bit);
 }
 
-/* The judge of what lies before a slot: the slot before, or the reset. */
+/* Check the time before a slot: that of the slot before, or of the reset. */
 static void judge_gap(hw_onewire *w, uint64_t now) {
     const hw_onewire_timing *t = &w->timing;
     uint64_t rose = w->rose > w->line_rose ? w->rose : w->line_rose;

@@ -1,7 +1,7 @@
 /* Relays: a coil on a pin, main contacts, and a mirror contact to ground on another pin.
 
-   The contacts follow the coil after a time of their own. The mirror contact is closed while the
-   main contacts are open, and never together with them, welded or not: IEC 60947-4-1, annex F. */
+   The contacts follow the coil after a delay. The mirror contact is closed while the main contacts
+   are open, and never together with them, even if welded: IEC 60947-4-1, annex F. */
 #include "peripherals/pins.h"
 
 struct hw_relay {
@@ -23,7 +23,7 @@ static void account(hw_relay *r) {
     r->since = now;
 }
 
-/* The level that the mirror contact and its wire make. */
+/* Set the level of the mirror contact's pin. */
 static void show(hw_relay *r) {
     int grounded = r->wire == HW_WIRE_SHORTED || (r->wire == HW_WIRE_SOUND && !r->closed);
     if (r->contact < 0 || grounded == r->grounded)
@@ -41,7 +41,7 @@ static void move(hw_relay *r, int closed) {
     show(r);
 }
 
-/* Where the coil and what is broken have the contacts. */
+/* The position of the contacts, by the coil and the faults. */
 static int drawn(const hw_relay *r) {
     return r->state == HW_RELAY_WELDED || (r->state == HW_RELAY_SOUND && r->driven);
 }
@@ -52,7 +52,7 @@ static void on_move(hw *h, void *param, uint64_t when) {
     move(r, drawn(r));
 }
 
-/* The coil's pin has another level. */
+/* The level of the coil's pin has changed. */
 static void on_coil(void *param, int high) {
     hw_relay *r = param;
     r->driven = high == r->active_high;

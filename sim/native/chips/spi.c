@@ -1,20 +1,20 @@
-/* SPI: one slave that only sends, or has registers, bit by bit, and a judge of the master's timing.
+/* SPI: one slave, with or without registers, bit by bit, with a check of the master's timing.
 
-   It listens to its select and clock pins. A slave that only sends brings the next bit with each
-   fall of the clock. One with registers takes the clock's level at select for its rest, brings a
-   bit with each edge away from it and takes one with each edge back (modes 1 and 3): first the
-   address, then its answer goes out while it is told more. What the bits are is Python's business:
-   see hw_spi_selected and hw_spi_addressed. Pins that float are high: a board has a pull-up
-   resistor on the select line, or leaves the chip's state to chance. */
+   It watches its select and clock pins. A slave without registers sends the next bit at each fall of
+   the clock. One with registers takes the clock's level at select as its idle level, sends a bit at
+   each edge away from it, and samples one at each edge back (modes 1 and 3): first it receives the
+   address, then it sends its answer while it receives more. Python interprets the bits: see
+   hw_spi_selected and hw_spi_addressed. Floating pins are high: a board needs a pull-up resistor on
+   the select line, else the chip's state is random. */
 #include <string.h>
 #include "peripherals/pins.h"
 #include "callbacks.h"
 
-/* An SBI changes its pin at the end of its two cycles, and what a program reads of a pin is up to
-   one and a half cycles old (data sheets, "Reading the Pin Value"). */
+/* An SBI changes its pin at the end of its two cycles, and a program reads a pin's level that is up
+   to one and a half cycles old (data sheets, "Reading the Pin Value"). */
 #define WRITE_TO_READ 4
 #define ADDRESS_BITS 8
-#define TOLD_BYTES 17           /* an address and sixteen registers; it goes on with the first */
+#define TOLD_BYTES 17           /* an address and sixteen registers; then the first again */
 
 struct hw_spi {
     hw *h;
@@ -23,13 +23,13 @@ struct hw_spi {
     hw_spi_timing timing;
     int connected, selected, rests_high;
     uint8_t word[16];
-    int driven, position;       /* bits it sends, clocked out so far; then it lets go */
-    int shown;                  /* on the data line: HW_NONE, HW_LOW, HW_HIGH */
+    int driven, position;       /* bits to send, and bits sent so far; then it floats */
+    int shown;                  /* its level on the data line: HW_NONE, HW_LOW, HW_HIGH */
     uint8_t told[TOLD_BYTES];
-    int heard;                  /* bits since it was selected */
+    int heard;                  /* bits received since it was selected */
     uint64_t chosen, released, went, back, valid;
-    uint64_t changed, taken;    /* its input; when it took the last bit of it */
-    int clocks;                 /* edges away from rest since it was selected */
+    uint64_t changed, taken;    /* last change of its input; last sample of it */
+    int clocks;                 /* edges away from idle since it was selected */
     uint64_t violations[HW_SPI_CHECKS], least[HW_SPI_CHECKS], most[HW_SPI_CHECKS];
 };
 
@@ -44,7 +44,7 @@ static void judge(hw_spi *s, int check, uint64_t cycles, uint64_t allowed) {
         s->violations[check]++;
 }
 
-/* The clock was at a level for so long. */
+/* Check how long the clock was at a level. */
 static void judge_level(hw_spi *s, int high, uint64_t cycles) {
     judge(s, high ? HW_SPI_HIGH : HW_SPI_LOW, cycles, high ? s->timing.high : s->timing.low);
 }
@@ -59,7 +59,7 @@ static void show(hw_spi *s, int level) {
     s->shown = level;
 }
 
-/* The level of the present bit. An answer's first bit comes with the first edge after the address. */
+/* The level of the present bit. An answer's first bit is sent at the first edge after the address. */
 static int bit(const hw_spi *s) {
     int at = has_registers(s) ? s->position - 1 - ADDRESS_BITS : s->position;
     if (at < 0 || at >= s->driven)
@@ -97,7 +97,7 @@ static void on_select(void *param, int low, uint64_t now) {
         release(s, now);
 }
 
-/* The next bit is on its way. */
+/* Send the next bit, after its delay. */
 static void shift(hw_spi *s, uint64_t now) {
     s->position++;
     s->valid = now + s->timing.output;
@@ -129,7 +129,7 @@ static void go(hw_spi *s, uint64_t now) {
 static void come_back(hw_spi *s, uint64_t now) {
     if (s->clocks) {
         judge_level(s, !s->rests_high, now - s->went);
-        show(s, bit(s));        /* by now it is there, whether anybody looked or not */
+        show(s, bit(s));        /* the delay is over by now */
     }
     s->back = now;
     if (has_registers(s))
@@ -148,7 +148,7 @@ static void on_clock(void *param, int low, uint64_t now) {
         come_back(s, now);
 }
 
-/* Who reads too early reads what was there before. */
+/* A read that is too early gets the level before. */
 static void on_sampled(void *param, uint64_t now) {
     hw_spi *s = param;
     if (!s->connected || !s->selected)

@@ -1,4 +1,4 @@
-/* What a sensor's tip feels, and has felt, for chips that look back when they convert. */
+/* Present and past temperatures of a sensor's tip, for chips that sample the past to convert. */
 #include <stddef.h>
 #include <stdint.h>
 #include "api.h"

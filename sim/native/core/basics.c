@@ -1,4 +1,4 @@
-/* Logs, timers, limits, and what Python asks of the processor. */
+/* Logs, timers, limits, and Python's access to the processor. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -76,13 +76,13 @@ void limit(hw *h, const char *format, ...) {
     va_end(args);
 }
 
-/* Where simavr would write to memory that is not the processor's, it is not asked to. */
+/* End the run before simavr would write to memory outside the processor. */
 void crash(hw *h, const char *why) {
     snprintf(h->message, sizeof h->message, "%s", why);
     h->avr->state = cpu_Crashed;
 }
 
-/* What is at the pins: so many at most of a kind, freed with the processor. */
+/* A chip at the pins: at most so many of a kind, freed with the processor. */
 void *chip_new(hw *h, int *count, int most, size_t size) {
     void *chip = *count < most ? calloc(1, size) : NULL;
     if (chip)
@@ -97,14 +97,14 @@ avr_io_t *io_find(hw *h, const char *kind, int nth) {
     return NULL;
 }
 
-/* Go on elsewhere, and not asleep. */
+/* Continue at another address, awake. */
 void hw_jump(hw *h, uint32_t pc) {
     h->avr->pc = pc;
     if (h->avr->state == cpu_Sleeping)
         h->avr->state = cpu_Running;
 }
 
-/* As an instruction would: registers act, and their pins follow. */
+/* Write a byte as an instruction would: registers take effect, and their pins follow. */
 void hw_poke(hw *h, uint16_t address, uint8_t value) {
     avr_t *avr = h->avr;
     avr_io_addr_t a = AVR_DATA_TO_IO(address);

@@ -1,4 +1,4 @@
-/* Decode one instruction (AVR instruction set manual). What is rare is left to simavr: SLOW. */
+/* Decode one instruction (AVR instruction set manual). Rare ones are left to simavr: SLOW. */
 #include <simavr/sim_avr.h>
 #include "decode.h"
 
@@ -16,7 +16,7 @@ static int special(const struct part *p, uint32_t address, int how) {
     return address < SPECIAL && (p->special[address] & how);
 }
 
-/* Whether we call a register's handlers ourselves: a profile counts around simavr's instructions. */
+/* Whether our core itself calls a register's handlers; a profile leaves them to simavr. */
 static int handled(const struct part *p, uint32_t address) {
     return address != R_SREG && !(p->special[address] & SPECIAL_PROFILED);
 }
@@ -35,7 +35,7 @@ static struct decoded immediate(int op, uint16_t o) {
     return make(op, 16 + (o >> 4 & 15), 0, (o >> 4 & 0xf0) | (o & 15));
 }
 
-/* n: cycles, those that push the return address not counted; d: bytes of the instruction. */
+/* n: cycles without those that push the return address; d: bytes of the instruction. */
 static struct decoded jump(const struct part *p, int op, int64_t target, int words) {
     if (target < 0 || target >= p->flash_end)
         return slow();
@@ -44,7 +44,7 @@ static struct decoded jump(const struct part *p, int op, int64_t target, int wor
     return i;
 }
 
-/* d and r are given; the rest is where a skip leads and what it costs. */
+/* Add the target and the cycles of a skip; d and r are already set. */
 static struct decoded skip(const struct part *p, struct decoded i, uint32_t pc) {
     int more = is_long(word(p, pc + 2));
     if (pc + 4 + 2u * (unsigned)more >= p->flash_end)
@@ -87,7 +87,7 @@ static struct decoded direct(const struct part *p, uint16_t o, uint32_t pc) {
     return handled(p, address) ? make(store ? STS_IO : LDS_IO, o >> 4 & 31, 0, address) : slow();
 }
 
-/* PUSH or POP, and how many of them follow on one another, this one included. */
+/* PUSH or POP, with the number of such instructions in a row, this one included. */
 static struct decoded in_row(const struct part *p, struct decoded i, uint16_t o, uint32_t pc) {
     enum { MOST = 32 };
     while (i.n < MOST && (word(p, pc + 2u * i.n) & 0xfe0f) == (o & 0xfe0f))

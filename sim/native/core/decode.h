@@ -25,15 +25,15 @@ struct decoded {
     int32_t k;
 };
 
-/* What the decoder has to know of a part. */
+/* The properties of a part that the decoder needs. */
 struct part {
     const uint8_t *flash;
     uint32_t flash_end, ram_end;        /* last bytes */
-    const uint8_t *special;     /* of the first SPECIAL data addresses, see below */
+    const uint8_t *special;     /* for the first SPECIAL data addresses, see below */
 };
 
-#define SPECIAL 312             /* data addresses simavr may have handlers for */
-#define LEAST_STACK (SPECIAL + 3)       /* above it, what is pushed is plain memory */
+#define SPECIAL 312             /* data addresses for which simavr may have handlers */
+#define LEAST_STACK (SPECIAL + 3)       /* a stack above this address pushes to plain memory */
 enum { SPECIAL_READ = 1, SPECIAL_WRITE = 2, SPECIAL_PIN = 4, SPECIAL_PORT = 8, SPECIAL_PROFILED = 16 };
 
 struct decoded decode(const struct part *part, uint32_t pc);

@@ -1,11 +1,11 @@
 /* The processor's core: instructions decoded once, run from a table.
 
-   simavr decodes each instruction each time; this takes a third of its time. It does what simavr's
-   core does, flag by flag and cycle by cycle (a test runs both on random code), and leaves to it
-   what is rare; the handlers of a peripheral's registers it calls as simavr does. Three things it
-   does as the part does and simavr does not: SBI on a PIN register toggles that bit alone, SBI and
-   CBI of a port's bit that is so already change no pin, and a skip over ADIW or SBIW skips one
-   word. */
+   simavr decodes each instruction each time; this core takes a third of that time. It does the same
+   as simavr's core, flag by flag and cycle by cycle (a test runs both on random code), and leaves
+   rare instructions to it; it calls the handlers of peripheral registers as simavr does. In three
+   cases it follows the part, and simavr does not: SBI on a PIN register toggles only that bit, SBI
+   and CBI of a port's bit that already has the value change no pin, and a skip over ADIW or SBIW
+   skips one word. */
 #include <stdlib.h>
 #include <string.h>
 #include "decode.h"
@@ -18,7 +18,7 @@ struct fast {
 };
 
 #ifndef PROFILED
-#define PROFILED(...)           /* what this file is for in profiled.c alone */
+#define PROFILED(...)           /* code for profiled.c only, which includes this file */
 
 static void mark_special(hw *h) {
     uint8_t *special = h->fast->special;
@@ -35,11 +35,11 @@ static void mark_special(hw *h) {
             special[h->ports[i].io->r_pin] |= SPECIAL_PIN;
             special[h->ports[i].io->r_port] |= SPECIAL_PORT;
         }
-    if (h->profile)             /* for its lowest stack pointer */
+    if (h->profile)             /* it needs the lowest stack pointer */
         special[R_SPL] = special[R_SPH] |= SPECIAL_WRITE;
 }
 
-/* Anew after the flash or the registers' handlers have changed. */
+/* Discard the decoded code after the flash or the registers' handlers have changed. */
 void fast_forget(hw *h) {
     if (!h->fast)
         return;
@@ -86,8 +86,8 @@ static inline uint16_t load_pair(const uint8_t *from) {
 
 static inline void store_pair(uint8_t *into, uint16_t pair) { memcpy(into, &pair, sizeof pair); }
 
-/* The flags while a burst runs, each as cheap to set as it can be: C is 0 or 1, Z is set when z is 0,
-   N, V and S are bits 7, H is bit 4. T and I stay in simavr's array. */
+/* The flags during a burst, in forms that are fast to set: C is 0 or 1, Z is set if z is 0, N, V and
+   S are bit 7, H is bit 4 of their bytes. T and I stay in simavr's array. */
 struct flags {
     unsigned c, z, n, v, s, h;
 };
@@ -109,14 +109,14 @@ static inline struct flags flags_from(const uint8_t *S) {
     return unpacked((uint8_t)(flags * 0x0102040810204080u >> 56));
 }
 
-/* And back: each byte takes its bit, and 0x7f lifts it to the top. */
+/* The reverse: each byte gets its bit, which adding 0x7f moves to the top. */
 static inline void flags_into(uint8_t *S, const struct flags *f) {
     uint64_t each = packed(f) * 0x0101010101010101u & 0x0000201008040201u;
     each = (each + 0x007f7f7f7f7f7fu) >> 7 & 0x0000010101010101u;
     memcpy(S, &each, S_T);
 }
 
-/* In all of these a and b are what was added or subtracted, res what came out, of 8 bits. */
+/* In all these functions a and b are the 8-bit operands, res is the result. */
 static inline void zns(struct flags *f, unsigned res) {
     f->z = f->n = res;
     f->s = res ^ f->v;
@@ -140,7 +140,7 @@ static inline unsigned subtract(struct flags *f, unsigned a, unsigned b, unsigne
     return res;
 }
 
-/* Z stays clear if it was (SBC, SBCI, CPC). */
+/* Z is only kept or cleared, never set (SBC, SBCI, CPC). */
 static inline unsigned subtract_on(struct flags *f, unsigned a, unsigned b) {
     unsigned zero = f->z, res = subtract(f, a, b, f->c);
     f->z |= zero;
@@ -175,7 +175,7 @@ static inline void product(uint8_t *D, struct flags *f, unsigned res) {
     f->c = res >> 15 & 1;
 }
 
-/* Of two or three bytes; the stack pointer after it. */
+/* Push an address of two or three bytes; returns the stack pointer after it. */
 static inline uint16_t push_address(uint8_t *D, uint16_t sp, uint32_t address, int size) {
     D[sp] = (uint8_t)address;
     D[sp - 1] = (uint8_t)(address >> 8);
@@ -184,7 +184,7 @@ static inline uint16_t push_address(uint8_t *D, uint16_t sp, uint32_t address, i
     return (uint16_t)(sp - size);
 }
 
-/* The stack pointer after a return, and where to; 0 with a target beyond the flash. */
+/* Returns the stack pointer after a return, and its target; 0 if the target is beyond the flash. */
 static inline uint16_t pop_address(avr_t *avr, uint16_t sp, uint32_t *target) {
     int size = avr->address_size;
     const uint8_t *top = avr->data + sp + size;
@@ -193,7 +193,7 @@ static inline uint16_t pop_address(avr_t *avr, uint16_t sp, uint32_t *target) {
     return 2 * back < avr->flashend ? (uint16_t)(sp + size) : 0;
 }
 
-/* Interrupts come one instruction after I was set; the burst has to end for that. */
+/* An interrupt comes one instruction after I was set; the burst must end for that. */
 static inline int enable(avr_t *avr) {
     int change = !avr->sreg[S_I];
     if (change)
@@ -202,8 +202,8 @@ static inline int enable(avr_t *avr) {
     return change;
 }
 
-/* Whether nothing can come of the instruction after I was set: no interrupt waits, no timer is due
-   until it is over, and it reaches neither a register with handlers nor the end of the stack. */
+/* Whether the burst may go on after I was set: no interrupt waits, no timer is due until the next
+   instruction ends, and that reaches neither a register with handlers nor the end of the stack. */
 static inline int settles(const avr_t *avr, const struct decoded *i, int32_t left) {
     enum { LONGEST = 5, DEEPEST = 4 };  /* cycles, bytes */
     static const uint8_t plain[256] = {
@@ -233,8 +233,8 @@ static int skips(uint16_t op) {
            (op & 0xfd00) == 0x9900;                                 /* SBIC, SBIS */
 }
 
-/* simavr 1.6 takes ADIW and SBIW with K & 12 == 12 for instructions of two words: when it skips
-   one, it goes a word too far, and takes a cycle too many. */
+/* simavr 1.6 treats ADIW and SBIW with K & 12 == 12 as two-word instructions: when it skips one, it
+   goes one word too far, and takes one cycle too many. */
 static avr_flashaddr_t mended_skip(avr_t *avr, uint32_t pc, avr_flashaddr_t next) {
     int mistaken = (word_at(avr, pc + 2) & 0xfe0c) == 0x960c;
     if (next != pc + 6 || !mistaken || !skips(word_at(avr, pc)))
@@ -247,7 +247,7 @@ static avr_flashaddr_t leave_to_simavr(hw *h, uint32_t pc) {
     avr_t *avr = h->avr;
     int writes_flash = word_at(avr, pc) == 0x95e8;
     avr->pc = pc;
-    avr->run_cycle_limit = avr->run_cycle_count = 1;    /* this one instruction */
+    avr->run_cycle_limit = avr->run_cycle_count = 1;    /* only this instruction */
     PROFILED(profile_before(h);)
     avr_flashaddr_t next = avr_run_one(avr);
     if (writes_flash)
@@ -265,7 +265,7 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
     return pc + 2;
 }
 
-/* A register with handlers, as simavr reads and writes it. */
+/* Read or write a register with handlers as simavr does. */
 static uint8_t read_register(avr_t *avr, uint16_t address) {
     const avr_io_addr_t a = AVR_DATA_TO_IO(address);
     if (avr->io[a].r.c)
@@ -293,8 +293,8 @@ static void end_interrupt(avr_t *avr) {
     raise_irq(table->irq + AVR_INT_IRQ_PENDING, (uint32_t)waiting(avr));
 }
 
-/* Whether nothing has come between since simavr, a handler or a timer did something: no interrupt, no
-   timer, no end, and no time to look up. A profile sees each of them. */
+/* Whether the burst may go on after simavr, a handler or a timer acted: no interrupt, no timer, no
+   end of the run, and no check of the clock is due. A profile sees each of them. */
 static inline int goes_on(const hw *h, uint32_t pc, avr_cycle_count_t last) {
     const avr_t *avr = h->avr;
     const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
@@ -309,11 +309,11 @@ static int32_t budget_of(const avr_t *avr) {
     return (int32_t)(most < BURST ? most : BURST);
 }
 
-/* One instruction after the other: each label is an instruction, NEXT goes to the one that i is at. */
+/* Each label is an instruction; NEXT goes to the label of the instruction at i. */
 #define PC ((uint32_t)(i - code) * 2)
 #define AT(pc) (code + (uint32_t)(pc) / 2)
 
-/* The cycles up to now, and those of this instruction, reach avr->cycle before the burst ends. */
+/* Count the cycles of this instruction; they are added to avr->cycle before the burst ends. */
 #define SPEND(cycles) \
     (avr->cycle += (uint32_t)(budget - left + (cycles)), budget = left - (int32_t)(cycles))
 #define NEXT(cycles) do { \
@@ -343,7 +343,7 @@ static int32_t budget_of(const avr_t *avr) {
             GO(i->n); \
         DONE(1); \
     } while (0)
-/* Before a register's handlers run, and after: pc and target are the next pc and the cycles. */
+/* Code around a call of a register's handlers: pc and target are the next pc and the cycles. */
 #define HANDLE(at) do { \
         SPEND(0); \
         avr->pc = PC; \
@@ -351,7 +351,7 @@ static int32_t budget_of(const avr_t *avr) {
         address = (uint16_t)(at); \
     } while (0)
 #define HANDLED(next, cycles) do { pc = (next); target = (cycles); goto handled; } while (0)
-/* Most addresses are beyond all registers, and within the memory. */
+/* Check an address: most are beyond all registers, and within the memory. */
 #define CHECK(a, how) do { \
         if ((uint16_t)((a) - SPECIAL) > ram_end - SPECIAL) { \
             if ((a) > ram_end) \
@@ -367,8 +367,8 @@ static int32_t budget_of(const avr_t *avr) {
         } \
     } while (0)
 
-/* Run until the next cycle timer, or until what simavr or a handler has done brings an interrupt or
-   an end. Returns the next pc. */
+/* Run until the next cycle timer, or until an act of simavr or a handler causes an interrupt or the
+   end of the run. Returns the next pc. */
 avr_flashaddr_t fast_run(hw *h) {
 #define LABEL(name) &&name,
     static const void *const labels[] = {OPERATIONS(LABEL)};
@@ -427,7 +427,7 @@ NEG: Rd = (uint8_t)subtract(&f, 0, Rd, 0); DONE(1);
 SWAP: Rd = (uint8_t)(Rd << 4 | Rd >> 4); DONE(1);
 INC: a = ++Rd; f.v = (unsigned)(a == 0x80) << 7; zns(&f, a); DONE(1);
 DEC: a = --Rd; f.v = (unsigned)(a == 0x7f) << 7; zns(&f, a); DONE(1);
-DELAY:      /* three cycles a round, but two the last; before a timer is due, whole rounds alone */
+DELAY:      /* three cycles a round, two for the last; before a timer is due, only whole rounds */
     PROFILED(goto DEC;)
     wide = (uint16_t)(left > 3 ? (left - 1) / 3 : 0); target = (uint8_t)(Rd - 1);
     if (wide > target)
@@ -459,7 +459,7 @@ LD_DEC:
 ST_DEC:
     address = (uint16_t)(POINTER - 1); CHECK(address, SPECIAL_WRITE); D[address] = Rd;
     SET_POINTER(address); DONE(2);
-PUSH:       /* as many in a row as there is time for, each of two cycles */
+PUSH:       /* as many in a row as the time allows, two cycles each */
     wide = PAIR(R_SPL); rounds = TOGETHER; STACK(wide); STACK(wide - rounds);
     do { D[wide--] = Rd; i++; left -= 2; } while (--rounds && i->op == PUSH);
     SET_PAIR(R_SPL, wide); PROFILED(profile_stack(p, wide);) NEXT(0);
@@ -585,7 +585,7 @@ WDR:
         h->watchdog->io.ioctl(&h->watchdog->io, AVR_IOCTL_WATCHDOG_RESET, NULL);
     HANDLED(PC + 2, 1);
 ELPM: if (!avr->rampz || D[avr->rampz] > avr->flashend >> 16) goto wild; goto SLOW;
-edge:       /* a stack among the registers, or outside the memory */
+edge:       /* the stack is among the registers, or outside the memory */
     if (address > ram_end || address < 3)
         goto wild;
     goto SLOW;
@@ -613,7 +613,7 @@ handled:
     i = AT(pc);
     goto *labels[i->op];
 PROFILED(crossed: SPEND(0); profile_cross(h, PC); goto *labels[i->op];)
-out:        /* timers that are due run here; the burst goes on if none of them needs more */
+out:        /* run timers that are due; the burst goes on unless they end it */
     SPEND(0);
     avr->pc = pc = PC;
     if (!h->profile)

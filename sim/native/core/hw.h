@@ -21,7 +21,7 @@
 #define HW_FANS 4
 #define HW_FOLLOWERS (HW_RELAYS + HW_FANS)
 #define HW_TIMERS 40
-#define HW_LOG_FULL (1u << 20)  /* bytes in a log before hw_run returns to have it emptied */
+#define HW_LOG_FULL (1u << 20)  /* size of a log, bytes, at which hw_run returns to have it emptied */
 
 /* A growing array of records. */
 struct log {
@@ -30,7 +30,7 @@ struct log {
 };
 void *log_add(hw *h, int log);
 
-/* A callback at a cycle. Unlike simavr's it survives a reset of the processor. */
+/* A callback at a cycle; unlike simavr's timers it survives a reset of the processor. */
 typedef void (*timer_fn)(hw *h, void *param, uint64_t when);
 struct timer {
     hw *h;
@@ -43,7 +43,7 @@ struct timer *timer_new(hw *h, timer_fn fire, void *param);
 void timer_set(struct timer *t, uint64_t due);
 void timer_stop(struct timer *t);
 
-/* Code of ours that runs after simavr's own handler of a register. */
+/* A function of the shim that runs after simavr's own handler of a register. */
 struct tap {
     avr_io_write_t write;
     void *write_param;
@@ -68,10 +68,10 @@ struct pin_follower {
 struct pin {
     uint8_t watched, logged;
     uint8_t drive, pull;        /* HW_NONE, HW_LOW, HW_HIGH from outside */
-    uint8_t held[2];            /* chips that hold it low now, and high */
+    uint8_t held[2];            /* number of chips that hold it low, and high */
     uint8_t state;              /* level | source << 1 */
-    uint8_t line_low;           /* low by anyone but a chip */
-    uint8_t compare, compare_level;     /* a timer's output has taken the pin */
+    uint8_t line_low;           /* held low by anything but a chip */
+    uint8_t compare, compare_level;     /* a timer's output drives the pin */
     uint8_t contention;
     uint64_t since, high_cycles, contention_cycles, rises;
     struct pin_follower followers[HW_FOLLOWERS];
@@ -85,7 +85,7 @@ struct port {
     int index;
     avr_ioport_t *io;           /* NULL: this part has no such port */
     uint8_t watched;            /* bits */
-    uint8_t sampled;            /* bits whose reads are of interest */
+    uint8_t sampled;            /* bits whose reads are checked */
     uint8_t ddr, port;          /* as last seen */
     struct tap tap_pin;
 };
@@ -96,7 +96,7 @@ struct snapshot {
     uint32_t last;
 };
 
-/* Millivolts at equal distances of what is felt. */
+/* Millivolts at equal distances of the sensor's value. */
 struct curve {
     const double *millivolts;   /* NULL: none */
     size_t count;
@@ -112,13 +112,13 @@ struct hw {
     avr_t *avr;
     char message[256];
     int limit;
-    uint64_t sleep_cycles, until;       /* in hw_run: the cycle it ends at */
+    uint64_t sleep_cycles, until;       /* in hw_run: its end cycle */
     int dead_sleep;             /* asleep with interrupts off */
     uint16_t sleep_register;
     uint8_t sleep_enable, sleep_mode;
     int entry_cycles;
     struct fast *fast;
-    int reference;              /* run simavr's core instead of ours */
+    int reference;              /* use simavr's core, not ours */
     struct timer *stop;
     struct timer timers[HW_TIMERS];
     int timer_count;
@@ -137,9 +137,9 @@ struct hw {
     struct curve curves[HW_CHANNELS];
     uint16_t adc_pending, adc_result;
     int adc_locked, adc_hung, adc_stuck;
-    uint16_t adc_codes[HW_CHANNELS];    /* last of each */
+    uint16_t adc_codes[HW_CHANNELS];    /* last code of each channel */
     uint8_t adc_mux5;           /* its bit in ADCSRB; 0: no channels 8 to 15 */
-    uint8_t adc_known;          /* ADMUX of the band gap's voltage */
+    uint8_t adc_known;          /* ADMUX code of the band gap */
     double known_mv;
     uint64_t adc_conversions;
 
@@ -163,7 +163,7 @@ struct hw {
     struct profile *profile;
 };
 
-/* As avr_raise_irq, but without its call where no hook waits for the value. */
+/* As avr_raise_irq, but without the call if no hook is registered. */
 static inline void raise_irq(avr_irq_t *irq, uint32_t value) {
     if (irq->flags & IRQ_FLAG_NOT) {
         avr_raise_irq(irq, value);
@@ -176,7 +176,7 @@ static inline void raise_irq(avr_irq_t *irq, uint32_t value) {
     }
 }
 
-/* The IRQs of a register, where it has some: one for each bit, and one for the whole. */
+/* Raise the IRQs of a register, if any: one for each bit, and one for the whole register. */
 static inline void raise_register(avr_t *avr, avr_io_addr_t address, uint8_t value) {
     avr_irq_t *irq = avr->io[AVR_DATA_TO_IO(address)].irq;
     if (!irq)
@@ -186,8 +186,8 @@ static inline void raise_register(avr_t *avr, avr_io_addr_t address, uint8_t val
         raise_irq(irq + bit, value >> bit & 1);
 }
 
-/* As avr_cycle_timer_process, but without its call where no timer is due: returns the cycles to the
-   next one. */
+/* As avr_cycle_timer_process, but without the call if no timer is due; returns the cycles to the
+   next timer. */
 static inline avr_cycle_count_t pass_timers(avr_t *avr) {
     const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
     if (!next || next->when <= avr->cycle)

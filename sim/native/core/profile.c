@@ -1,7 +1,7 @@
-/* Profile: who spends the cycles, and the longest stretches.
+/* Profile: cycles by function, and the longest stretches of code.
 
-   Told of each instruction (profile_before, profile_after), or by our core of changes only
-   (profiled.c): the numbers are the same. */
+   It is called for each instruction (profile_before, profile_after), or by our core only at changes
+   (profiled.c), with the same results. */
 #include <stdlib.h>
 #include <string.h>
 #include "fast.h"
@@ -49,7 +49,7 @@ void profile_free(hw *h) {
 
 void hw_profile_stop(hw *h) { profile_free(h); }
 
-/* Code may jump beyond the flash, where it ends. */
+/* Code may jump beyond the end of the flash. */
 static uint16_t function_at(const struct profile *p, uint32_t pc) {
     return pc / 2 < p->words ? p->function_of_word[pc / 2] : NO_FUNCTION;
 }
@@ -131,7 +131,7 @@ static void push(hw *h, uint32_t pc, uint16_t sp, uint64_t began, int kind) {
                                            .kind = kind, .window = p->window};
 }
 
-/* The time of an interrupt is not that of what it interrupted. */
+/* Subtract the time of an interrupt from the interrupted function. */
 static void forget(struct profile *p, const struct frame *f, uint64_t now) {
     uint64_t lasted = now - f->began;
     if (f->kind != INTERRUPT)
@@ -156,7 +156,7 @@ static void pop(hw *h) {
     forget(p, &f, now);
 }
 
-/* A return ends all that was entered with no less on the stack. */
+/* A return ends all functions that were entered at this stack depth or deeper. */
 static void returned(hw *h) {
     struct profile *p = h->profile;
     uint16_t sp = hw_stack_pointer(h);
@@ -164,7 +164,7 @@ static void returned(hw *h) {
         pop(h);
 }
 
-/* A function that jumps to another is still running; one that was jumped to has ended. */
+/* A jump to another function ends one that was itself jumped to; a called one stays running. */
 static void jumped(hw *h, uint32_t pc, uint16_t sp) {
     struct profile *p = h->profile;
     struct frame *top = p->depth ? &p->frames[p->depth - 1] : NULL;
@@ -189,8 +189,8 @@ static int is_call(uint16_t op) {
     return (op & 0xf000) == 0xd000 || (op & 0xfe0e) == 0x940e || op == 0x9509 || op == 0x9519;
 }
 
-/* A jump to the start of another function is a call whose return the caller has passed on.
-   Vectors are such jumps too, but their handlers have been entered already. */
+/* A jump to the start of another function is a call that returns to the caller's caller. Vectors
+   are such jumps, too, but their handlers have already been entered. */
 static int is_tail_call(struct profile *p, uint16_t from, uint32_t pc) {
     uint16_t to = function_at(p, pc);
     return from != to && to != NO_FUNCTION && p->starts[to] == pc &&
@@ -199,7 +199,7 @@ static int is_tail_call(struct profile *p, uint16_t from, uint32_t pc) {
 
 static int is_return(uint16_t op) { return op == 0x9508 || op == 0x9518; }
 
-/* From OUT SPH to OUT SPL, where no interrupt comes between, half of it is of the one before. */
+/* Between OUT SPH and OUT SPL the stack pointer is half old and half new: ignore it. */
 static void note_stack(struct profile *p, uint16_t op, uint16_t sp) {
     uint16_t written = op & 0xfe0f;
     if (written == 0xbe0e)
@@ -229,7 +229,7 @@ void profile_after(hw *h, uint32_t pc) {
     follow_mask(h, p->pc);
 }
 
-/* Whether what has not changed since has been noted: not so at the beginning of a profile, say. */
+/* Whether the I flag and the stack pointer are recorded; not so at the beginning of a profile. */
 int profile_settled(hw *h) {
     struct profile *p = h->profile;
     return (p->ever_enabled || !h->avr->sreg[S_I]) &&
@@ -240,7 +240,7 @@ void profile_enter(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
     p->function = function_at(p, pc);
     p->counted = h->avr->cycle;
-    p->size = 0;                /* the window has not followed yet */
+    p->size = 0;                /* the window is not updated yet */
 }
 
 void profile_count(hw *h) {
@@ -250,7 +250,7 @@ void profile_count(hw *h) {
     p->counted = h->avr->cycle;
 }
 
-/* By a jump or straight on: of calls and returns it has been told. */
+/* The code has been left by a jump or straight on; calls and returns are reported separately. */
 void profile_leave(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
     profile_count(h);
@@ -258,7 +258,7 @@ void profile_leave(hw *h, uint32_t pc) {
         jumped(h, pc, (uint16_t)(hw_stack_pointer(h) + h->avr->address_size));
 }
 
-/* Code of no function is watched word by word. */
+/* Code outside all functions is watched word by word. */
 static void watch(struct profile *p, uint32_t pc) {
     int known = p->function != NO_FUNCTION;
     uint32_t from = known ? p->starts[p->function] : pc;
@@ -268,7 +268,7 @@ static void watch(struct profile *p, uint32_t pc) {
     p->size = (end < high ? end : high) - p->from;
 }
 
-/* To code beyond what is watched: of another function, in another window. */
+/* Go to code outside the watched range: of another function, or in another window. */
 void profile_cross(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
     if (function_at(p, pc) != p->function) {
@@ -293,13 +293,13 @@ void profile_returned(hw *h, uint32_t pc) {
     profile_enter(h, pc);
 }
 
-/* pc: of the instruction, which begins now where it turns interrupts off. */
+/* Follow the I flag. pc: of the instruction; if it turns interrupts off, it begins now. */
 void profile_mask(hw *h, uint32_t pc) {
     h->profile->began = h->avr->cycle;
     follow_mask(h, pc);
 }
 
-/* The function behind a vector: most vectors are jumps. */
+/* The function of a vector: most vectors are jumps to it. */
 static uint32_t handler(hw *h) {
     uint32_t pc = h->avr->pc;
     const uint8_t *f = h->avr->flash + pc;

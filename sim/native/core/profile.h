@@ -1,4 +1,4 @@
-/* The profile, as far as the core notes things in it itself; see profiled.c. */
+/* The part of the profile that the core itself updates; see profiled.c. */
 #pragma once
 
 #include "hw.h"
@@ -35,8 +35,8 @@ struct profile {
     uint64_t began, masked_since;
     hw_stretch longest_masked, longest_busy;
 
-    /* Within a burst of our core: the function that runs, the cycle up to which its own are counted,
-       and the code around it, in bytes, in which neither function nor window changes. */
+    /* During a burst of our core: the running function, the cycle up to which its own cycles are
+       counted, and the code range, in bytes, in which neither function nor window changes. */
     uint16_t function;
     uint64_t counted;
     uint32_t from, size;
@@ -47,13 +47,13 @@ static inline void profile_stack(struct profile *p, uint16_t sp) {
         p->lowest = sp;
 }
 
-/* How far straight code has gone is seen where a jump leaves it: an interrupt returns to it. */
+/* Record the end of straight code, at the jump that leaves it: an interrupt returns there. */
 static inline void profile_jump(struct profile *p, uint32_t from) {
     if (from > p->window.high)
         p->window.high = from;
 }
 
-/* Of our core, h->avr->cycle being that of now; pc: of the next instruction. */
+/* For our core, with h->avr->cycle up to date; pc: of the next instruction. */
 void profile_enter(hw *h, uint32_t pc);
 void profile_count(hw *h);
 void profile_leave(hw *h, uint32_t pc);

@@ -1,7 +1,7 @@
-/* The core while a profile is taken: fast.c once more, with what the profile has to hear of.
+/* The core during a profile: fast.c again, with the calls of the profile.
 
-   Of straight code and of jumps within a function and a window it hears nothing but how far they
-   went; what is left to simavr is noted around that instruction, as with simavr's core. */
+   Straight code and jumps within a function and a window are reported only by how far they went.
+   Instructions that are left to simavr are reported one by one, as with simavr's core. */
 #include "profile.h"
 
 #define PROFILED(...) __VA_ARGS__

@@ -1,8 +1,7 @@
-/* ADC: the part's own rule, code = floor(1024 V / Vref), taken when the conversion starts.
+/* ADC: code = floor(1024 V / Vref), as on the part, sampled when the conversion starts.
 
-   simavr divides by 1023, samples when ADCL is read, and has no channels 8 to 15. It can hang (no
-   conversion ends) and stick (each ends with the code its
-   channel had last). */
+   simavr divides by 1023, samples when ADCL is read, and has no channels 8 to 15. This ADC can hang
+   (no conversion ends) and stick (each conversion ends with the last code of its channel). */
 #include "parts.h"
 
 static double reference(hw *h) {
@@ -15,14 +14,14 @@ static double reference(hw *h) {
     }
 }
 
-/* The channel: 0 to 7, and with MUX5 8 to 15; HW_CHANNELS for other inputs. */
+/* The selected channel: 0 to 7, and with MUX5 8 to 15; HW_CHANNELS for other inputs. */
 static uint8_t selected(hw *h) {
     uint8_t code = h->avr->data[h->adc->r_admux] & 0x1F;
     uint8_t far = h->avr->data[h->adc->r_adcsrb] & h->adc_mux5;
     return code >= 8 ? HW_CHANNELS : (uint8_t)(far ? code + 8 : code);
 }
 
-/* In mV; simavr is asked for what is neither a channel nor the band gap. */
+/* The input in mV; simavr gives it if it is neither a channel nor the band gap. */
 static double input(hw *h, avr_adc_mux_t mux) {
     uint8_t channel = selected(h), code = h->avr->data[h->adc->r_admux] & 0x1F;
     if (channel < HW_CHANNELS)
@@ -49,7 +48,7 @@ static void on_start(struct avr_irq_t *irq, uint32_t value, void *param) {
     h->adc_conversions++;
 }
 
-/* A conversion that hangs: simavr begins it, is made to break it off, and sees it still running. */
+/* Let a conversion hang: simavr starts it, is made to abort it, and sees it as still running. */
 static void on_control(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *param) {
     hw *h = param;
     struct tap *tap = &h->tap_adcsra;

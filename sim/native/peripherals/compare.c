@@ -1,9 +1,9 @@
-/* Timer outputs: the pin a timer has taken, with the corners simavr gets wrong.
+/* Timer outputs: the pins that timers drive, with the cases that simavr gets wrong.
 
-   A pin taken by a timer no longer follows PORT. Fast PWM whose compare value is TOP or above is
-   constant; simavr inverts the first and forgets the second. With ICR as TOP simavr takes compare
-   value and TOP only when the timer is set up; here they count from the next period on, as on the
-   part. Phase-correct PWM has no edges in simavr: the run ends and says so. */
+   A pin driven by a timer no longer follows PORT. Fast PWM with a compare value of TOP or above is
+   constant; simavr inverts it at TOP and ignores it above. With ICR as TOP, simavr takes compare
+   value and TOP only when the timer is set up; here they apply from the next period, as on the part.
+   Phase-correct PWM has no edges in simavr: the run ends with a message. */
 #include <stdlib.h>
 #include <simavr/avr_timer.h>
 #include "parts.h"
@@ -26,7 +26,7 @@ static uint8_t waveform(struct compare *c) {
     return avr_regbit_get_array(c->h->avr, c->timer->wgm, 4);
 }
 
-/* simavr calls modes 14 and 15 of a 16-bit timer, and 7 of an 8-bit one, plain PWM. */
+/* simavr treats modes 14 and 15 of a 16-bit timer, and 7 of an 8-bit one, as plain PWM. */
 static int fast(struct compare *c) {
     if (c->timer->mode.kind == avr_timer_wgm_fast_pwm)
         return 1;
@@ -44,7 +44,7 @@ static int constant(struct compare *c) {
     return fast(c) && c->timer->tov_cycles && (!match || match >= c->timer->tov_cycles);
 }
 
-/* Compare value with ICR as TOP: simavr has noted it, but does not use it. */
+/* Compare value with ICR as TOP: simavr stores it, but does not use it. */
 static void renew_match(struct compare *c) {
     avr_timer_comp_t *comp = &c->timer->comp[c->channel];
     uint32_t value = c->h->avr->data[comp->r_ocr] |
@@ -66,8 +66,8 @@ static void renew_top(struct compare *c) {
         avr_ioctl(c->h->avr, AVR_IOCTL_TIMER_SET_TRACE(t->name), &t->trace);
 }
 
-/* Two timers may lead to one pin (OC0A and OC1C of an ATmega2560); simavr's ATmega32U4 has OC3B
-   on the pin of OC3A, where the part has none. */
+/* Two timers may share a pin (OC0A and OC1C of an ATmega2560); simavr's ATmega32U4 has an OC3B
+   on the pin of OC3A, which the part does not have. */
 static int taken(hw *h, int pin) {
     for (struct compare *c = h->compares; c; c = c->next)
         if (c->pin == pin && mode(c) != avr_timer_com_normal)
@@ -82,13 +82,13 @@ static void refresh(struct compare *c) {
         return;
     pin->compare = (uint8_t)taken(c->h, c->pin);
     if (mine && c->timer->cs_div_value && !simulated(c))
-        limit(c->h, "phase-correct PWM on timer %c: simavr gives it no edges", c->timer->name);
+        limit(c->h, "phase-correct PWM on timer %c: simavr does not simulate its edges", c->timer->name);
     if (mine && constant(c))
         pin->compare_level = mode(c) == avr_timer_com_clear;
     pin_update(c->h, c->pin);
 }
 
-/* A pin that is watched from now on: a timer may have it already. */
+/* Watch a pin from now on: a timer may already drive it. */
 static void watch(hw *h, int pin) {
     for (struct compare *c = h->compares; c; c = c->next)
         if (c->pin == pin)
@@ -105,7 +105,7 @@ static void on_output(struct avr_irq_t *irq, uint32_t value, void *param) {
     pin_update(c->h, c->pin);
 }
 
-/* Whether a timer in CTC mode already works with the value of this compare register. */
+/* Whether a timer in CTC mode already uses the value of this compare register. */
 static int counts_so(const avr_timer_t *t, int channel) {
     const avr_timer_comp_t *comp = &t->comp[channel];
     uint32_t value = t->io.avr->data[comp->r_ocr] |
@@ -115,8 +115,8 @@ static int counts_so(const avr_timer_t *t, int channel) {
            comp->comp_cycles == (uint64_t)t->cs_div_value * (value + 1);
 }
 
-/* A timer's mode, clock and compare value, and how it has its pin, written as they are: firmware
-   renews them. */
+/* Whether a write only repeats a timer register's value (mode, clock, compare, pin), as firmware
+   does to refresh it. */
 static int renewed(struct compare *c, avr_io_addr_t a, uint8_t v) {
     const avr_timer_t *t = c->timer;
     if (v != c->h->avr->data[a] || a == t->r_icr)

@@ -1,7 +1,7 @@
-/* EEPROM: a write takes its time, EEPE tells, and a power cut may come in between.
+/* EEPROM: a write takes time, during which EEPE is set, and a power cut may interrupt it.
 
-   simavr writes at once, and says 3.4 ms later on every part that it is ready: it is not told.
-   Here the cell changes at once too, but EEPE stays set for the part's programming time, and until
+   simavr writes at once, and is ready 3.4 ms later on every part, so it does not see the writes.
+   Here the cell also changes at once, but EEPE stays set for the part's programming time, and until
    then the byte counts as undefined (hw_eeprom_writing). */
 #include <string.h>
 #include "parts.h"
@@ -35,7 +35,7 @@ static void begin(hw *h, uint16_t at, uint8_t old) {
     timer_set(h->eeprom_timer, h->avr->cycle + (uint64_t)cycles);
 }
 
-/* EE_READY is asked for as long as it is enabled and no write goes on. */
+/* EE_READY is requested while it is enabled and no write is in progress. */
 static void ask(hw *h) {
     if (!h->eeprom_busy && avr_regbit_get(h->avr, h->eeprom->ready.enable))
         avr_raise_interrupt(h->avr, &h->eeprom->ready);
@@ -87,7 +87,7 @@ void eeprom_init(hw *h) {
     avr_irq_register_notify(h->eeprom->ready.irq + AVR_INT_IRQ_RUNNING, on_left, h);
 }
 
-/* A write that has begun ends also through a reset. */
+/* A write that has begun is completed even during a reset. */
 void eeprom_reset(hw *h) {
     if (h->eeprom_busy)
         avr_regbit_set(h->avr, h->eeprom->eepe);

@@ -1,9 +1,9 @@
-/* What the ATmega16 and 32 have otherwise than the parts after them, and simavr does not know.
+/* Differences of the ATmega16 and 32 from later parts that simavr does not know.
 
-   Timer 0 has the modes of timer 2; simavr gives it the normal one alone. Timer 2 can count a 32nd
-   of the clock; simavr counts a 16th. TIFR belongs to all
-   timers; simavr forgets the flags of the others when one is cleared. The watchdog's oscillator
-   runs at 1 MHz; its timeout is not locked; after its reset it is off. */
+   Timer 0 has the modes of timer 2; in simavr it has only the normal mode. Timer 2 can divide the
+   clock by 32; simavr divides by 16. All timers share TIFR; simavr clears the flags of the others
+   together with one. The watchdog's oscillator runs at 1 MHz; its timeout is not locked; after its
+   reset it is off. */
 #include <simavr/avr_timer.h>
 #include "parts.h"
 
@@ -11,7 +11,7 @@
 #define WGM1 3
 #define DIVIDED_BY_32 3         /* clock select of timer 2 */
 #define WATCHDOG_HZ 1000000
-#define WATCHDOG_CYCLES 16384   /* of the shortest timeout */
+#define WATCHDOG_CYCLES 16384   /* cycles of the shortest timeout */
 
 static void give_modes(avr_timer_t *t) {
     t->wgm[0] = (avr_regbit_t)AVR_IO_REGBIT(t->cs[0].reg, WGM0);
@@ -34,7 +34,7 @@ static void clear_if(hw *h, avr_int_vector_t *vector, uint8_t written) {
         avr_clear_interrupt(h->avr, vector);
 }
 
-/* A one clears a flag, a zero leaves it. */
+/* Writing a one clears a flag, a zero keeps it. */
 static void on_flags(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *param) {
     hw *h = param;
     avr_timer_t *t;
@@ -59,7 +59,7 @@ static void set_watchdog(hw *h, uint8_t value) {
     h->avr->data[w->wdrf.reg] = causes;
 }
 
-/* It is switched off within four cycles after WDTOE was set; all else may be written any time. */
+/* The watchdog can be switched off only within four cycles after WDTOE was set. */
 static void on_watchdog(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *param) {
     hw *h = param;
     avr_watchdog_t *w = h->watchdog;

@@ -1,14 +1,14 @@
-/* Pins: who drives them, what level results, and for how long.
+/* Pins: what drives them, their level, and how long it lasts.
 
-   simavr's pin IRQs cannot say so: they are silent when a pin floats, silent at a reset, and wrong
-   when a port is written while a timer has a pin. So the level is worked out here, after every
-   write of PORT, DDR or PIN, and given back to simavr where the program could read it. */
+   simavr's pin IRQs cannot be used: they are missing when a pin floats and at a reset, and wrong
+   when a port is written while a timer drives a pin. So the level is computed here, after every
+   write of PORT, DDR or PIN, and given to simavr so that the program can read it. */
 #include "parts.h"
 #include "pins.h"
 
 static int level_of(uint8_t drive) { return drive == HW_HIGH; }
 
-/* Level and its source, from the strongest down. */
+/* The pin's level and its source: the strongest one that exists. */
 static uint8_t resolve(struct port *p, struct pin *pin, int bit) {
     int output = p->ddr >> bit & 1, high = p->port >> bit & 1;
     if (pin->drive)
@@ -21,10 +21,10 @@ static uint8_t resolve(struct port *p, struct pin *pin, int bit) {
         return (uint8_t)(level_of(pin->pull) | HW_BY_RESISTOR << 1);
     if (high)
         return 1 | HW_BY_PULL_UP << 1;
-    return (uint8_t)((pin->state & 1) | HW_FLOATING << 1);  /* keeps the charge it had */
+    return (uint8_t)((pin->state & 1) | HW_FLOATING << 1);  /* keeps its last level */
 }
 
-/* The program reads the level, and pin interrupts see it, if not the program itself sets it. */
+/* Give the level to simavr for reads and pin interrupts, unless the program itself drives it. */
 static void show(struct port *p, struct pin *pin, int bit) {
     avr_t *avr = p->h->avr;
     uint8_t mask = (uint8_t)(1 << bit);
@@ -60,7 +60,7 @@ static void record(hw *h, int number, struct pin *pin) {
     e->state = pin->state;
 }
 
-/* Chips hear what others do to the line, not themselves. */
+/* Tell the chips on a pin about levels that others than the chip itself cause. */
 static void tell(struct port *p, struct pin *pin, int bit) {
     int driven_low = (p->ddr >> bit & 1) && !(p->port >> bit & 1);
     uint8_t low = pin->drive ? pin->drive == HW_LOW : driven_low;
@@ -150,7 +150,7 @@ static void on_pin(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) {
     port_refresh(p);
 }
 
-/* simavr reads an output pin as it is driven, even where something stronger holds it. */
+/* Correct reads of output pins: simavr ignores a stronger driver outside. */
 static uint8_t levels(const struct port *p, uint8_t seen) {
     const struct pin *pin = &p->h->pins[8 * p->index];
     seen &= (uint8_t)~p->watched;
@@ -192,7 +192,7 @@ int pins_init(hw *h) {
     }
 }
 
-/* At a reset all pins float at once, and what is outside goes on. */
+/* At a reset all pins of the processor float at once; drivers outside stay. */
 void pins_reset(hw *h) {
     for (int i = 0; i < HW_PINS; i++) {
         struct port *p = &h->ports[i / 8];

@@ -1,13 +1,13 @@
-/* UARTs: their registers. Of simavr's only the interrupts are left; it has neither parity nor
-   errors nor the part's buffers, and its times are not the part's. */
+/* UARTs: their registers. Of simavr's UARTs only the interrupts are used: they have no parity, no
+   errors, and not the part's buffers and times. */
 #include <stdlib.h>
 #include "parts.h"
 #include "uart.h"
 
-/* On the oldest parts UCSRC and UBRRH share an address, and bit 7 tells which is written. */
+/* On the oldest parts UCSRC and UBRRH share an address, and bit 7 selects which one is written. */
 static int shared(const avr_uart_t *io) { return io->r_ucsrc == io->ubrrh.reg; }
 
-/* A flag that is set asks for its interrupt as long as that is enabled. */
+/* A set flag requests its interrupt as long as that is enabled. */
 static void ask_again(struct uart *u) {
     avr_t *avr = u->h->avr;
     avr_int_vector_t *vectors[] = {&u->io->rxc, &u->io->udrc, &u->io->txc};
@@ -67,7 +67,7 @@ static void on_divisor_low(struct avr_t *avr, avr_io_addr_t a, uint8_t value, vo
     receiver_again(param);
 }
 
-/* The shared address gives UBRRH, and UCSRC when it is read again in the next cycle. */
+/* A read of the shared address gives UBRRH; a second read in the next cycle gives UCSRC. */
 static uint8_t on_shared_read(struct avr_t *avr, avr_io_addr_t a, void *param) {
     struct uart *u = param;
     int again = u->shared_read && avr->cycle == u->shared_read + 1;
@@ -151,7 +151,7 @@ void uart_free(hw *h) {
     free(h->uarts);
 }
 
-/* Put characters on the line to the receiver, after those that wait. */
+/* Put characters on the line to the receiver, after the waiting ones. */
 void hw_uart_send(hw *h, int uart, const hw_uart_character *characters, size_t count) {
     struct uart *u = &h->uarts[uart];
     if (!u->io || !count)

@@ -1,4 +1,4 @@
-/* What a UART's transmitter, receiver and registers share. */
+/* Shared by a UART's transmitter, receiver and registers. */
 #pragma once
 
 #include <simavr/avr_uart.h>
@@ -43,7 +43,7 @@ struct uart {
     struct receiver receiver;
 };
 
-/* Bits of UCSRnA, UCSRnB, UCSRnC; they lie alike on all parts. */
+/* Bits of UCSRnA, UCSRnB, UCSRnC, the same on all parts. */
 enum { RXC = 0x80, TXC = 0x40, UDRE = 0x20, FE = 0x10, DOR = 0x08, UPE = 0x04, U2X = 0x02,
        MPCM = 0x01 };
 enum { RXCIE = 0x80, TXCIE = 0x40, UDRIE = 0x20, RXEN = 0x10, TXEN = 0x08, UCSZ2 = 0x04,
@@ -54,8 +54,8 @@ enum { PARITY_NONE = 0, PARITY_EVEN = 2, PARITY_ODD = 3 };     /* UPM */
 
 struct uart_format {
     int data, parity, stop;
-    int samples;                /* of a bit: 16, or 8 at double speed */
-    int period;                 /* cycles between them */
+    int samples;                /* per bit: 16, or 8 at double speed */
+    int period;                 /* cycles between two samples */
 };
 /* uart_format.c */
 struct uart_format uart_format(const struct uart *u);

@@ -1,5 +1,5 @@
-/* The line to a UART's receiver: the characters that others put on it, bit by bit, in their own
-   time. It idles high; what is sent while nobody listens is gone. */
+/* The line to a UART's receiver: the characters from outside, bit by bit, with their own bit times.
+   It idles high; characters that come while the receiver is off are lost. */
 #include <stdlib.h>
 #include <string.h>
 #include "uart.h"
@@ -7,7 +7,7 @@
 static double end_of(const struct character *c) { return c->start + c->bits * c->bit; }
 static int bit_of(const struct character *c, int bit) { return c->levels >> bit & 1; }
 
-/* The level at a time that has passed, or that nothing can change any more. */
+/* The level at a time in the past, or at a time that can no longer change. */
 int line_level(const struct line *l, double time) {
     for (size_t i = l->first; i < l->count && l->queue[i].start <= time; i++)
         if (time < end_of(&l->queue[i]))
@@ -21,7 +21,7 @@ static int level_before(const struct line *l, size_t i) {
     return bit_of(&l->queue[i - 1], l->queue[i - 1].bits - 1);
 }
 
-/* When it next goes from high to low; negative: not with what is known so far. */
+/* The time of the next fall; negative: none in the characters so far. */
 double line_fall(const struct line *l, double from) {
     for (size_t i = l->first; i < l->count; i++) {
         const struct character *c = &l->queue[i];
@@ -36,7 +36,7 @@ double line_fall(const struct line *l, double from) {
     return -1;
 }
 
-/* Forget what came before; of two characters in a row the first may still matter. */
+/* Drop characters before a time; the last one may still be needed. */
 void line_forget(struct line *l, double before) {
     while (l->first + 1 < l->count && l->queue[l->first + 1].start <= before)
         l->first++;
@@ -55,7 +55,7 @@ static void make_room(struct line *l, size_t more) {
     l->count = rest;
 }
 
-/* Each follows the one before after its gap; the first when the line is free. */
+/* Each character follows the one before after its gap; the first one when the line is free. */
 void line_add(struct line *l, double now, const hw_uart_character *characters, size_t count) {
     make_room(l, count);
     for (size_t i = 0; i < count; i++) {
@@ -67,7 +67,7 @@ void line_add(struct line *l, double now, const hw_uart_character *characters, s
     }
 }
 
-/* Characters that have not begun. */
+/* Number of characters that have not begun. */
 size_t line_waiting(const struct line *l, double now) {
     size_t low = l->first, high = l->count;
     while (low < high) {

@@ -1,5 +1,5 @@
-/* A UART's receiver: it samples the line in the middle of each bit by its own clock, so a
-   character sent at another speed or in another format becomes what it becomes in the part. */
+/* A UART's receiver: it samples the line in the middle of each bit by its own clock, so a character
+   with another baud rate or format is received as on the part. */
 #include "uart.h"
 
 static const int vote_16[] = {8, 9, 10}, vote_8[] = {4, 5, 6};  /* samples, from 1 */
@@ -27,7 +27,7 @@ static int sampled(const struct uart *u, int bit) {
     return high >= 2;
 }
 
-/* Wait for the next start bit: from the first low sample on all times of its character are known. */
+/* Wait for the next start bit; its first low sample fixes all times of the character. */
 static void seek(struct uart *u, double from) {
     struct receiver *r = &u->receiver;
     timer_stop(r->timer);
@@ -45,7 +45,7 @@ static void seek(struct uart *u, double from) {
     timer_set(r->timer, (uint64_t)up(stop_time(r, 2)));
 }
 
-/* The flags of the character that is read next, and whether there is one. */
+/* Set the flags for the next character in the buffer, if there is one. */
 static void show(struct uart *u) {
     struct receiver *r = &u->receiver;
     uint8_t *data = u->h->avr->data;
@@ -76,12 +76,12 @@ static struct received decoded(const struct uart *u) {
     return c;
 }
 
-/* The last sample of the stop bit; it may already be the first of the next start bit. */
+/* At the last sample of the stop bit, which may already be the first of the next start bit. */
 static void on_character(hw *h, void *param, uint64_t when) {
     struct uart *u = param;
     struct receiver *r = &u->receiver;
     (void)h, (void)when;
-    if (sampled(u, 0)) {                        /* no start bit, a disturbance */
+    if (sampled(u, 0)) {                        /* no start bit but a disturbance */
         seek(u, sample_time(r, 0, r->samples));
         return;
     }
@@ -107,7 +107,7 @@ uint8_t receiver_take(struct uart *u) {
     return value;
 }
 
-/* Switched on it waits for an edge; switched off it forgets what it holds. */
+/* When switched on it waits for an edge; when switched off it empties its buffer. */
 void receiver_switch(struct uart *u, int on) {
     struct receiver *r = &u->receiver;
     if (r->on == on)
@@ -118,8 +118,8 @@ void receiver_switch(struct uart *u, int on) {
     seek(u, (double)u->h->avr->cycle);
 }
 
-/* The settings or the line have changed: what has begun to arrive goes on. Where no start bit was
-   found, none has come up to now. */
+/* The settings or the line have changed: a character that has begun to arrive goes on. If none has
+   begun, there was no start bit up to now. */
 void receiver_again(struct uart *u) {
     struct receiver *r = &u->receiver;
     double now = (double)u->h->avr->cycle;

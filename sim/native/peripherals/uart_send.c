@@ -1,4 +1,4 @@
-/* A UART's transmitter: a buffer before its shift register, what is sent logged with its times. */
+/* A UART's transmitter: a buffer and a shift register; sent bytes are logged with their times. */
 #include "uart.h"
 
 static int frame_cycles(struct uart_format f) {
@@ -23,12 +23,12 @@ static void on_sent(hw *h, void *param, uint64_t when) {
     avr_raise_interrupt(h->avr, &u->io->txc);
 }
 
-/* As the log has it: see hw_uart_byte. */
+/* The format byte of the log: see hw_uart_byte. */
 static uint8_t format_byte(struct uart_format f, uint8_t ninth) {
     return (uint8_t)(f.data | f.parity << 4 | (f.stop == 2 ? 0x40 : 0) | (ninth ? 0x80 : 0));
 }
 
-/* Write UDR. A byte moves on to the shift register as that is free; the buffer is then, too. */
+/* Write UDR. The byte moves to the shift register when that is free, which frees the buffer. */
 void sender_put(struct uart *u, uint8_t value) {
     avr_t *avr = u->h->avr;
     uint64_t now = avr->cycle;
@@ -55,7 +55,7 @@ void sender_put(struct uart *u, uint8_t value) {
     timer_set(u->all_sent, u->ends);
 }
 
-/* A reset ends what is being sent. */
+/* A reset aborts the character that is being sent. */
 void sender_reset(struct uart *u) {
     timer_stop(u->buffer_free);
     timer_stop(u->all_sent);

@@ -1,4 +1,4 @@
-/* Watchdog: a new timeout counts at once; simavr waits for the next WDR. */
+/* Watchdog: a new timeout takes effect at once; in simavr only at the next WDR. */
 #include "parts.h"
 
 static uint8_t prescaler(hw *h) { return avr_regbit_get_array(h->avr, h->watchdog->wdp, 4); }

@@ -1,4 +1,4 @@
-"""Tuning by a relay on the machine itself (docs/control.md, "Autotune")."""
+"""Autotuning by a relay experiment on the machine (docs/control.md, "Autotune")."""
 
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ HALF = Single(0.5)
 
 
 class Moment(NamedTuple):
-    """What the experiment sees at a step with a reading."""
+    """The inputs of the experiment at a step with a reading."""
 
     temperature_c: Single
     last_c: Single
@@ -62,7 +62,7 @@ class Tuner:
     )
 
     def __init__(self, loop: Loop, autotune: Autotune, algorithm: Pid) -> None:
-        """Derive the constants of a loop that can be tuned."""
+        """Derive the constants from the spec of a loop with autotune."""
         self._constants = Constants.of(algorithm, autotune, loop)
         self._swing_share = Single(autotune.swing_percent / 100)
         self.swing_percent = self._constants.swing_percent
@@ -80,12 +80,12 @@ class Tuner:
         return Gains(self._found.kp, self._found.ki, self._found.kd)
 
     def take_limits(self, limits: Limits) -> None:
-        """Use these limits instead of the specification's."""
+        """Use these limits instead of the spec's."""
         self._limits = limits
         self.swing_percent = limits.output_maximum * self._swing_share
 
     def start(self, cycles: int | None = None) -> None:
-        """Begin anew, with the specification's number of cycles if none is given."""
+        """Start the experiment, with the spec's number of cycles if none is given."""
         wanted = self._usual_cycles if cycles is None else cycles
         self._cycles = min(max(wanted, FEWEST_CYCLES), MOST_CYCLES)
         self.starts = (self.starts + 1) & 0xFF
@@ -93,14 +93,14 @@ class Tuner:
         self.result = RUNNING
 
     def stop_unless(self, mode: int, *, fault: bool) -> None:
-        """Give the experiment up when the loop no longer tunes, or must not heat."""
+        """Stop the experiment if the loop no longer tunes, or must not heat."""
         if self.result == RUNNING and (mode != TUNING or fault):
             self.result = STOPPED
 
     def step(self, moment: Moment | None, *, paused: bool = False) -> Single:
-        """Do a step, without a reading if there is none, and return the duty in percent.
+        """Run a step, with or without a reading, and return the duty in percent.
 
-        It is given up when an input of the machine takes the heat away.
+        The experiment is stopped if an input of the machine pauses the heat.
         """
         if self.result != RUNNING:
             return ZERO

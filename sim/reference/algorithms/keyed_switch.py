@@ -1,4 +1,4 @@
-"""What the switching algorithms have in common: a lead, a hysteresis, and keys that set them."""
+"""Shared by the switching algorithms: lead and hysteresis, which keys may set."""
 
 from heatwright.sim.reference.algorithms.lead import Lead
 from heatwright.sim.reference.interfaces.keyed import Numbers
@@ -8,7 +8,7 @@ from heatwright.spec import OnOff, ThreePosition
 
 
 class KeyedSwitch:
-    """A lead and a hysteresis, of which keys may set either."""
+    """A lead and a hysteresis; keys may set either."""
 
     def __init__(
         self, algorithm: OnOff | ThreePosition, period_s: float, keyed: tuple[str, ...]
@@ -25,7 +25,7 @@ class KeyedSwitch:
         )
 
     def take(self, numbers: Numbers) -> None:
-        """Take over what keys have set, for the step that comes next."""
+        """Take over the numbers that keys have set, for the next step."""
         self._taken = {each: numbers[each] for each in self._taken}
         self._hysteresis = self._taken.get("hysteresis_k", self._hysteresis)
         if "lead_s" in self._taken:

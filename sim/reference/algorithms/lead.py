@@ -1,11 +1,11 @@
-"""The temperature that a slope promises (docs/control.md, "on_off" and "three_position")."""
+"""The temperature expected from the slope (docs/control.md, "on_off" and "three_position")."""
 
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single, faded, filter_share
 
 
 class Lead:
-    """A look ahead along the slope, which is smoothed; without a lead nothing is looked ahead."""
+    """Extrapolates the temperature along its filtered slope; without a lead it does not."""
 
     def __init__(
         self, lead_s: float, filter_s: float, period_s: float, *, keyed: bool = False
@@ -19,7 +19,7 @@ class Lead:
         self.reset()
 
     def take(self, lead_s: Single) -> None:
-        """Look so far ahead from now on."""
+        """Set the lead from now on."""
         self._lead_s = lead_s
 
     def reset(self) -> None:
@@ -27,7 +27,7 @@ class Lead:
         self._rate = ZERO
 
     def expected_c(self, temperature_c: Single, last_c: Single, gap: int) -> Single:
-        """Take in a reading and return the temperature expected a lead from now."""
+        """Process a reading and return the temperature expected after the lead."""
         if not self._leads:
             return temperature_c
         if gap == 1:

@@ -10,7 +10,7 @@ class OnOffControl(KeyedSwitch):
     """Switches at the setpoint on the temperature expected `lead` ahead."""
 
     full_percent = FULL
-    """What the algorithm asks for at most."""
+    """The greatest duty of the algorithm."""
 
     def __init__(self, algorithm: OnOff, period_s: float, keyed: tuple[str, ...] = ()) -> None:
         """Derive the constants; keyed -- the fields that keys set."""

@@ -6,11 +6,11 @@ from heatwright.sim.reference.numbers import ZERO, Single, clamp, faded, filter_
 from heatwright.spec import Pid
 
 LEAST_RANGE = 1.0
-"""From the output's minimum to the least maximum that may be set, %."""
+"""Least range of the output that may be set, %."""
 
 
 def limits_of(algorithm: Pid) -> Limits:
-    """Return the limits that the specification gives."""
+    """Return the limits of the spec."""
     return Limits(
         Single(algorithm.integral.minimum_percent),
         Single(algorithm.integral.maximum_percent),
@@ -19,7 +19,7 @@ def limits_of(algorithm: Pid) -> Limits:
 
 
 def may_limit(algorithm: Pid, limits: Limits) -> bool:
-    """Return whether limits are in order, and within those of the specification."""
+    """Return whether limits are in order, and within those of the spec."""
     return in_order(limits, limits_of(algorithm), least_maximum_of(algorithm))
 
 
@@ -61,11 +61,11 @@ class PidControl:
         self._dead_band = Single(algorithm.dead_band_k) if algorithm.dead_band_k else None
         self._keeps = bool(algorithm.dead_band_k) and algorithm.dead_band_keeps == "output"
         self.top_percent = self.full_percent
-        """What the current's limit leaves of it; the integral is held there."""
+        """The greatest duty under the current's limit; the integral is limited to it, too."""
         self.feed_forward = ZERO
         """Duty for the slope of a program's setpoint, %·s/K."""
         self.rate_k_per_s = ZERO
-        """That slope in this step."""
+        """Slope of a program's setpoint in this step."""
         self.members: tuple[Member, ...] = self._members()
         self._last = ZERO
         self.reset()
@@ -128,7 +128,7 @@ class PidControl:
         self._integral = clamp(ZERO, *self._integral_limits) if self._integrates else ZERO
 
     def _balance(self, error: Single) -> None:
-        """Keep the sum when the gains have just changed; constant ones do not."""
+        """Keep the sum of the terms when the gains have changed; here they are constant."""
 
     def _integrated(self, error: Single) -> Single:
         """Integrate, unless that pushes further into a limit, and return the sum."""

@@ -1,4 +1,4 @@
-"""How a loop answers to its last setpoint (docs/control.md, "Response")."""
+"""The response of a loop to its last setpoint (docs/control.md, "Response")."""
 
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single, period, steps
@@ -9,7 +9,7 @@ MOST_STEPS = 65535
 
 
 class Response:
-    """Settling time and overshoot, measured."""
+    """Measures settling time and overshoot."""
 
     members: tuple[Member, ...] = (
         ("state", "u1"),
@@ -33,7 +33,7 @@ class Response:
         self._target = self._beyond = self._settling_s = self._overshoot = ZERO
 
     def step(self, temperature_c: Single | None, setpoint_c: Single, *, held: bool) -> None:
-        """Do a step's part; without a temperature if there is no reading."""
+        """Process a step; the temperature is None without a reading."""
         if not held:
             self._state = NONE
             return
@@ -84,7 +84,7 @@ class Response:
 
 
 def response_of(loop: Loop) -> Response | None:
-    """Return what measures a loop; None if nothing does."""
+    """Return the measurement of a loop's response; None if the spec has none."""
     if loop.response is None:
         return None
     return Response(loop.response.within_k, loop.response.for_s, loop)

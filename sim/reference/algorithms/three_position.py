@@ -11,7 +11,7 @@ class ThreePositionControl(KeyedSwitch):
     """Switches heater and cooler, never both, on the temperature expected `lead` ahead."""
 
     full_percent = FULL
-    """What the algorithm asks for at most."""
+    """The greatest duty of the algorithm."""
 
     def __init__(
         self, algorithm: ThreePosition, period_s: float, keyed: tuple[str, ...] = ()
@@ -41,7 +41,7 @@ class ThreePositionControl(KeyedSwitch):
         return FULL if self._heating else ZERO
 
     def take(self, numbers: Numbers) -> None:
-        """Take over what keys have set: the band's inside follows the hysteresis."""
+        """Take over the numbers that keys have set; the inner band follows from the hysteresis."""
         super().take(numbers)
         if "hysteresis_k" in numbers:
             self._inside = self._dead_band - self._hysteresis
@@ -51,7 +51,7 @@ class ThreePositionControl(KeyedSwitch):
         return (*self._values(), self._heating, self.cooling)
 
     def _width(self, on: int) -> Single:
-        """Return how far from the setpoint heater or cooler has to be, to go or stay on."""
+        """Return the distance from the setpoint at which heater or cooler goes on, or stays on."""
         return self._inside if on else self._dead_band
 
 

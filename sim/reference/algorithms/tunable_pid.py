@@ -1,6 +1,6 @@
-"""PID control whose gains a host may change, and whose duty (docs/control.md, "pid").
+"""PID control whose gains and duty a host may set (docs/control.md, "pid").
 
-All terms exist, whatever the gains of the specification are.
+All terms exist, even those whose gain is 0 in the spec.
 """
 
 from heatwright.sim.reference.algorithms.pid import (
@@ -16,15 +16,15 @@ from heatwright.spec import Pid
 
 
 class TunablePid(PidControl):
-    """PID control that takes its gains over at every step."""
+    """PID control that gets its gains at every step."""
 
     def __init__(self, algorithm: Pid, period_s: float) -> None:
-        """Begin without gains: the first step takes them over."""
+        """Start without gains: the first step sets them."""
         super().__init__(algorithm, period_s)
         self._adjustable = algorithm.limits_adjustable
         self._least_maximum = least_maximum_of(algorithm)
         self.limits = self._widest = limits_of(algorithm)
-        """Those in force."""
+        """The present limits."""
         self._integrates = self._differentiates = True
         self._period_s = Single(period_s)
         self._kp = self._ki = self._kd = ZERO
@@ -37,13 +37,13 @@ class TunablePid(PidControl):
         )
 
     def take(self, gains: Gains) -> None:
-        """Take over the gains for the step that comes next."""
+        """Take over the gains for the next step."""
         self._lost = (self._kp - gains.kp, self._kd - gains.kd)
         self._kp, self._ki, self._kd = gains
         self._ki_step = self._ki * self._period_s
 
     def take_limits(self, limits: Limits | None) -> None:
-        """Take over the limits, where they are adjustable; what cannot be is as specified."""
+        """Take over the limits if they are adjustable; others stay as in the spec."""
         if not self._adjustable:
             return
         if limits is None:
@@ -54,7 +54,7 @@ class TunablePid(PidControl):
         *self._integral_limits, self.full_percent = self.limits
 
     def follow(self, temperature_c: Single, gap: int, setpoint_c: Single, manual: Single) -> Single:
-        """Let the operator decide, and be ready to go on from there."""
+        """Use the operator's manual duty, and set the terms for a bumpless return to control."""
         error = self._begin(temperature_c, gap, setpoint_c)
         duty_percent = self._limited(manual)
         self._integral = clamp(
@@ -68,7 +68,7 @@ class TunablePid(PidControl):
         return (*super().values(), self._kp, self._ki, self._kd)
 
     def _balance(self, error: Single) -> None:
-        """Give the integral what the other terms lose by new gains."""
+        """Correct the integral so that new gains do not change the sum of the terms."""
         lost_kp, lost_kd = self._lost
         if self._started and not (lost_kp == ZERO and lost_kd == ZERO):
             self._integral = clamp(

@@ -1,4 +1,4 @@
-"""From the swings of a relay experiment to gains (docs/control.md, "The rule")."""
+"""Compute gains from the swings of a relay experiment (docs/control.md, "The rule")."""
 
 from typing import NamedTuple
 
@@ -9,15 +9,15 @@ from heatwright.spec import Autotune, Loop, Pid
 PER_LATE, PER_DEAD = Single(0.35), Single(2)
 LEAST_RATIO, MOST_RATIO = Single(10), Single(40)
 BELOW_HOLD, PER_HOLD = Single(12), Single(1.5)
-"""Where the integral's limits are proposed, %."""
+"""For the proposed limits of the integral, %: distance below hold, and factor of hold."""
 ONE, TWO, THREE, FOUR, SIX = map(Single, (1, 2, 3, 4, 6))
 LEAST_LACK_PERCENT = Single(0.01)
 LEAST_RISE = Single(1e-6)
-"""K/s; below it no machine was measured."""
+"""K/s; a smaller rise is not a valid measurement."""
 
 
 class Constants(NamedTuple):
-    """What the specification says of the loop."""
+    """The constants from the loop's spec."""
 
     period_s: Single
     swing_percent: Single
@@ -30,7 +30,7 @@ class Constants(NamedTuple):
 
     @classmethod
     def of(cls, algorithm: Pid, autotune: Autotune, loop: Loop) -> "Constants":
-        """Derive them."""
+        """Derive the constants."""
         limits = algorithm.integral
         return cls(
             period(loop),
@@ -47,7 +47,7 @@ class Constants(NamedTuple):
         return steps * self.period_s
 
     def within(self, limits: Limits, swing_share: Single) -> "Constants":
-        """Return the same where a host has narrowed the limits; those that are proposed stay."""
+        """Return the constants with a host's narrower limits; those for the proposal stay."""
         return self._replace(
             swing_percent=limits.output_maximum * swing_share,
             start_percent=clamp(ZERO, limits.integral_minimum, limits.integral_maximum),
@@ -55,7 +55,7 @@ class Constants(NamedTuple):
 
 
 class Swings(NamedTuple):
-    """What was measured: sums over the swings that count, and the slope."""
+    """The measurements: sums over the swings that count, and the slope."""
 
     number: Single
     on_sum: Single
@@ -71,12 +71,12 @@ class Swings(NamedTuple):
 
     @property
     def are_measured(self) -> bool:
-        """Whether a machine can have these numbers."""
+        """Whether these numbers are possible for a machine."""
         return bool(self.rise >= LEAST_RISE and self.on_sum > ZERO and self.off_sum > ZERO)
 
 
 class Found(NamedTuple):
-    """What follows, in the order of the members."""
+    """The results, in the order of the members."""
 
     hold_percent: Single
     lag_s: Single
@@ -89,7 +89,7 @@ class Found(NamedTuple):
 
 
 def found_by(swings: Swings, constants: Constants) -> Found:
-    """Work the rule out, line by line."""
+    """Compute the rule, line by line."""
     rise = swings.rise
     on_s = constants.time_s(swings.on_sum) / swings.number
     off_s = constants.time_s(swings.off_sum) / swings.number

@@ -1,4 +1,4 @@
-"""The time, set by keys, after which a loop goes off (docs/control.md, "Countdown")."""
+"""The countdown after which a loop goes off, set by keys (docs/control.md, "Countdown")."""
 
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.numbers import period_us
@@ -9,10 +9,10 @@ MINUTE_MS = 60_000
 
 
 class CountdownKeys:
-    """What is left of the time, and the keys that set it."""
+    """The remaining time, and the keys that set it."""
 
     def __init__(self, spec: Countdown, loop: Loop, operator: SwitchedOperator) -> None:
-        """Begin without a time."""
+        """Start without a time."""
         self._operator = operator
         self._step = round(spec.step_s) // 60
         self._longest = round(spec.longest_s) // 60
@@ -20,13 +20,13 @@ class CountdownKeys:
         self._period_ms = period_us(loop) // 1000
         self.minutes = 0
         self.left: int | None = None
-        """Steps until the loop goes off; None while the time does not count."""
+        """Steps until the loop goes off; None while the countdown does not run."""
         self.ended = False
-        """Whether the time has switched the loop off, until it is on again."""
+        """Whether the countdown has switched the loop off, until it is on again."""
 
     @property
     def minutes_left(self) -> int:
-        """What is left, in minutes begun, or what was set."""
+        """The remaining minutes, rounded up, or the set time."""
         if self.left is None:
             return self.minutes
         return -(-self.left * self._period_ms // MINUTE_MS)

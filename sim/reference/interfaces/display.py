@@ -1,4 +1,4 @@
-"""What a touch display's orders do to the reference device (docs/nextion.md)."""
+"""The effect of a touch display's orders on the reference device (docs/nextion.md)."""
 
 import re
 from collections.abc import Callable
@@ -17,19 +17,19 @@ Does = dict[int, Callable[[float], object]]
 
 
 class Display:
-    """A display that nothing is answered.
+    """A touch display that gets no answers.
 
-    Of all orders it gives those that steer: what only asks for a page, a name or a list changes
-    nothing here. What the firmware would refuse changes nothing either.
+    Only orders that steer have an effect; requests for a page, a name or a list have none. An order
+    that the firmware would refuse changes nothing.
     """
 
     def __init__(
         self, controller: Controller, operator: Operator, acknowledge: Callable[[], None]
     ) -> None:
-        """Serve the loop of an operator; `acknowledge` is for the faults of every loop.
+        """Serve an operator's loop; `acknowledge` acknowledges a fault of any loop.
 
         Raises:
-            TypeError: it is of a loop that cannot be switched.
+            TypeError: the loop has no switch.
 
         """
         if not isinstance(operator, SwitchedOperator):
@@ -44,10 +44,10 @@ class Display:
             self._does |= {**_orders(operator), 13: self._show}
 
     def send(self, text: str) -> None:
-        """Do what the bytes say, order by order.
+        """Execute the orders of a text.
 
         Raises:
-            ValueError: there is no order in them.
+            ValueError: there is no order in it.
 
         """
         found = _ORDER.findall(text)

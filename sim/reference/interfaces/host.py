@@ -1,4 +1,4 @@
-"""The G-code that the reference device understands (docs/control.md, "Commands")."""
+"""The G-code commands of the reference device (docs/control.md, "Commands")."""
 
 from collections.abc import Mapping
 
@@ -12,19 +12,19 @@ from heatwright.sim.reference.protection.latch import Latch
 from heatwright.spec import Controller, gcode_of
 
 FAN_FULL = 255
-"""What hosts write for a fan at full speed."""
+"""The value that hosts send for a fan at full speed."""
 HEAT = {"M104", "M140", "M141"}
 WAIT = {"M109", "M190", "M191"}
 GAINS = {"M301", "M304", "M309"}
 OWN = {"M140": "B", "M190": "B", "M304": "B", "M141": "C", "M191": "C", "M309": "C"}
-"""Commands that are for bed and chamber; the others are for a tool."""
+"""Commands for bed and chamber; the others are for a tool."""
 TUNED = {-1: "B", -2: "C"}
-"""What M303 calls them."""
+"""The numbers of bed and chamber in M303."""
 FEED_COMMANDS = {"G0", "G1", "G92", "M82", "M83", "M410"}
 
 
 class Host:
-    """A host that never waits, and that nothing is answered."""
+    """A host that never waits, and gets no answers."""
 
     def __init__(
         self,
@@ -34,7 +34,7 @@ class Host:
         driven: Mapping[str, Driven],
         feeds: Mapping[str, Feed],
     ) -> None:
-        """Find what the host serves."""
+        """Find the loops that the host commands."""
         gcode = gcode_of(controller)
         self._latch = latch
         served = gcode.loops if gcode else {}
@@ -45,10 +45,10 @@ class Host:
         self._feeds = tuple(feeds[name] for name in gcode.steppers.values()) if gcode else ()
 
     def send(self, text: str) -> None:
-        """Do what a line asks for; what the firmware would refuse changes nothing.
+        """Execute a line; a command that the firmware would refuse changes nothing.
 
         Raises:
-            ValueError: no host is served, or the line has no command.
+            ValueError: the controller has no host, or the line has no command.
 
         """
         if not self._served:
@@ -96,7 +96,7 @@ class Host:
             operator.tune(line.number("S") or 0.0, None if cycles is None else int(cycles))
 
     def _address(self, line: Line) -> str:
-        """Return what the host calls the loop: a tool is named as T or as E, or the active one."""
+        """Return the host's address of the loop: a tool as T or E, else the active tool."""
         if line.command in OWN:
             return OWN[line.command]
         tunes = line.command == "M303"

@@ -6,16 +6,16 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.spec.adjusted import Number
 
 Numbers = Mapping[str, Single]
-"""By field of the algorithm."""
+"""Numbers by field of the algorithm."""
 
 
 def given(numbers: tuple[Number, ...]) -> dict[str, Single]:
-    """Return what the specification says."""
+    """Return the numbers of the spec."""
     return {each.kind.field: Single(each.value) for each in numbers}
 
 
 def in_range(numbers: tuple[Number, ...], found: Numbers) -> dict[str, Single]:
-    """Return the numbers, and the specification's in the place of each that is out of its range."""
+    """Return the numbers; each that is out of its range is replaced by the spec's."""
     return {
         each.kind.field: found[each.kind.field]
         if Single(each.minimum) <= found[each.kind.field] <= Single(each.maximum)

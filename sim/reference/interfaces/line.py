@@ -1,4 +1,4 @@
-"""A line of G-code, taken apart."""
+"""Parse a line of G-code."""
 
 import re
 from typing import NamedTuple
@@ -10,17 +10,17 @@ class Line(NamedTuple):
     """A command and its words."""
 
     command: str
-    """As in `M104`, or `T1`."""
+    """The command, such as `M104` or `T1`."""
     words: dict[str, float | None]
-    """Letter to number; None where there is none."""
+    """Number by letter; None: a letter without a number."""
 
     def number(self, letter: str) -> float | None:
-        """Return the number behind a letter, None if it is not there."""
+        """Return the number after a letter; None if it is not there."""
         return self.words.get(letter)
 
 
 def parsed(text: str) -> Line:
-    """Parse a line; its number and checksum are left out.
+    """Parse a line; line number and checksum are ignored.
 
     Raises:
         ValueError: it has no command.

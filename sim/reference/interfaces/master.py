@@ -1,4 +1,4 @@
-"""What a master writes to the reference device (docs/control.md, "Switched loops")."""
+"""A master's writes to the reference device (docs/control.md, "Switched loops")."""
 
 from collections.abc import Callable, Mapping
 
@@ -8,7 +8,7 @@ from heatwright.spec import Controller, Write
 
 
 class Master:
-    """A master whose writes arrive at once, and who is never silent."""
+    """A master whose writes act at once, and which is never silent."""
 
     def __init__(
         self,
@@ -16,16 +16,16 @@ class Master:
         operators: Mapping[str, SwitchedOperator],
         acknowledge: Callable[[], None],
     ) -> None:
-        """Serve the loops of operators, by name; `acknowledge` is for the faults of all of them."""
+        """Serve operators' loops, by name; `acknowledge` acknowledges a fault of any loop."""
         self._operators = operators
         self._acknowledge = acknowledge
         self._gains = {name: gains_of(controller.loops[name].algorithm) for name in operators}
 
     def write(self, name: str, value: float | bool) -> None:
-        """Write a value by its name in a scenario; what is refused changes nothing.
+        """Write a value by its name in a scenario; a refused write changes nothing.
 
         Raises:
-            KeyError: there is nothing of that name.
+            KeyError: there is no value of that name.
 
         """
         written = Write(name, value)

@@ -1,4 +1,4 @@
-"""The keys of a loop with programs, which lead through a menu."""
+"""The menu that the keys of a loop with programs operate."""
 
 STATE, TIMES, RUN, EDIT, VALUES = range(5)
 """The screens, in the order of RIGHT."""
@@ -6,10 +6,10 @@ SCREENS = 5
 
 
 class MenuKeys:
-    """Where in its menu the display is.
+    """The present screen of the menu.
 
-    Of what the screens do the model knows one thing, the setpoint, which is the first of the
-    values: programs are started and ended by orders, not by keys.
+    The model knows only one function of the screens: the setpoint, which is the first of the
+    values. Programs are started and ended by orders, not by keys.
     """
 
     def __init__(self) -> None:
@@ -18,7 +18,7 @@ class MenuKeys:
         self._is_first = True
 
     def moves(self, key: str | None) -> int:
-        """Process a key press; return by how many steps it moves the setpoint."""
+        """Process a key press; return by how many key steps it changes the setpoint."""
         if key in {"left", "right"}:
             self._screen = (self._screen + (1 if key == "right" else -1)) % SCREENS
             self._is_first = True

@@ -1,4 +1,4 @@
-"""What keys and commands want of a loop (docs/control.md, "Commands" and "Keys")."""
+"""Orders to a loop by keys and commands (docs/control.md, "Commands" and "Keys")."""
 
 from heatwright.sim.reference.algorithms.autotune import DONE, RUNNING, STOPPED
 from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
@@ -18,10 +18,10 @@ NO_LIMITS = (None, None, None)
 
 
 class Operator:
-    """The wishes that the next step takes over."""
+    """The orders that the next step takes over."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
-        """Wish for what the specification says."""
+        """Start with the spec's initial values."""
         loop = controller.loops[name]
         self._reference = reference
         self._commanded = facts_of(controller, name).commanded
@@ -38,11 +38,11 @@ class Operator:
         self._critical_c = self._highest_c
         self._program = NO_ORDER
         self.numbers: Numbers = given(numbers_of(controller, name))
-        """What keys have set."""
+        """The numbers that keys have set."""
 
     @property
     def orders(self) -> Orders:
-        """What the next step takes over."""
+        """The orders that the next step takes over."""
         return Orders(
             self._mode,
             self._manual_percent,
@@ -55,7 +55,7 @@ class Operator:
 
     @property
     def is_off(self) -> bool:
-        """Whether the loop is commanded, and off."""
+        """Whether the loop is a commanded one, and off."""
         return self._commanded and self._mode == AUTOMATIC and bool(self.setpoint_c == ZERO)
 
     @property
@@ -71,11 +71,11 @@ class Operator:
             self.set(float(clamp(self.setpoint_c + by_k, self._minimum_c, self._maximum_c)))
 
     def key_off(self) -> None:
-        """Press what switches off."""
+        """Press the key that switches off."""
         self.set(0.0)
 
     def set(self, setpoint_c: float) -> bool:
-        """Hold a temperature, or go off; return whether that is allowed."""
+        """Set the setpoint, or switch off; return whether that is allowed."""
         if not self._may(Single(setpoint_c)):
             return False
         self.setpoint_c = Single(setpoint_c)
@@ -83,7 +83,7 @@ class Operator:
         return True
 
     def set_manual(self, percent: float | None) -> bool:
-        """Hold a duty, the present one if none is given; return whether that is allowed."""
+        """Set the manual duty, by default the present duty; return whether that is allowed."""
         wanted = self._reference.duty_percent if percent is None else Single(percent)
         if self.gains is None or self._reference.fault_code or not ZERO <= wanted <= FULL:
             return False
@@ -144,19 +144,19 @@ class Operator:
         return True
 
     def stop_tuning(self) -> None:
-        """Give a tuning up."""
+        """Stop a tuning."""
         if self._mode == TUNING:
             self._go_off()
 
     def acknowledge(self) -> None:
-        """Acknowledge a fault; a commanded loop does not go on by itself."""
+        """Acknowledge a fault; a commanded loop stays off."""
         if self._reference.fault_code:
             self._reference.acknowledge()
             if self._commanded:
                 self._go_off()
 
     def after_step(self) -> None:
-        """Take over what a tuning has come to."""
+        """Take over the result of a tuning."""
         tuner = self._reference.steering.tuner
         if tuner is None or self._mode != TUNING or tuner.result in (RUNNING, STOPPED):
             return
@@ -165,7 +165,7 @@ class Operator:
             self.gains = tuner.gains
 
     def see_fault(self) -> None:
-        """Take notice of a new fault; what is commanded here shows in the latch itself."""
+        """React to a new fault; nothing to do here."""
 
     def _may(self, setpoint_c: Single) -> bool:
         if setpoint_c == ZERO:
@@ -179,6 +179,6 @@ class Operator:
 
 
 def limits_given(algorithm: Algorithm) -> Limits | None:
-    """Return the limits that the specification gives an algorithm; None if none can be set."""
+    """Return the limits of an algorithm in the spec; None if none can be set."""
     pid = algorithm.pid
     return limits_of(pid) if pid and pid.limits_adjustable else None

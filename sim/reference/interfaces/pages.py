@@ -1,4 +1,4 @@
-"""The pages on which keys change something (docs/control.md, "Keys" and "Numbers")."""
+"""The display pages on which keys change a value (docs/control.md, "Keys" and "Numbers")."""
 
 from heatwright.sim.reference.interfaces.countdown import CountdownKeys
 from heatwright.sim.reference.interfaces.keyed import given
@@ -9,19 +9,19 @@ TIME = "time"
 
 
 class Pages:
-    """What UP and DOWN change: the setpoint, the countdown's time, or a number."""
+    """The value that UP and DOWN change: the setpoint, the countdown's time, or a number."""
 
     def __init__(self, countdown: CountdownKeys | None, numbers: tuple[Number, ...]) -> None:
-        """Begin at the setpoint."""
+        """Start at the page of the setpoint."""
         self._countdown = countdown
         self._numbers = {each.kind.key: each for each in numbers}
         self._pages = ("", *(TIME,) * (countdown is not None), *self._numbers)
         self.page = ""
-        """`time`, the key of a number, or nothing: the setpoint."""
+        """`time`, the key of a number, or "": the setpoint."""
         self.values = given(numbers)
 
     def take(self, key: str | None) -> bool:
-        """Process a key that was pressed; return whether the pages used it, and not the loop."""
+        """Process a key press; return whether the pages, not the loop, used it."""
         if key == "right":
             self.page = self._pages[(self._pages.index(self.page) + 1) % len(self._pages)]
             return True

@@ -1,4 +1,4 @@
-"""What a master wants of a loop (docs/control.md, "Switched loops")."""
+"""Orders to a switched loop (docs/control.md, "Switched loops")."""
 
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.interfaces.operator import Operator
@@ -9,10 +9,10 @@ from heatwright.spec.facts import facts_of
 
 
 class SwitchedOperator(Operator):
-    """The wishes for a loop that is switched on and off apart from its setpoint."""
+    """The orders to a loop that has a switch beside its setpoint."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
-        """Wish for what the specification says."""
+        """Start with the spec's initial values."""
         super().__init__(controller, name, reference)
         self._enabled = int(facts_of(controller, name).starts_enabled)
         self._was_on = self._off_is_due = False
@@ -22,7 +22,7 @@ class SwitchedOperator(Operator):
 
     @property
     def orders(self) -> Orders:
-        """What the next step takes over: an off first, whatever came after it."""
+        """The orders that the next step takes over; an off comes first, whatever followed it."""
         enabled = self._enabled and not self._off_is_due
         return super().orders._replace(enabled=int(enabled))
 
@@ -32,18 +32,18 @@ class SwitchedOperator(Operator):
         return not self._enabled
 
     def change(self, by_k: Single) -> None:
-        """Press UP or DOWN; from off UP switches on, and changes nothing else."""
+        """Press UP or DOWN; if the loop is off, UP only switches it on."""
         if not self.is_off:
             super().change(by_k)
         elif by_k > ZERO:
             self.switch(on=True)
 
     def key_off(self) -> None:
-        """Press what switches off; no master is free to switch on again by it."""
+        """Press the key that switches off; this does not allow a master to switch on again."""
         self._go_off()
 
     def set(self, setpoint_c: float) -> bool:
-        """Set the temperature to hold once the loop is on; return whether that is allowed."""
+        """Set the setpoint for when the loop is on; return whether that is allowed."""
         wanted_c = Single(setpoint_c)
         inside = self._minimum_c <= wanted_c <= self._maximum_c
         if not inside or (self._mode == TUNING and wanted_c != self.setpoint_c):
@@ -60,12 +60,12 @@ class SwitchedOperator(Operator):
         return True
 
     def disable(self) -> None:
-        """Switch off, and let the loop be switched on again."""
+        """Switch off, and allow switching on again."""
         self._go_off()
         self._released = True
 
     def switch(self, *, on: bool) -> None:
-        """Do what a person with a switch does: off before on, if that is what it takes."""
+        """Switch as a person does: first off and then on, if that is needed."""
         if not on:
             self.disable()
         elif not self.enable():
@@ -80,18 +80,18 @@ class SwitchedOperator(Operator):
         return True
 
     def set_manual(self, percent: float | None) -> bool:
-        """Hold a duty, the present one if none is given; return whether that is allowed."""
+        """Set the manual duty, by default the present duty; return whether that is allowed."""
         return not self.is_off and super().set_manual(percent)
 
     def steer_by_hand(self, *, on: bool) -> None:
-        """Hold the duty that was set before if that may be, or let the algorithm decide."""
+        """Use the manual duty that was set before, if allowed, or automatic control."""
         if on:
             self.set_manual(float(self._manual_percent))
         elif self._mode == MANUAL:
             self._mode = AUTOMATIC
 
     def switch_tuning(self, *, on: bool) -> None:
-        """Start a tuning for the setpoint if that may be, or give it up."""
+        """Start a tuning at the setpoint, if allowed, or stop it."""
         if on:
             self.tune(float(self.setpoint_c), None)
         else:
@@ -107,28 +107,28 @@ class SwitchedOperator(Operator):
         return True
 
     def acknowledge(self) -> None:
-        """Acknowledge a fault: the loop is off then, and as released as it was."""
+        """Acknowledge a fault: the loop is then off; whether it may be switched on is unchanged."""
         released = self._released
         super().acknowledge()
         self._released = released
         self._had_fault = False
 
     def after_step(self) -> None:
-        """Take over what a tuning has come to, and a new fault."""
+        """Take over the result of a tuning, and react to a new fault."""
         self._was_on = bool(self.orders.enabled)
         self._off_is_due = False
         super().after_step()
         self.see_fault()
 
     def see_fault(self) -> None:
-        """Ask for another release, whichever loop a new fault is of."""
+        """Require an OFF before the next ON after a new fault of any loop."""
         has_fault = bool(self._reference.fault_code)
         if has_fault and not self._had_fault:
             self._released = False
         self._had_fault = has_fault
 
     def restore_gains(self, gains: Gains) -> None:
-        """Go back to the gains of the specification."""
+        """Restore the gains of the spec."""
         self.gains = gains
 
     def _go_off(self) -> None:

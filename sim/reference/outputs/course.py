@@ -1,4 +1,4 @@
-"""What a heater's pin does between control steps: for the reference device."""
+"""The state of a heater's pin between control steps, for the reference device."""
 
 from typing import Protocol
 
@@ -9,7 +9,7 @@ from heatwright.spec.board.timers import TICK_S
 
 
 class Course(Protocol):
-    """Course of an output in time; all times in microseconds since the start."""
+    """The course of an output over time; all times in microseconds since the start."""
 
     def apply(self, counts: int) -> None:
         """Take over the counts of a control step, now."""
@@ -19,7 +19,7 @@ class Course(Protocol):
 
 
 class SteadyCourse:
-    """A share of the time: all or nothing, or a PWM too fast to be followed."""
+    """A constant share: on or off, or a PWM too fast to simulate its edges."""
 
     def __init__(self, whole: int) -> None:
         """Start off; `whole` counts are full power."""
@@ -39,7 +39,7 @@ class SteadyCourse:
 
 
 class WindowCourse:
-    """On for the first part of each window, or cycle; they begin with the first control step."""
+    """On for the first part of each window; windows begin with the first control step."""
 
     def __init__(self, window_us: float, step_us: float) -> None:
         """Start off, without a window."""
@@ -51,7 +51,7 @@ class WindowCourse:
         self._counts = 0
 
     def apply(self, counts: int) -> None:
-        """Set the on-time of the windows that begin from now on; zero switches off at once."""
+        """Set the on-time of windows that begin from now on; zero switches off at once."""
         self._counts = counts
         if self._start_us < 0 or self._now_us == self._start_us:
             self._open()
@@ -93,7 +93,7 @@ class SpreadCourse:
         self._on_steps = 0
 
     def apply(self, counts: int) -> None:
-        """Set the on-time of the windows that begin from now on; zero switches off at once."""
+        """Set the on-time of windows that begin from now on; zero switches off at once."""
         self._counts = counts
         if self._start_us < 0 or self._now_us == self._start_us:
             self._open()
@@ -119,7 +119,7 @@ class SpreadCourse:
         return float(on_us)
 
     def _on_until(self, time_us: int) -> int:
-        """Return the on-time from the start of the window, as its steps are asked for now.
+        """Return the on-time from the start of the window to a time, with the present counts.
 
         Of its first n steps 1 + (n - 1) · on // window are on: each brings its number · on past
         the next multiple of the window.

@@ -1,4 +1,4 @@
-"""An output of the reference device: its counts, and what its pin does in time."""
+"""An output of the reference device: its counts, and its pin over time."""
 
 from typing import Protocol
 
@@ -9,16 +9,16 @@ from heatwright.spec import Controller
 
 
 class Clock(Protocol):
-    """Tells the time."""
+    """The device's clock."""
 
     now_us: int
-    """Since power-up."""
+    """Time since power-up."""
 
 
 class Driven:
-    """An output with the time it was active since somebody last asked.
+    """An output, with its active time since the last query.
 
-    It goes on only when it is asked, or told something else: most of the time it is neither.
+    It is computed only at a query or a change, which is faster.
     """
 
     def __init__(self, controller: Controller, name: str, clock: Clock) -> None:
@@ -31,12 +31,12 @@ class Driven:
         self.set(FULL if controller.outputs[name].always_runs else ZERO)
 
     def set(self, percent: Single) -> None:
-        """Ask for a duty."""
+        """Set a duty."""
         self._output.apply(percent)
         self.take(self._output.counts)
 
     def take(self, counts: int) -> None:
-        """Take over counts that are known already."""
+        """Set counts that are already known."""
         self._active_us += self._course.advance(self._clock.now_us)
         self._course.apply(counts)
 

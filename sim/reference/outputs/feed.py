@@ -1,4 +1,4 @@
-"""A stepper that feeds, without its ramps: for the reference device."""
+"""A feeding stepper without acceleration ramps, for the reference device."""
 
 from collections import deque
 
@@ -8,10 +8,10 @@ from heatwright.spec import Stepper
 
 
 class Feed:
-    """Moves one after the other, each at its speed, while it may run."""
+    """Executes moves one after the other, each at its speed, while it is permitted."""
 
     def __init__(self, stepper: Stepper, clock: Clock) -> None:
-        """Stand still."""
+        """Start at rest."""
         self._clock = clock
         self._fastest = stepper.maximum_mm_per_s
         self._moves: deque[list[float]] = deque()
@@ -22,7 +22,7 @@ class Feed:
         self._may_run = False
 
     def command(self, command: str, to_mm: float | None, mm_per_min: float | None) -> None:
-        """Do G1, G92, M82, M83 or M410."""
+        """Execute G1, G92, M82, M83 or M410."""
         self._go()
         if command in ("M82", "M83"):
             self._absolute = command == "M82"
@@ -41,12 +41,12 @@ class Feed:
         self._moves = deque()
 
     def permit(self, *, may_run: bool) -> None:
-        """Let it move from now on, or stand still."""
+        """Permit movement from now on, or forbid it."""
         self._go()
         self._may_run = may_run
 
     def _go(self) -> None:
-        """Go on to the present time."""
+        """Advance to the present time."""
         to_us = self._clock.now_us
         left_s = (to_us - self._now_us) / SECOND_US if self._may_run else 0.0
         self._now_us = to_us

@@ -1,4 +1,4 @@
-"""An output that stays on, and off, for a while at least (docs/control.md, "Output")."""
+"""An output with a minimum on- and off-time (docs/control.md, "Output")."""
 
 import math
 
@@ -7,7 +7,7 @@ from heatwright.spec import DigitalOutput
 
 
 class Held:
-    """The switch, tick by tick."""
+    """An output with minimum times, tick by tick."""
 
     def __init__(self, minimum_on_ticks: int, minimum_off_ticks: int) -> None:
         """Start off, as after a reset."""
@@ -17,30 +17,30 @@ class Held:
         self.on = False
 
     def set(self, *, asked: bool) -> None:
-        """Ask for it to be on or off."""
+        """Ask for on or off."""
         self._asked = asked
 
     def stop(self) -> None:
-        """Be off at once, however short it was on."""
+        """Switch off at once, whatever the minimum on-time."""
         self._asked = False
         self._switch(on=False)
 
     def tick(self, *, permitted: bool = True) -> bool:
-        """Do a tick; return whether it is on from now on."""
+        """Process a tick; return whether the output is on from now on."""
         self._stays = max(0, self._stays - 1)
         wanted = self.on if self._stays else self._asked
         self._switch(on=wanted and permitted)
         return self.on
 
     def ticks(self, count: int) -> None:
-        """Do some ticks, of which only the last may change anything: see `changes_in`."""
+        """Process some ticks of which only the last may change the output: see `changes_in`."""
         if count:
             self._stays = max(0, self._stays - (count - 1))
             self.tick()
 
     @property
     def changes_in(self) -> float:
-        """The number of ticks until it changes, as it is asked now."""
+        """Number of ticks until the output changes, with the present order."""
         return math.inf if self._asked == self.on else max(1, self._stays)
 
     def _switch(self, *, on: bool) -> None:
@@ -50,7 +50,7 @@ class Held:
 
 
 class HeldCourse:
-    """The same in time, with a tick each 10 ms since the start."""
+    """An output with minimum times over time, with a tick every 10 ms since the start."""
 
     def __init__(self, held: Held) -> None:
         """Start off."""
@@ -58,7 +58,7 @@ class HeldCourse:
         self._now_us = 0
 
     def apply(self, counts: int) -> None:
-        """Ask for it to be on (1) or off (0), with the next tick that may."""
+        """Ask for on (1) or off (0), from the next tick that may change it."""
         self._held.set(asked=counts > 0)
 
     def advance(self, to_us: int) -> float:
@@ -79,6 +79,6 @@ def has_minimum(output: DigitalOutput) -> bool:
 
 
 def held_of(output: DigitalOutput) -> Held:
-    """Return the switch of an output."""
+    """Return the minimum-time model of an output."""
     on_us, off_us = (round(each * 1e6) for each in (output.minimum_on_s, output.minimum_off_s))
     return Held(on_us // TICK_US, off_us // TICK_US)

@@ -1,4 +1,4 @@
-"""From the duty of a loop to the counts that its heater is given (docs/control.md, "Output")."""
+"""Convert the duty of a loop to the counts of its heater (docs/control.md, "Output")."""
 
 import math
 from typing import NamedTuple, Protocol
@@ -13,11 +13,11 @@ HALF = Single(0.5)
 
 
 class HeaterOutput(Protocol):
-    """Counts of one kind of output."""
+    """The conversion of one kind of output."""
 
     members: tuple[Member, ...]
     counts: int
-    """The on-time, in counts; all of them are full power."""
+    """The on-time, in counts; the maximum is full power."""
 
     def apply(self, duty_percent: Single) -> None:
         """Take over the duty of a control step."""
@@ -27,7 +27,7 @@ class HeaterOutput(Protocol):
 
 
 class Digital:
-    """Fully on or off: the duty says it all."""
+    """Fully on or off, with no state."""
 
     members: tuple[Member, ...] = ()
 
@@ -45,7 +45,7 @@ class Digital:
 
 
 class PwmPeriod(NamedTuple):
-    """Counts of a PWM period, and the fewest of a pulse or a pause."""
+    """Counts of a PWM period, and the least counts of a pulse or a pause."""
 
     counts: int
     fewest: int
@@ -57,7 +57,7 @@ class Pwm:
     members: tuple[Member, ...] = (("on_counts", "u2"),)
 
     def __init__(self, period: PwmPeriod, share: float) -> None:
-        """Start off; `share` of the time gives the power that 100 % asks for."""
+        """Start off; `share` -- share of the time that gives rated power."""
         self._period = period
         self._per_percent = Single(period.counts * share / 100)
         self.counts = 0
@@ -118,22 +118,22 @@ def heater_of(controller: Controller, name: str) -> HeaterOutput:
 
 
 def rated_share(output: PwmOutput) -> float:
-    """Return the share of the time that is the rated power, where the supply gives more."""
+    """Return the share of the time that gives rated power if the supply gives more."""
     if output.supply_v is None or output.rated_v is None:
         return 1.0
     return (output.rated_v / output.supply_v) ** 2
 
 
 LATEST_S = 50e-6
-"""A pulse that interrupts make is no shorter than one of them may be late."""
+"""Longest delay of an interrupt: a pulse made by interrupts is at least this long."""
 
 
 def pwm_period(controller: Controller, name: str) -> PwmPeriod:
     """Return the counts of a PWM output's period.
 
-    Its timer is the one the specification's allocation gives it. Made by the timer itself they are
-    the finest it gives at the frequency: a 16-bit timer counts to any end that 16 bits can say, an
-    8-bit one to 256. Made by interrupts every period on the timer is less than half its round.
+    Its timer comes from the spec's allocation. If the timer itself makes the pulses, the counts are
+    the finest at the frequency: a 16-bit timer counts to any 16-bit number, an 8-bit timer to 256.
+    If interrupts make them, every period on the timer is less than half of its range.
     """
     made = allocate(controller).pwm
     channel = made[name]

@@ -21,7 +21,7 @@ class Part(NamedTuple):
     to_dc: int = 0
     """Target, 0.1 °C."""
     amount: int = 0
-    """Its time, s, or its rate, 0.1 K/h."""
+    """Time, s, or rate, 0.1 K/h."""
 
     @property
     def target_c(self) -> Single | None:
@@ -32,28 +32,28 @@ class Part(NamedTuple):
 Copy = tuple[Part, ...]
 """A program."""
 Cell = tuple[int, list[Part]]
-"""The same in a log."""
+"""A program in a log."""
 
 
 def copy_of(program: Program) -> Copy:
-    """Return a program of the specification as it is stored."""
+    """Return a program of the spec as the firmware stores it."""
     return tuple(_part(segment) for segment in program.segments)
 
 
 def column_of(points: int) -> list[tuple[Any, ...]]:
-    """Return the column `loaded` of a log, with room for so many segments; none for none."""
+    """Return the column `loaded` of a log for so many segments; no column for 0."""
     part = [("kind", "u1"), ("to_dc", "<i2"), ("amount", "<u4")]
     loaded = [("segments", "u1"), ("segment", part, (points,))]
     return [("loaded", loaded)] if points else []
 
 
 def cell_of(copy: Copy, points: int) -> Cell:
-    """Return what a row of that column holds."""
+    """Return the cell of that column for a program."""
     return len(copy), [*copy, *[Part(0)] * (points - len(copy))]
 
 
 def from_cell(loaded: np.void) -> Copy:
-    """Return the program that a row of that column holds."""
+    """Return the program in a cell of that column."""
     parts = loaded["segment"][: int(loaded["segments"])]
     return tuple(Part(int(part["kind"]), int(part["to_dc"]), int(part["amount"])) for part in parts)
 

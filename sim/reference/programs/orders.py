@@ -1,4 +1,4 @@
-"""What people want of a loop that programs move (docs/control.md, "Orders")."""
+"""Orders to a loop with programs (docs/control.md, "Orders")."""
 
 from collections.abc import Callable
 
@@ -36,18 +36,18 @@ ORDERS: dict[Order, int] = {
 
 
 class ProgrammedOperator(SwitchedOperator):
-    """The wishes for a loop and its programs."""
+    """The orders to a loop and its programs."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
-        """Know the programs of the specification.
+        """Take the programs of the spec.
 
         Raises:
-            ValueError: it has none for this loop.
+            ValueError: the spec has none for this loop.
 
         """
         super().__init__(controller, name, reference)
         if reference.program is None or controller.programs is None:
-            message = f"No programs move {name}"
+            message = f"Loop {name} has no programs"
             raise ValueError(message)
         self._run: ProgramRun = reference.program
         self._keeps = controller.programs.on_fault == "pause"
@@ -55,11 +55,11 @@ class ProgrammedOperator(SwitchedOperator):
         self.copies: dict[int, Copy] = {
             number: copy_of(program) for number, program in enumerate(stored, 1)
         }
-        """The programs by their places; one that is not there is empty."""
+        """The programs by their numbers; a missing one is empty."""
 
     @property
     def state(self) -> int:
-        """What the program does now."""
+        """The program's state."""
         return self._run.now.state
 
     def order(self, order: Order, number: int = 0) -> bool:
@@ -67,12 +67,12 @@ class ProgrammedOperator(SwitchedOperator):
         code = ORDERS[order]
         waits = self._program[0]
         if waits == STOP:
-            return code == STOP  # given again
+            return code == STOP  # repeated
         if waits == PAUSE and code not in (STOP, PAUSE):
             return False
         if not self._may_order(code, number):
             if code == START and self.state == IDLE and not self._reference.fault_code:
-                self._program = NO_ORDER  # the copy is read over that of a START that waits
+                self._program = NO_ORDER  # its copy replaces that of a waiting START
             return False
         if code == START:
             self._run.load(number, self.copies[number])
@@ -80,7 +80,7 @@ class ProgrammedOperator(SwitchedOperator):
         return True
 
     def set(self, setpoint_c: float) -> bool:
-        """Set the temperature to hold without a program."""
+        """Set the setpoint that holds without a program."""
         return not self._run.is_active and super().set(setpoint_c)
 
     def enable(self) -> bool:
@@ -88,13 +88,13 @@ class ProgrammedOperator(SwitchedOperator):
         return not self._run.is_active and super().enable()
 
     def disable(self) -> None:
-        """Switch off, and stop the program that is active or about to be."""
+        """Switch off, and stop the program that is active or about to start."""
         self.order("stop")
         if self.state == IDLE:
             super().disable()
 
     def set_manual(self, percent: float | None) -> bool:
-        """Hold a duty."""
+        """Set the manual duty."""
         return not self._run.is_active and super().set_manual(percent)
 
     def tune(self, target_c: float, cycles: int | None) -> bool:
@@ -102,13 +102,13 @@ class ProgrammedOperator(SwitchedOperator):
         return not self._run.is_active and super().tune(target_c, cycles)
 
     def acknowledge(self) -> None:
-        """Acknowledge a fault: whatever ran has ended, and nothing begins."""
+        """Acknowledge a fault: the program has ended, and none starts."""
         if self._reference.fault_code and not (self._keeps and self._program[0] == STOP):
             self._program = NO_ORDER
         super().acknowledge()
 
     def after_step(self) -> None:
-        """Take over what the program has left the loop with."""
+        """Take over the setpoint that the program left at its end."""
         if not self._reference.order_waits:
             self._program = NO_ORDER
         if self._run.handed_over is not None:

@@ -4,13 +4,13 @@ from heatwright.sim.reference.programs.copies import FAST, HOLD, OVER, RATE, UNT
 from heatwright.spec import Controller
 
 TIMED, AT_A_RATE, AT_ONCE, FOR_OPERATOR, HELD = range(5)
-"""Kinds as they are sent."""
+"""Kinds of segments, as they are sent."""
 SECONDS = MINUTES = 60
 LONGEST_S, FASTEST = 2_678_400, 65_535
 
 
 def _minutes(text: str) -> float:
-    """Read minutes, or hours and minutes: 90, 1h30, 1h. Raises ValueError."""
+    """Parse minutes, or hours and minutes: 90, 1h30, 1h. Raises ValueError."""
     hours, h, minutes = text.partition("h")
     if not h:
         return float(text)
@@ -22,10 +22,10 @@ def _minutes(text: str) -> float:
 
 
 class Editor:
-    """Puts segments into programs of a specification's shape."""
+    """Changes segments of programs, within the spec's limits."""
 
     def __init__(self, controller: Controller) -> None:
-        """Know the limits.
+        """Take the limits of the spec.
 
         Raises:
             ValueError: the specification has no programs.
@@ -42,7 +42,7 @@ class Editor:
         """Return a program with segments changed.
 
         Raises:
-            ValueError: not all of it is sound; then there is no such program.
+            ValueError: some of it is invalid; the program is then unchanged.
 
         """
         parts = list(copy)

@@ -38,15 +38,15 @@ LARGEST_SUM = 0xFFFF_FFFF
 
 
 class HandedOver(NamedTuple):
-    """What a program leaves the loop with when it ends."""
+    """The loop's state that a program leaves at its end."""
 
     enabled: int
     setpoint_c: Single | None
-    """None: as commanded."""
+    """None: the commanded setpoint."""
 
 
 class ProgramRun:
-    """One program at a time, with the copy that it works off."""
+    """The program that runs, with its copy."""
 
     members = MEMBERS
 
@@ -63,33 +63,33 @@ class ProgramRun:
         self._range_c = Single(loop.setpoint.minimum_c), Single(loop.setpoint.maximum_c)
         self.now = ProgramState()
         self.handed_over: HandedOver | None = None
-        """What the program left the loop with, if it ended in this step."""
+        """The state that the program left, if it ended in this step."""
 
     @property
     def is_active(self) -> bool:
-        """Whether a program decides what the loop does."""
+        """Whether a program controls the loop."""
         return self.now.state != IDLE
 
     @property
     def moves(self) -> bool:
-        """Whether the setpoint of this step is one that moved along, not a new one."""
+        """Whether the setpoint of this step moved along a ramp, and is not a new one."""
         return self.now.state == RUNNING and not self.now.leap
 
     @property
     def copy(self) -> Copy:
-        """The program that is worked off, or was last."""
+        """The program that runs, or ran last."""
         return self._way.copy
 
     def load(self, number: int, copy: Copy) -> None:
-        """Read the copy of the program that is started next, or goes on."""
+        """Load the copy of the program that starts next, or resumes."""
         self._number, self._way.copy = number, copy
 
     def restore(self, state: ProgramState) -> None:
-        """Go on with what a record says, after a loss of power."""
+        """Restore the state from a record, after a loss of power."""
         self.now = state
 
     def fail(self) -> None:
-        """End what is still active, or keep it where it is: there is a fault, or was one."""
+        """End or interrupt an active program because of a fault."""
         now = self.now
         if not self._keeps:
             if self.is_active:
@@ -107,16 +107,16 @@ class ProgramRun:
         reading_c: Single,
         fault: bool,
     ) -> tuple[int, bool]:
-        """Do the program's part of a step.
+        """Run the program's part of a step.
 
         Args:
-            order: what waits to be taken, and its argument.
-            temperature_c: what the control goes by, None without a valid reading.
-            reading_c: the last reading by itself.
+            order: the waiting order, and its argument.
+            temperature_c: the temperature for the control, None without a valid reading.
+            reading_c: the last single reading.
             fault: whether a fault is latched.
 
         Returns:
-            The code of a fault, 0 for none; and whether the order goes on waiting.
+            The code of a fault, 0 for none; and whether the order still waits.
 
         """
         now = self.now
@@ -141,7 +141,7 @@ class ProgramRun:
         return self._go_on(temperature_c), waits
 
     def steered(self, orders: Orders, setpoint_c: Single) -> tuple[Orders, Single]:
-        """Return orders and setpoint of a step, as the program has them."""
+        """Return the orders and the setpoint of a step, as the program sets them."""
         state = self.now.state
         if state in (RUNNING, RETURNING):
             return orders._replace(enabled=1, mode=AUTOMATIC), self.now.setpoint_c
@@ -154,7 +154,7 @@ class ProgramRun:
         return orders, setpoint_c if held_c is None else held_c
 
     def count(self, duty_percent: Single, temperature_c: Single, *, fault: bool) -> None:
-        """Count the energy of a step; note the temperature of one that found no fault."""
+        """Count the energy of a step, and store its temperature if there is no fault."""
         if self.now.state in (RUNNING, RETURNING):
             self.now.energy = (self.now.energy + _permille(duty_percent)) & LARGEST_SUM
             if self._keeps and not fault:
@@ -192,7 +192,7 @@ class ProgramRun:
     # -- orders --------------------------------------------------------------------------------
 
     def _obeyed(self, temperature_c: Single | None) -> bool:
-        """Execute the order, if it fits; return whether the setpoint rests for this step."""
+        """Execute the order, if the state allows it; return whether the setpoint now rests."""
         now = self.now
         if now.order == STOP and self.is_active:
             self._end(STOPPED)
@@ -238,7 +238,7 @@ class ProgramRun:
         if now.state == RUNNING:
             now.state = RETURNING
 
-    # -- the way -------------------------------------------------------------------------------
+    # -- the setpoint --------------------------------------------------------------------------
 
     def _go_on(self, temperature_c: Single | None) -> int:
         now = self.now
@@ -286,7 +286,7 @@ class ProgramRun:
 
 
 def without_energy_of(duty_percent: Single, energy: int) -> int:
-    """Return the sum before a step that was counted."""
+    """Return the energy sum before a step that was counted."""
     return (energy - _permille(duty_percent)) & LARGEST_SUM
 
 

@@ -1,4 +1,4 @@
-"""The way of a program's setpoint: segments, hold-back, lag (docs/control.md, "Programs")."""
+"""The course of a program's setpoint: segments, hold-back, lag (docs/control.md, "Programs")."""
 
 from heatwright.sim.reference.numbers import LARGEST_COUNT, ZERO, Single, clamp, steps
 from heatwright.sim.reference.programs.copies import FAST, HOLD, OVER, RATE, UNTIL, Copy, Part
@@ -14,7 +14,7 @@ from heatwright.spec import Loop, Programs
 HALF = Single(0.5)
 FEWEST_STEPS, MOST_STEPS = Single(1), Single(16_777_215)
 TENTHS_IN_AN_HOUR = 36_000
-"""Seconds of an hour, times the tenths of a kelvin in which rates are kept."""
+"""Seconds in an hour, times ten, because rates are stored in 0.1 K/h."""
 
 
 class Way:
@@ -48,12 +48,12 @@ class Way:
         return True
 
     def start_c(self, now: ProgramState, number: int) -> Single:
-        """Return where the setpoint would be when a segment begins."""
+        """Return the setpoint at the beginning of a segment."""
         targets = [part.target_c for part in self.copy[: number - 1] if part.target_c is not None]
         return targets[-1] if targets else now.first_c
 
     def length(self, part: Part, from_c: Single, to_c: Single) -> int:
-        """Return the steps that a segment takes, 0 if that depends on others."""
+        """Return the steps that a segment takes; 0 if that depends on machine or operator."""
         if part.kind in (OVER, HOLD):
             return max(1, int(Single(part.amount) * self._steps_per_s + HALF))
         if part.kind == RATE:
@@ -62,7 +62,7 @@ class Way:
         return 0
 
     def is_near(self, temperature_c: Single, setpoint_c: Single) -> bool:
-        """Return whether a temperature counts as reached."""
+        """Return whether a temperature is near enough to a setpoint."""
         return bool(abs(temperature_c - setpoint_c) <= self._reached_k)
 
     def go(self, now: ProgramState, temperature_c: Single) -> bool:
@@ -107,7 +107,7 @@ class Way:
 
 
 def _setpoint_at(now: ProgramState) -> Single:
-    """Return where the setpoint is, after the steps that are done."""
+    """Return the setpoint after the steps so far."""
     if now.elapsed == now.length:
         return now.to_c
     return now.from_c + (now.to_c - now.from_c) * (Single(now.elapsed) / Single(now.length))

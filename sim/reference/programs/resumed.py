@@ -1,4 +1,4 @@
-"""The program that a first step after a reset found, from the log of that step."""
+"""Derive the program's state before the first step after a reset from that step's log."""
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from heatwright.sim.reference.programs.state import (
 def resumed(row: np.void) -> ProgramState:
     """Return the program as it was before the step.
 
-    What a record brings back stays in the step, but for the state, the energy, and why it ended.
-    The state before follows from that after: there is one way to each from what a reset leaves.
+    The step keeps what a record restores, except the state, the energy, and the reason of the end.
+    The state before follows from the state after, as each has one possible origin after a reset.
     """
     found: dict[str, Value] = {name: _value(row, name, width) for name, width in MEMBERS}
     after, order = found["state"], found["order"]

@@ -1,4 +1,4 @@
-"""What is known of the program that runs (docs/control.md, "Programs")."""
+"""The state of the program that runs (docs/control.md, "Programs")."""
 
 from dataclasses import dataclass
 from operator import attrgetter
@@ -9,9 +9,9 @@ from heatwright.sim.reference.numbers import ZERO, Single
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 """States."""
 NOTHING, HELD_BACK, FOR_TARGET, FOR_OPERATOR = range(4)
-"""What the clocks wait for."""
+"""Reasons why the program's clocks wait."""
 FINISHED, STOPPED, FAILED, TOO_FAR, POWER_UNREADABLE = range(1, 6)
-"""Ends."""
+"""Reasons of the end."""
 STOP, PAUSE, START, RESUME, SKIP, JUMP = range(1, 7)
 """Orders."""
 NO_ORDER = (0, 0)
@@ -19,7 +19,7 @@ NO_ORDER = (0, 0)
 
 @dataclass
 class ProgramState:
-    """Every member, by its name."""
+    """Every member of the state, by its name."""
 
     state: int = IDLE
     waiting: int = NOTHING

@@ -18,10 +18,10 @@ ON_TOO_LONG = 30
 
 
 class Guard:
-    """Watches a loop and names the first rule that is broken."""
+    """Checks the rules of a loop, and names the first one that is broken."""
 
     def __init__(self, loop: Loop, raw_width: str = RAW_WIDTH) -> None:
-        """Derive the limits of a loop whose sensor's raw numbers have this width."""
+        """Derive the limits; raw_width -- width of the sensor's raw numbers."""
         protection = loop.protection
         self._stale_steps = min(MOST_MISSING, steps(protection.stale_after_s, loop))
         self._maximum_c = Single(protection.maximum_c)
@@ -44,7 +44,7 @@ class Guard:
         )
 
     def reset(self) -> None:
-        """Start anew: the operator acknowledged the fault."""
+        """Start anew, after an acknowledgement."""
         for rule in self._rules:
             rule.reset()
         if self._agreement:
@@ -53,7 +53,7 @@ class Guard:
         self._on_steps = 0
 
     def take(self, maximum_c: Single | None) -> None:
-        """Take over the operator's critical temperature, where there is one."""
+        """Take over the operator's critical temperature, if there is one."""
         if not self._is_adjustable:
             return
         if maximum_c is None:
@@ -62,14 +62,14 @@ class Guard:
         self._maximum_c = maximum_c
 
     def count(self, *, on: bool) -> int:
-        """Return 30 once the loop has been on for too long; on -- and not at fault."""
+        """Return 30 once the loop has been on for too long; on -- and without a fault."""
         if self._most_on_steps is None:
             return 0
         self._on_steps = self._on_steps + 1 if on else 0
         return ON_TOO_LONG if self._on_steps >= self._most_on_steps else 0
 
     def feel(self, duty_percent: Single) -> None:
-        """Take over what the step before asked for: of every step that is judged."""
+        """Take over the duty of the step before, at every step that is checked."""
         for rule in self._rules:
             rule.feel(duty_percent)
 

@@ -10,15 +10,15 @@ from heatwright.spec import Controller
 
 
 class Latch:
-    """What the models of all loops know of the fault, held equal."""
+    """Keeps the fault equal in the models of all loops."""
 
     def __init__(self, controller: Controller, loops: Mapping[str, ModelledLoop]) -> None:
-        """Begin without a fault."""
+        """Start without a fault."""
         self._loops = tuple(loops.values())
         self._is_latched = False
         self.lockout = Lockout(controller)
         self.now_us = 0
-        """Since power-up."""
+        """Time since power-up."""
 
     @property
     def code(self) -> int:
@@ -26,7 +26,7 @@ class Latch:
         return self._loops[0].reference.fault_code
 
     def take(self, loop: ModelledLoop) -> None:
-        """Let all loops know of a fault that one has found in its step."""
+        """Pass a fault that one loop has found in its step to all loops."""
         found = loop.reference
         if found.fault_code and not self._is_latched:
             self._is_latched = True
@@ -37,19 +37,19 @@ class Latch:
                 other.take_fault(found.fault_code, found.fault_temperature_c, loop.step_s)
 
     def stop(self) -> None:
-        """Stop at the operator's command, unless a fault is latched already."""
+        """Latch the operator's stop, unless a fault is already latched."""
         self._is_latched = True
         for loop in self._loops:
             loop.take_fault(EMERGENCY_STOP, ZERO)
 
     def release(self) -> None:
-        """Let a person at the machine end a lock-out."""
+        """End a lock-out, as a person at the machine."""
         if self.lockout.is_locked:
             self.lockout.trips = 0
             self.acknowledge()
 
     def acknowledge(self) -> None:
-        """Let somebody acknowledge the fault, if there is one that is not locked out."""
+        """Acknowledge the fault, if there is one that is not locked out."""
         if self.lockout.is_locked:
             return
         self._is_latched = False

@@ -1,4 +1,4 @@
-"""The current of a heater: what it is, what it may be, what is wrong with it.
+"""Measure, limit and check the current of a heater.
 
 docs/control.md, "Current", and the rules 20 to 22 of "Protections".
 """
@@ -18,7 +18,7 @@ FEWEST_STEPS = 5
 IDLE_SHARE = 0.05
 IDLE_ADC_STEPS = 3
 START_PERCENT = Single(25)
-"""Where a heater begins, and by how much its limit grows in a step."""
+"""The first limit of a heater's duty, and its increase per step."""
 LEAST_PERCENT = Single(0.1)
 HALF, TWO = Single(0.5), Single(2)
 
@@ -26,15 +26,15 @@ HALF, TWO = Single(0.5), Single(2)
 class Limiter:
     """Watches and limits a heater's current.
 
-    amperes_of -- converts a sum of codes; idle_a -- below it a current counts as none;
-    amperes_per_percent -- what a duty makes due.
+    amperes_of -- converts a sum of codes; idle_a -- a lower current counts as none;
+    amperes_per_percent -- the expected current per % of duty.
     """
 
     def __init__(self, controller: Controller, loop: Loop) -> None:
         """Derive the constants of a loop whose heater's current is measured.
 
         Raises:
-            ValueError: it is not.
+            ValueError: it is not measured.
 
         """
         output = controller.switches[loop.heater]
@@ -64,11 +64,11 @@ class Limiter:
 
     @property
     def top_percent(self) -> Single:
-        """The most that the heater may be given, %."""
+        """The greatest duty that the heater may have, %."""
         return FULL if self._limit is None else self._limit_percent
 
     def measure(self, raw: int, applied_percent: Single) -> None:
-        """Take in a reading, and what the heater was asked for meanwhile."""
+        """Process a reading, and the heater's duty during it."""
         self._raw = raw
         self._applied = applied_percent
         self._amperes = self.amperes_of(raw)
@@ -89,7 +89,7 @@ class Limiter:
         return NO_CURRENT if self._none_steps >= self._lasting else 0
 
     def forget(self) -> None:
-        """Watch nothing: there is a fault already."""
+        """Reset the counters, because a fault is latched."""
         self._leak_steps = self._none_steps = 0
 
     def values(self) -> tuple[Value, ...]:
@@ -115,7 +115,7 @@ class Limiter:
 
 
 def rms_to_mean(output: Switch) -> float:
-    """Return the mean current at full duty for an ampere of its root mean square."""
+    """Return the mean current at full duty per ampere of its root mean square."""
     return output.rated_v / output.supply_v if output.supply_v and output.rated_v else 1.0
 
 

@@ -1,4 +1,4 @@
-"""What repeated trips lead to (docs/control.md, "Lock-out")."""
+"""The lock-out after repeated trips (docs/control.md, "Lock-out")."""
 
 from heatwright.sim.reference.numbers import SECOND_US, TICK_US
 from heatwright.spec import Controller
@@ -9,20 +9,20 @@ UNCOUNTED = tuple(code for code, rule in RULES.items() if rule.id in NO_LOCKOUT)
 
 
 class Lockout:
-    """Counts trips, and tells whether a fault waits for a person at the machine.
+    """Counts trips, and decides whether only a person at the machine can acknowledge.
 
-    It has never lost its power: without keys nothing ends a lock-out.
+    A loss of power is not modelled: without keys nothing ends a lock-out.
     """
 
     def __init__(self, controller: Controller) -> None:
-        """Begin without a trip."""
+        """Start without a trip."""
         self._spec = lockout_of(controller)
         self._tripped_s = 0
         self.trips = 0
 
     @property
     def hold_us(self) -> tuple[int, int]:
-        """For how long a person holds SELECT: from .. to, microseconds."""
+        """How long a person must hold SELECT: from .. to, microseconds."""
         if self._spec is None:
             return 1, 0  # never
         hold_us = round(self._spec.hold_s * SECOND_US)
@@ -30,18 +30,18 @@ class Lockout:
 
     @property
     def is_locked(self) -> bool:
-        """Whether nobody acknowledges from afar."""
+        """Whether hosts, masters, touches and a short press can no longer acknowledge."""
         return self._spec is not None and self.trips == self._spec.trips
 
     def counts(self, code: int) -> bool:
-        """Return whether a trip of a rule counts; 0 is none."""
+        """Return whether a trip of a rule counts; code 0 is no trip."""
         counts = self._spec is not None and code > 0
         for other in UNCOUNTED:
             counts = counts and code != other
         return counts
 
     def age(self, now_us: int) -> None:
-        """Forget what is long past, behind the steps of the tick."""
+        """Forget trips that are long past, after the steps of the tick."""
         since_s = now_us // SECOND_US - self._tripped_s
         if self._spec is not None and not self.is_locked and since_s >= int(self._spec.within_s):
             self.trips = 0
@@ -49,7 +49,7 @@ class Lockout:
     def take(self, trips: int, at_us: int) -> None:
         """Take over a reported count of earlier trips, and the time of the last one.
 
-        The same count means a new trip, if the old one would be forgotten by then.
+        The same count means a new trip, if the old one would have been forgotten by then.
         """
         at_s = at_us // SECOND_US
         within_s = self._spec.within_s if self._spec else 0.0

@@ -1,4 +1,4 @@
-"""A monitor: a sensor of no loop, judged in a loop's step (docs/control.md, "Monitors")."""
+"""A monitor: a sensor that controls no loop, checked in a loop's step (docs/control.md)."""
 
 from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import Single, steps
@@ -9,13 +9,13 @@ MONITOR_LIMIT = 27
 
 
 class MonitorModel:
-    """What is known of a monitor, and what is wrong with it.
+    """The state of a monitor, and its check.
 
-    members -- its numbers, without the name of the monitor.
+    members -- its members, without the name of the monitor.
     """
 
     def __init__(self, controller: Controller, name: str, loop: Loop) -> None:
-        """Derive the constants; loop -- that in whose steps it is judged."""
+        """Derive the constants; loop -- the one in whose steps it is checked."""
         spec = controller.monitors[name]
         self._readings = Readings(controller, spec.sensor)
         self._warning_c = Single(spec.warning_c)

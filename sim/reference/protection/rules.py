@@ -1,4 +1,4 @@
-"""Protections that watch the course of the temperature over many steps."""
+"""Rules that check the temperature over many steps."""
 
 from typing import NamedTuple, Protocol
 
@@ -23,42 +23,42 @@ EFFORT_HIGH = 33
 EFFORT_LOW = 34
 
 NOWHERE_C = Single(-1000)
-"""From where every reading has moved."""
+"""A start value that differs from every reading."""
 FLOOR = Single(1e-12)
-"""Added to a filtered power, %: it stays so large that avr-libc's products agree with IEEE 754."""
+"""Added to a filtered power, %, so that avr-libc's products stay equal to IEEE 754's."""
 
 ABOVE_ARMED = 1
 BELOW_ARMED = 2
 
 
 class Look(NamedTuple):
-    """What the protections see at a step with a reading."""
+    """The inputs of the rules at a step with a reading."""
 
     temperature_c: Single
     last_c: Single
-    """The reading before, this one if there was none."""
+    """The reading before; the present one if there was none."""
     gap: int
     """Periods since the reading before."""
     raw: int
     setpoint_c: Single
     duty_percent: Single
-    """What the step before asked for."""
+    """The duty of the step before."""
     asked_percent: Single
-    """What the last step with a reading asked for."""
+    """The duty of the last step with a reading."""
     full_percent: Single
-    """What the loop asks for at most."""
+    """The greatest duty of the loop."""
     bandless: bool = False
-    """No band about the setpoint is to be held: off, by hand, or heating up for a tuning."""
+    """Whether there is no band around the setpoint: off, manual, or heating up for a tuning."""
     by_hand: bool = False
-    """The operator asks for a duty, not for a temperature."""
+    """Whether the operator sets the duty."""
     also_c: Single = ZERO
-    """What the second sensor says, where there is one."""
+    """The reading of the second sensor, if there is one."""
     moved: bool = False
-    """A program moved the setpoint: the band goes along."""
+    """Whether a program moved the setpoint, and the band with it."""
 
 
 class GuardRule(Protocol):
-    """One protection with its own state."""
+    """One rule with its own state."""
 
     members: tuple[Member, ...]
 
@@ -69,7 +69,7 @@ class GuardRule(Protocol):
         """Store the first reading since the reset, to compare with."""
 
     def feel(self, duty_percent: Single) -> None:
-        """Take over what the step before asked for, whether there is a reading or not."""
+        """Take over the duty of the step before, with or without a reading."""
 
     def check(self, look: Look) -> int:
         """Return the code of the fault, 0 for none."""
@@ -79,7 +79,7 @@ class GuardRule(Protocol):
 
 
 def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
-    """Return the loop's rules in the order in which they are asked."""
+    """Return the loop's rules in the order in which they are checked."""
     protection = loop.protection
     rules: list[GuardRule] = []
     if protection.runaway is not None:
@@ -96,15 +96,15 @@ def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
 
 
 def counted(count: int) -> int:
-    """Count one more, up to the end of a 16-bit counter."""
+    """Return the count plus one, at most the maximum of a 16-bit counter."""
     return min(count + 1, LARGEST_COUNT)
 
 
 class _Unfeeling:
-    """A rule that steps without a reading do not concern."""
+    """A rule that ignores steps without a reading."""
 
     def feel(self, duty_percent: Single) -> None:
-        """Nothing is counted."""
+        """Do nothing."""
 
 
 class AgreementRule(_Unfeeling):
@@ -235,9 +235,9 @@ class HeatingRule(_Unfeeling):
 
 
 class FrozenRule(_Unfeeling):
-    """9: the reading stands still although there is more heat than holding needs.
+    """9: the reading does not change although the duty is more than holding needs.
 
-    Below the setpoint or by hand.
+    Only below the setpoint, or at a manual duty.
     """
 
     def __init__(self, frozen: Frozen, loop: Loop, raw_width: str) -> None:
@@ -314,7 +314,7 @@ class RisingRule(_Unfeeling):
 
 
 class EffortRule:
-    """33 and 34: for a reading that stands, more or less power than a healthy machine takes."""
+    """33 and 34: at a steady reading, the power is higher or lower than on a healthy machine."""
 
     members: tuple[Member, ...] = (
         ("effort_percent", "f4"),
@@ -334,19 +334,19 @@ class EffortRule:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew: the next reading counts as one that has moved."""
+        """Start anew: the next reading counts as one that has moved."""
         self._from_c = NOWHERE_C
 
     def start(self, look: Look) -> None:
-        """Nothing is compared with the first reading."""
+        """Do nothing: the rule does not use the first reading."""
 
     def feel(self, duty_percent: Single) -> None:
-        """Filter the power as the plant feels it."""
+        """Filter the power."""
         added = self._share * (duty_percent - self._percent) + FLOOR
         self._percent = self._percent + added
 
     def check(self, look: Look) -> int:
-        """Return 33 or 34 after too many steps with a power that does not fit."""
+        """Return 33 or 34 after too many steps with a power outside the band."""
         temperature_c = look.temperature_c
         _, high, high_per_k, low, low_per_k = self._lines[0]
         for line in self._lines[1:]:

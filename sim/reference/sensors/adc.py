@@ -1,4 +1,4 @@
-"""Analog sensors: the law of their tables, and what an ideal one reads (docs/control.md)."""
+"""Analog sensors: conversion by table, and an ideal sensor (docs/control.md)."""
 
 import math
 from bisect import bisect_right
@@ -18,7 +18,7 @@ VALID, SHORT, OPEN, OUT_OF_RANGE = 0, 2, 17, 18
 
 
 def converter(sensor: AnalogSensor, board: Board) -> Callable[[int], Single]:
-    """Return what makes °C of a reading: a table, straight in between (docs, "Conversion")."""
+    """Return the conversion of a reading to °C: a table, interpolated linearly ("Conversion")."""
     table = conversion(sensor, board.mcu)
     raws = [point.raw for point in table.points]
     celsius = [Single(point.celsius) for point in table.points]
@@ -32,10 +32,10 @@ def converter(sensor: AnalogSensor, board: Board) -> Callable[[int], Single]:
 
 
 class IdealSensor:
-    """A sensor whose codes are all of one moment, in the middle of the time they are taken in."""
+    """A sensor whose codes are all sampled at the same time, in the middle of their real times."""
 
     def __init__(self, sensor: AnalogSensor, board: Board) -> None:
-        """Prepare the codes of the range's ends, and of the circuit's."""
+        """Compute the codes at the ends of the sensor's range, and of the circuit's faults."""
         self._sensor, self._board = sensor, board
         self._known = (math.inf, -math.inf, 0)
         self.sampled_before_step_s = (sensor.oversample + 1) * TICK_S / 2
@@ -48,7 +48,7 @@ class IdealSensor:
 
     @property
     def oversample(self) -> int:
-        """How many codes, one a tick, are summed up to a reading."""
+        """Number of codes, one per tick, that are summed for a reading."""
         return self._sensor.oversample
 
     def read(self, temperature_c: float) -> tuple[int, int]:
@@ -57,7 +57,7 @@ class IdealSensor:
         return self._status(code), self._sensor.oversample * code
 
     def read_all(self, temperatures_c: Sequence[float]) -> tuple[int, int]:
-        """Return the same with a temperature for each code."""
+        """Return the status and the sum of codes, with a temperature for each code."""
         codes = [self._code(temperature_c) for temperature_c in temperatures_c]
         status = VALID
         for code in codes:
@@ -72,7 +72,7 @@ class IdealSensor:
         return VALID
 
     def _code(self, temperature_c: float) -> int:
-        """Return the code of a temperature; between two of the same code there is no other."""
+        """Return the code of a temperature; temperatures between two with one code have it, too."""
         low_c, high_c, known = self._known
         if low_c <= temperature_c <= high_c:
             return known
@@ -83,7 +83,7 @@ class IdealSensor:
         return code
 
     def _limit(self, wiring: Wiring) -> int:
-        """Return the code of a circuit with that fault, at any temperature."""
+        """Return the code of the circuit with that fault, which is the same at any temperature."""
         broken_v = float(pin_v(self._sensor, 0.0, wiring))
         return _limited(broken_v / reference_v(self._sensor, self._board))
 

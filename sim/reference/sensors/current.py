@@ -1,4 +1,4 @@
-"""Sensor of kind `current`: from the volts of its pin to amperes (docs/control.md, "Current")."""
+"""Sensor of kind `current`: converts pin voltage to A (docs/control.md, "Current")."""
 
 import math
 
@@ -11,7 +11,7 @@ VALID = 0
 
 
 class Converter:
-    """Amperes of a sum of codes."""
+    """Converts a sum of codes to A."""
 
     def __init__(self, sensor: CurrentSensor, board: Board) -> None:
         """Derive the constants."""
@@ -28,7 +28,7 @@ class Converter:
 
 
 class IdealSensor:
-    """A sensor whose codes are all of one moment."""
+    """A sensor whose codes are all sampled at the same time."""
 
     def __init__(self, sensor: CurrentSensor, board: Board) -> None:
         """Prepare the scale."""

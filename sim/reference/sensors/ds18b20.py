@@ -16,7 +16,7 @@ LOWEST_C, HIGHEST_C = -55.0, 125.0
 
 
 def converter(_sensor: Ds18b20, _board: Board) -> Callable[[int], Single]:
-    """Return what makes °C of a raw code."""
+    """Return the conversion of a raw code to °C."""
     return lambda raw: Single(raw) * SCALE
 
 

@@ -12,7 +12,7 @@ LEAST_C, MOST_C = -270.0, 1800.0
 
 
 def converter(_sensor: Max31855, _board: Board) -> Callable[[int], Single]:
-    """Return what makes °C of a raw code."""
+    """Return the conversion of a raw code to °C."""
     return lambda raw: Single(raw) * SCALE
 
 
@@ -20,7 +20,7 @@ class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
     def __init__(self, sensor: Max31855, _board: Board) -> None:
-        """Prepare: the conversion that is read began at least its own length before the step."""
+        """Set when to sample: the conversion that is read began at least its own length earlier."""
         self.sampled_before_step_s = sensor.conversion_s
 
     def read(self, temperature_c: float) -> tuple[int, int]:

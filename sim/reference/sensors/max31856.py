@@ -13,11 +13,11 @@ VALID, OUT_OF_RANGE = 0, 18
 """Codes of a reading's status."""
 STEPS_PER_K = 128
 READ_EARLY_S = 0.050
-"""So long before a step what has been measured is read."""
+"""How long before a step the result is read."""
 
 
 def converter(_sensor: Max31856, _board: Board) -> Callable[[int], Single]:
-    """Return what makes °C of a raw code."""
+    """Return the conversion of a raw code to °C."""
     return lambda raw: Single(raw) * SCALE
 
 
@@ -25,7 +25,7 @@ class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
     def __init__(self, sensor: Max31856, _board: Board) -> None:
-        """Prepare: the conversion that is read began at least its own length before that."""
+        """Set when to sample: the conversion that is read began at least its own length earlier."""
         self.sampled_before_step_s = sensor.conversion_s + READ_EARLY_S
         self._range_c = sensor.range_c
 

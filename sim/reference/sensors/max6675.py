@@ -13,7 +13,7 @@ VALID, NO_ANSWER = 0, 1
 
 
 def converter(_sensor: Max6675, _board: Board) -> Callable[[int], Single]:
-    """Return what makes °C of a raw code."""
+    """Return the conversion of a raw code to °C."""
     return lambda raw: Single(raw) * SCALE
 
 
@@ -21,10 +21,10 @@ class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
     def __init__(self, sensor: Max6675, _board: Board) -> None:
-        """Prepare: the conversion that is read began at least its own length before the step."""
+        """Set when to sample: the conversion that is read began at least its own length earlier."""
         self.sampled_before_step_s = sensor.conversion_s
 
     def read(self, temperature_c: float) -> tuple[int, int]:
-        """Return the reading's status and the nearest code; 0 °C and less is no answer."""
+        """Return the reading's status and the nearest code; 0 °C or less counts as no answer."""
         code = min(max(math.floor(4 * temperature_c + 0.5), 0), MOST_CODE)
         return (VALID if code else NO_ANSWER), code

@@ -11,28 +11,28 @@ from heatwright.spec.registry import module_of
 RAW_WIDTH = "i2"
 """Type of the sensor's raw number, unless its kind has another."""
 MOST_MISSING = 255
-"""The count of missing readings stays here: `stale_after` cannot be longer."""
+"""Maximum of the count of missing readings: `stale_after` cannot be longer."""
 
 
 class Seen(NamedTuple):
-    """A temperature, and the one of the reading before (the same if there was none)."""
+    """A temperature, and that of the reading before (the same if there was none)."""
 
     temperature_c: Single
     last_c: Single
 
 
 class Average:
-    """The mean of the last readings, each in the slot that is its turn."""
+    """The mean of the last readings, in a ring buffer."""
 
     def __init__(self, number: int) -> None:
-        """Begin with an empty window."""
+        """Start with an empty window."""
         self._window = [ZERO] * number
         self._is_empty = True
         self._turn = 0
         self._share = Single(1 / number)
 
     def take(self, reading_c: Single, *, anew: bool) -> Single:
-        """Take in a reading, alone if the mean begins anew, and return the mean."""
+        """Add a reading, after clearing if `anew`, and return the mean."""
         if anew or self._is_empty:
             self._window = [reading_c] * len(self._window)
             self._is_empty = False
@@ -45,7 +45,7 @@ class Average:
 
 
 class Readings:
-    """What is known of a sensor's temperature."""
+    """A sensor's temperature over the steps."""
 
     def __init__(self, controller: Controller, name: str) -> None:
         """Start without a reading; name -- the sensor's name."""
@@ -53,7 +53,7 @@ class Readings:
         kind = import_module(module_of("sensor", "reference", sensor.kind))
         self._convert = kind.converter(sensor, controller.board)
         self.averages = sensor.moving_average > 1
-        """Whether the mean is another temperature than that of the reading alone."""
+        """Whether the control uses a mean of several readings."""
         self._average = Average(sensor.moving_average) if self.averages else None
         self.raw_width: str = getattr(kind, "RAW", RAW_WIDTH)
         self.members: tuple[Member, ...] = (
@@ -71,12 +71,12 @@ class Readings:
         self.gap = 1
         """Periods since the valid reading before."""
         self.single = Seen(ZERO, ZERO)
-        """The reading alone: what the protections judge."""
+        """The single reading, which the rules check."""
         self.mean = Seen(ZERO, ZERO)
         """The temperature that the control uses."""
 
     def take(self, status: int, raw: int, *, anew: bool = False) -> None:
-        """Take in what the sensor said; `anew`: what it said before counts no more."""
+        """Process a reading; `anew`: earlier readings no longer count."""
         self.gap = self.missing + 1 if self._has_reading else 1
         self._status, self._raw = status, raw
         if status:

@@ -1,4 +1,4 @@
-"""When an ideal sensor is read before a control step, and what comes of it."""
+"""When an ideal sensor is sampled before a control step, and its reading."""
 
 from importlib import import_module
 from random import Random
@@ -13,12 +13,12 @@ from heatwright.spec.registry import module_of
 class Sampler:
     """The reading of a sensor for the next step of a loop.
 
-    Its codes are all of one moment; but if the machine makes them noisy each is of its own tick,
-    for their sum is less noisy than one of them.
+    All codes are sampled at the same time. If the machine makes noise, each is sampled in its own
+    tick, because the noise of their sum is averaged.
     """
 
     def __init__(self, controller: Controller, name: str, noise_k: float = 0.0) -> None:
-        """Find out when the sensor `name` has to be sampled.
+        """Derive when the sensor `name` has to be sampled.
 
         noise_k -- standard deviation of the noise that each sample adds, K.
         """
@@ -35,7 +35,7 @@ class Sampler:
         self._random = Random(0)  # noqa: S311 - no secret
 
     def due_us(self, step_us: int) -> int:
-        """Return when to look next; the time of the step itself if all is seen."""
+        """Return when to sample next, µs; the time of the step if all samples are taken."""
         looks = len(self._felt_c)
         return step_us - self._early_us[looks] if looks < len(self._early_us) else step_us
 
@@ -45,7 +45,7 @@ class Sampler:
         return len(self._felt_c) == len(self._early_us)
 
     def look(self, temperature_c: float) -> None:
-        """Take in what the sensor feels now, °C."""
+        """Sample the present temperature, °C."""
         if self._noise_k:
             temperature_c += self._random.gauss(0.0, self._noise_k)
         self._felt_c.append(temperature_c)

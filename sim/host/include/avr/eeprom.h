@@ -1,4 +1,4 @@
-/* Stand-in for avr-libc: an EEPROM that watches its bounds and can lose its power (world.c). */
+/* Stand-in for avr-libc: an EEPROM that checks its bounds and can lose its power (world.c). */
 #ifndef HOST_EEPROM_H
 #define HOST_EEPROM_H
 

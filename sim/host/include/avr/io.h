@@ -17,7 +17,7 @@ struct host_timer {
 
 extern volatile uint8_t host_port[HOST_PORTS];
 extern volatile uint8_t host_ddr[HOST_PORTS];
-/* The levels at a port's pins. */
+/* Returns the levels of a port's pins. */
 uint8_t host_level(uint8_t port);
 
 extern volatile struct host_timer host_timer[HOST_TIMERS];

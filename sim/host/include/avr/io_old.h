@@ -1,4 +1,4 @@
-/* What the ATmega16 and 32 name otherwise: one TIMSK, one control register to an 8-bit timer. */
+/* Other names on the ATmega16 and 32: one TIMSK, and one control register per 8-bit timer. */
 #ifndef HOST_IO_OLD_H
 #define HOST_IO_OLD_H
 
