@@ -80,7 +80,7 @@ class Record:
             with blaming(file):
                 self._out: TextIO = file.open("x", encoding="utf-8")
         except FileExistsError:
-            raise Refused(f"{file}: is there already and stays as it is; name another.") from None
+            raise Refused(f"{file}: exists already and is not overwritten; name another.") from None
         self._out.write(HEAD)
         self.rows = 0
 

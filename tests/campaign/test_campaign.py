@@ -109,7 +109,7 @@ def test_what_does_not_go_together_and_what_is_missing(
     told = heatwright("campaign chamber.yaml --plot x.png", status=2).err
     assert told == "--plot draws a single run: give --only, too.\n"
     told = heatwright("campaign chamber.yaml --only 1 --report x.html", status=2).err
-    assert told == "--only goes with --vary, --seed, --plot and --json only.\n"
+    assert told == "--only can be combined with --vary, --seed, --plot and --json only.\n"
     with monkeypatch.context() as bare:
         bare.setattr("heatwright.cli.commands.campaign.find_spec", lambda _: None)
         told = heatwright("campaign chamber.yaml", status=3).err

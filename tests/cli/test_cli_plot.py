@@ -193,13 +193,13 @@ def test_identify_records_a_line_first(heatwright: Heatwright) -> None:
     with board(oven) as port:
         done = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s --json").json
         again = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s", status=2)
-    assert "step.csv: is there already" in again.err
+    assert "step.csv: exists already" in again.err
     assert done["steps"]
     head, *rows = Path("step.csv").read_text().splitlines()
     assert head == "time_s,temperature_c,setpoint_c,duty_percent"
     assert done["readings"] == len(rows) > 20
     assert {row.split(",", 2)[2] for row in rows} == {"60,0", "60,100"}
-    assert "--for how long" in heatwright(f"identify a.csv --port {port}", status=2).err
+    assert "--for, how long" in heatwright(f"identify a.csv --port {port}", status=2).err
 
 
 def test_a_damaged_line_does_not_end_a_recording(heatwright: Heatwright) -> None:
@@ -305,7 +305,7 @@ def test_a_log_is_drawn_as_its_live_line(
     [
         ("oven.yaml --port /dev/nowhere", "/dev/nowhere: cannot be opened: "),
         ("oven.yaml --loop door", "has no loop door; there are air."),
-        ("oven.yaml --log a.csv --port COM3", "leave out --port and --record, or it."),
+        ("oven.yaml --log a.csv --port COM3", "leave out --log, or --port and --record."),
         ("mute.yaml", "no line tells the course; add an interface"),
     ],
 )
