@@ -347,7 +347,7 @@ SCENARIOS = {
         ("identify step.csv --loop air", "--loop names a loop of a spec"),
         ("identify step.csv --spec oven.yaml --loop x", "oven.yaml: has no loop x; there are air"),
         ("identify step.csv --spec step.csv", "step.csv:1:"),
-        (f"identify step.csv --spec {EXAMPLES}/barrel.yaml", "barrel, die. Say whose record this"),
+        (f"identify step.csv --spec {EXAMPLES}/barrel.yaml", "barrel, die. Name the loop of this"),
         ("tune bare.yaml", "bare.yaml: has no `simulation`"),
         ("tune chamber.yaml", "chamber.yaml: heater heater is switched on and off only"),
         ("tune oven.yaml --method relay", "Loop air does not tune itself"),
