@@ -281,7 +281,7 @@ def test_a_line_that_is_gone_at_once_ends_it(
     monkeypatch.setattr(listener, "opened", lambda *_: Unplugged())
     with ends_within(60):
         found = heatwright("plot oven.yaml --port /dev/ttyUSB9", status=2)
-    assert "/dev/ttyUSB9: the line is gone: " in found.err
+    assert "/dev/ttyUSB9: the serial line was lost: " in found.err
 
 
 @pytest.mark.parametrize("whose", ["hotend", "bed"])
@@ -306,7 +306,7 @@ def test_a_log_is_drawn_as_its_live_line(
         ("oven.yaml --port /dev/nowhere", "/dev/nowhere: cannot be opened: "),
         ("oven.yaml --loop door", "has no loop door; there are air."),
         ("oven.yaml --log a.csv --port COM3", "leave out --log, or --port and --record."),
-        ("mute.yaml", "no line tells the course; add an interface"),
+        ("mute.yaml", "no interface sends the readings; add one"),
     ],
 )
 def test_what_cannot_be_is_told(heatwright: Heatwright, words: str, said: str) -> None:
