@@ -208,9 +208,7 @@ def warm_s(controller: Controller, name: str, process: Process, target_c: float)
             return time_s + process.late_s
         if time_s > ENDS_LAGS * process.lags_s[0] or time_s > LONGEST_S:
             break
-    raise Refused(
-        f"{celsius(target_c)} is out of reach: full power ends at {about(felt_c)} °C."
-    )
+    raise Refused(f"{celsius(target_c)} is out of reach: full power ends at {about(felt_c)} °C.")
 
 
 def _filter_s(process: Process, loop: Loop) -> float:
