@@ -47,9 +47,7 @@ class Recorded:
         lines = sorted(self._lines, key=lambda line: line[0])
         count = sum(not isinstance(what, str) for _, what in lines)
         if count >= MOST_ENTRIES:
-            raise Unsaid(
-                f"{count} events were recorded: a scenario has at most {MOST_ENTRIES - 1}."
-            )
+            raise Unsaid(f"{count} events are too many: a scenario has at most {MOST_ENTRIES - 1}.")
         found = [
             f"# Recorded at the bench of {name}; a scenario cannot express the lines with #.",
             "scenario:",

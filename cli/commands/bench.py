@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 )
 @json_option
 def command(spec: Path, opens: bool, port: int, speed: float, as_json: bool) -> None:
-    """Run the firmware live, and serve a page to use it and to break it.
+    """Run the firmware live, on a page to use it and to break it.
 
     The firmware is generated, built, and run unmodified in the simulated board, with all interfaces
     of the spec: keys and display, touch display, LEDs, serial lines, registers. The page draws the

@@ -66,7 +66,7 @@ def test_a_current_is_wrong_by_a_share(heatwright: Heatwright) -> None:
 def test_nothing_to_vary_and_no_machine_are_told(heatwright: Heatwright) -> None:
     Path("vary.yaml").write_text("\n", encoding="utf-8")
     told = heatwright("campaign chamber.yaml --vary vary.yaml", status=2).err
-    assert told.startswith("vary.yaml:1:1: this file says nothing. Write what varies, such as ")
+    assert told.startswith("vary.yaml:1:1: this file is empty. Write what varies, such as ")
     spec = Path("chamber.yaml").read_text("utf-8").partition("simulation:")[0]
     Path("bare.yaml").write_text(spec, encoding="utf-8")
     assert "has no `simulation`" in heatwright("campaign bare.yaml", status=2).err
