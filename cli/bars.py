@@ -12,11 +12,11 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 from heatwright.cli.talk import Job, Talk
 
 NOTE = 48
-"""Characters of a note; more would push the bar off a narrow terminal."""
+"""Most characters of a note; more would push the bar off a narrow terminal."""
 
 
 class Bars:
-    """One bar for each job that has begun; they vanish at the end, the results stay."""
+    """One progress bar for each job; the bars vanish at the end."""
 
     def __init__(self) -> None:
         self._progress = Progress(
@@ -38,7 +38,7 @@ class Bars:
     def __enter__(self) -> Talk:
         """Start showing; nothing is drawn while a process is forked.
 
-        A lock that the thread which draws holds right then would stay locked in the new process.
+        A lock that the drawing thread holds at that moment would stay locked in the new process.
         """
         os.register_at_fork(before=self._pause, after_in_parent=self._go_on)
         self._shows = True

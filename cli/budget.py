@@ -1,4 +1,4 @@
-"""Error budgets of a spec's sensors on the ADC, as tables and for machines."""
+"""Error budgets of a spec's sensors on the ADC, as tables and as JSON."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from heatwright.spec.sensing.budget import Budget, budgets, judged
 
 
 def show_budgets(controller: Controller) -> None:
-    """Print what the parts of each chain cost over its range."""
+    """Print the error that each part of a sensor's chain causes, over its range."""
     found_of = dict(budgets(controller))
     if not found_of:
         return
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
 
     for name, found in found_of.items():
-        heading(f"{name}: what its parts cost, ± {found.unit}")
+        heading(f"{name}: errors from its parts, ± {found.unit}")
         show(table(("part", "tolerance", *found.heads), found.rows, text_columns=2))
         if found.untold:
-            heading(f"not told, and not in it: tolerances.{', '.join(found.untold)}")
+            heading(f"not given, and not counted: tolerances.{', '.join(found.untold)}")
 
 
 def budgets_json(controller: Controller) -> dict[str, Any]:
-    """Return the same for machines, by the sensors' names."""
+    """Return the budgets as JSON data, by the sensors' names."""
     return {name: _json(found) for name, found in budgets(controller)}
 
 
@@ -41,7 +41,7 @@ def _json(found: Budget) -> dict[str, Any]:
 
 
 def too_inexact(spec: Spec) -> Iterator[Problem]:
-    """Warn of chains whose parts cost more than is asked of them, or do not tell it."""
+    """Warn of sensors whose parts exceed the `accuracy`, or lack the tolerance to judge it."""
     controller = spec.controller
     for name, sensor in controller.sensors.items():
         asked = getattr(sensor, "accuracy", None)
@@ -53,15 +53,15 @@ def too_inexact(spec: Spec) -> Iterator[Problem]:
             costly = max(found.lines, key=lambda line: line.errors[place])
             yield spec.tree.problem(
                 path,
-                f"in the {found.worst_case} the parts cost {about(found.worst[place])} K at "
+                f"in the {found.worst_case} the parts add {about(found.worst[place])} K at "
                 f"{celsius(found.places[place])}, {about(found.root[place])} K as root of the sum "
-                f"of squares, and {number(asked.within_k)} K is asked for",
-                f"Use better parts (most costs {costly.part}: {about(costly.errors[place])} K), or "
-                "calibrate the chain",
+                f"of squares, and at most {number(asked.within_k)} K is required",
+                f"Use better parts (largest: {costly.part}, {about(costly.errors[place])} K), or "
+                "calibrate the sensor",
             )
         elif found.untold:
             yield spec.tree.problem(
                 path,
-                f"whether {number(asked.within_k)} K is kept cannot be told",
+                f"whether {number(asked.within_k)} K is kept cannot be judged",
                 f"Write tolerances: {', '.join(found.untold)}",
             )

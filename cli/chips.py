@@ -1,4 +1,4 @@
-"""What the chips around the binary have to say after a run."""
+"""What the chips around the binary show after a run, and what they complain of."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
 
 
 def not_done(device: AvrDevice) -> tuple[tuple[float, str], ...]:
-    """Return what the board has not done for a host or a master: when, s, and its answer."""
+    """Return what host or master asked for in vain: time, s, and the board's answer."""
     found = [
         *((line.time_s, line.text.removeprefix("echo:"))
           for host in device.parts(GcodeHost) for line in host.refusals),
@@ -55,7 +55,7 @@ def _answer(exception: int) -> str:
 
 
 def complaints(device: AvrDevice) -> tuple[str, ...]:
-    """Return what went against a data sheet or the interlock, and resets nobody asked for."""
+    """Return violations of data sheets and of the interlock, and unexpected resets."""
     return (*_resets(device), *overlaps(device.interlocks), *_sensors(device), *_interfaces(device))
 
 

@@ -8,7 +8,7 @@ import click
 
 
 class Command(click.Command):
-    """Prints its examples, one a line, below its options."""
+    """A command whose help lists examples, one on each line, below the options."""
 
     def __init__(self, *arguments: Any, examples: tuple[str, ...] = (), **names: Any) -> None:
         super().__init__(*arguments, **names)

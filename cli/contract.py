@@ -1,4 +1,4 @@
-"""What a kind needs everywhere, and lacks: each missing piece, with its file."""
+"""Finds what a kind still lacks: each missing piece, with its file."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from heatwright.spec.registry import LAYERS, KindIncomplete, brought, file_of, p
 UNIONS = {role: getattr(language, role.capitalize()) for role in LAYERS if role != "board"}
 EXAMPLE = "example.yaml"
 UNFINISHED = "#error"
-"""In a template: it is still to be written."""
+"""Mark of a template that is still to be written."""
 _OF_LOOPS = {"cut", "mend"}
-"""How the sensor of a loop is disconnected; no loop is controlled by a current."""
+"""Fault that disconnects a loop's sensor; a current is none, as it controls no loop."""
 SHARES = (0.2, 0.5, 0.8)
 """Where in a thermometer's range its reference model is tried, as shares of the range."""
 
@@ -62,18 +62,18 @@ def _of_model(role: str, model: type[BaseModel]) -> Iterator[str]:
         if name != "kind" and not (field.description or "").endswith("."):
             yield f"{file}: {model.__name__}.{name} has no description with a full stop"
     for name in sorted(_said_by_all(role, model) - _said(model)):
-        yield f"{file}: {model.__name__} does not say {name}, as every {role} like it does"
+        yield f"{file}: {model.__name__} does not define {name}, as every similar {role} does"
 
 
 def _said_by_all(role: str, model: type[BaseModel]) -> set[str]:
-    """Return what all of heatwright's own models say that are of the sort of a model."""
+    """Return the attributes that all of heatwright's own models of the same group define."""
     own = [each for kind, each in kinds(UNIONS[role]).items() if kind not in brought(role)]
     alike = [each for each in own if _sort(each) == _sort(model)]
     return set.intersection(*map(_said, alike or own))
 
 
 def _sort(model: type[BaseModel]) -> tuple[object, ...]:
-    """Return a model's group: what a sensor must have depends on its input and its quantity."""
+    """Return a model's group: what a sensor must define depends on its input and quantity."""
     return tuple(getattr(model, name, None) for name in ("on_adc", "measures_current"))
 
 
@@ -89,7 +89,7 @@ def _of_layers(role: str, kind: str, model: type[BaseModel]) -> Iterator[str]:
         given = set(layer.gives) - left_out
         if find_spec(name) is None:
             wanted = " and ".join(sorted(given))
-            yield f"{file_of(name)}: there is no such file, the {layer.what}: it gives {wanted}"
+            yield f"{file_of(name)}: the file is missing: the {layer.what}, which gives {wanted}"
             continue
         try:
             module = import_module(name)
@@ -101,7 +101,7 @@ def _of_layers(role: str, kind: str, model: type[BaseModel]) -> Iterator[str]:
 
 
 def _unfinished(package: str) -> Iterator[str]:
-    """Find what says of itself that it is still to be written."""
+    """Find functions and templates that are marked as still to be written."""
     folder = files(package)
     for file in _all(folder):
         text = file.read_text(encoding="utf-8")
@@ -121,7 +121,7 @@ def _functions(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _marked(text: str) -> Iterator[tuple[int, str]]:
-    """Yield line and words of each error of the preprocessor in a template."""
+    """Yield line and text of each `#error` in a template."""
     for number, line in enumerate(text.splitlines(), 1):
         if line.startswith(UNFINISHED):
             yield number, line.removeprefix(UNFINISHED).strip(' "')
@@ -139,7 +139,7 @@ def _of_example(role: str, kind: str, package: str) -> Iterator[str]:
     where = f"{package.replace('.', '/')}/{EXAMPLE}"
     file = files(package) / EXAMPLE
     if not file.is_file():
-        yield f"{where}: there is no such file, a spec that uses {kind}"
+        yield f"{where}: the file is missing: a spec that uses {kind}"
         return
     try:
         spec = load_text(file.read_text(encoding="utf-8"), where)
@@ -151,7 +151,7 @@ def _of_example(role: str, kind: str, package: str) -> Iterator[str]:
     if not used:
         yield f"{where}: it does not use {kind}"
     if spec.controller.simulation is None:
-        yield f"{where}: it has no simulation, by which it could be verified"
+        yield f"{where}: it has no simulation, and cannot be verified without one"
     for sensor in used if role == "sensor" else ():
         yield from _of_reference(sensor, spec.controller, package)
 
@@ -170,7 +170,7 @@ def _used(role: str, spec: Spec) -> list[Any]:
 
 
 def _of_reference(sensor: Any, controller: Controller, package: str) -> Iterator[str]:
-    """Check that what an ideal thermometer reads means what it feels, to its error and a step."""
+    """Check the reference model: readings of an ideal sensor convert back to its temperature."""
     if sensor.measures_current:
         return
     module = import_module(f"{package}.reference")
@@ -183,6 +183,6 @@ def _of_reference(sensor: Any, controller: Controller, package: str) -> Iterator
         allowed_k = sensor.error_k(felt_c) + sensor.step_at_k(felt_c, controller.board.mcu)
         where = file_of(module.__name__)
         if status:
-            yield f"{where}: at {felt_c:g} °C it has no valid reading, but status {status}"
+            yield f"{where}: at {felt_c:g} °C the reading is not valid: status {status}"
         elif abs(float(convert(raw)) - felt_c) > allowed_k:
-            yield f"{where}: at {felt_c:g} °C its reading {raw} means {convert(raw):g} °C"
+            yield f"{where}: at {felt_c:g} °C the reading {raw} converts to {convert(raw):g} °C"

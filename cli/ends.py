@@ -17,7 +17,7 @@ import click
 
 
 class Status(IntEnum):
-    """What the process tells its caller."""
+    """Exit status of the process."""
 
     DONE = 0
     FAILED = 1
@@ -36,12 +36,12 @@ class Status(IntEnum):
 JSON_TOLD = "JSON is told"
 """Set in the context's object once a command has printed its JSON: there is only one."""
 UNWRITTEN = "cannot be written"
-"""Noted at an error that came from writing; see also `heatwright.spec.loading.user_file`."""
+"""Note on an error of writing a file; see also `heatwright.spec.loading.user_file`."""
 
 _OF_STREAMS = {
     errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG, errno.EDQUOT, errno.EAGAIN,
 }  # fmt: skip
-"""What goes wrong with standard output and standard error; any other error is not theirs."""
+"""Error numbers of a failed write to standard output or standard error."""
 
 COMPLETION = "_HEATWRIGHT_COMPLETE"
 """Set by the shell where completion is switched on; see click's "Shell Completion"."""
@@ -57,7 +57,7 @@ class _End(NamedTuple):
     status: int
     text: str = ""
     problems: tuple[Any, ...] = ()
-    """What is wrong in which place of a spec."""
+    """Each problem of the spec, with its place."""
 
 
 _INTERRUPTED = _End(Status.INTERRUPTED, "Interrupted.")
@@ -85,7 +85,7 @@ def ended(command: click.Command, arguments: list[str]) -> int:
 
 def _run(command: click.Command, arguments: list[str], told: dict[str, Any]) -> _End:
     try:
-        if COMPLETION in os.environ:  # the shell asks what could be typed next
+        if COMPLETION in os.environ:  # the shell asks for completions
             command.main(arguments, prog_name="heatwright")
         with command.make_context("heatwright", [*arguments], obj=told) as context:
             result = command.invoke(context)
@@ -98,20 +98,20 @@ def _run(command: click.Command, arguments: list[str], told: dict[str, Any]) -> 
     except Exception as error:
         if isinstance(error, OSError) and error.filename is None and error.errno in _OF_STREAMS:
             raise
-        if _Signals.interrupted:  # what was interrupted may have made an error of its own of it
+        if _Signals.interrupted:  # a library may have turned the Ctrl-C into another error
             return _INTERRUPTED
         return _expected(error) or _bug(error, arguments)
     return _End(result if isinstance(result, int) else Status.DONE)
 
 
 def _tell(end: _End, arguments: list[str], told: dict[str, Any]) -> None:
-    """Say why a command could not be done: in a few lines, and as the JSON that was asked for."""
+    """Print why a command failed: a few lines, and JSON if --json was given."""
     if not end.text:
         return
     click.echo(end.text, err=True)
     options = arguments[: arguments.index("--")] if "--" in arguments else arguments
     if "--json" in options and JSON_TOLD not in told:
-        from json import dumps  # noqa: PLC0415 - only where asked for
+        from json import dumps  # noqa: PLC0415 - only with --json
 
         problems = [problem._asdict() for problem in end.problems]
         failed = {"status": int(end.status), "error": end.text, "problems": problems}
@@ -124,17 +124,17 @@ def _flush() -> None:
 
 
 def _misused(error: click.ClickException) -> _End:
-    """Say what is wrong with a command line, below how it is used."""
+    """Say how the command is used, and what is wrong with the command line."""
     said = StringIO()
     error.show(said)
     return _End(Status.REFUSED, said.getvalue().rstrip("\n"))
 
 
 def _expected(error: Exception) -> _End | None:
-    """End with what went wrong outside this program; None for what is no such thing.
+    """Return the end for an error with a cause outside this program; None for any other error.
 
-    The exceptions are known by where they are defined: importing them all takes too long for a
-    command that ends well.
+    Exceptions are recognised by module and name: importing them all would slow down every command
+    that ends well.
     """
     if isinstance(error, MemoryError):
         return _End(Status.REFUSED, "There is not enough memory: simulate a shorter time.")
@@ -164,8 +164,8 @@ def _bug(error: Exception, arguments: list[str]) -> _End:
     if package := _package_of(error):
         return _End(
             Status.REFUSED,
-            f"The package {package} has failed ({what}). `heatwright kinds` tells what it lacks;\n"
-            "HEATWRIGHT_DEBUG=1 heatwright … prints where that was.",
+            f"The package {package} has failed ({what}). `heatwright kinds` lists what it lacks;\n"
+            "HEATWRIGHT_DEBUG=1 heatwright … prints the traceback.",
         )
     return _End(
         Status.BUG,
@@ -175,11 +175,11 @@ def _bug(error: Exception, arguments: list[str]) -> _End:
 
 
 def _package_of(error: Exception) -> str:
-    """Name the package from outside whose code has raised an error; nothing if none has.
+    """Name the outside package whose code has raised an error; "" if it is heatwright's own.
 
-    What libraries raise is of who called them.
+    An error raised in a library belongs to the code that called the library.
     """
-    from heatwright.spec.registry import packages  # noqa: PLC0415 - only where asked for
+    from heatwright.spec.registry import packages  # noqa: PLC0415 - only for a bug
 
     ours = "heatwright"
     places = (frame.f_globals["__name__"] for frame, _ in traceback.walk_tb(error.__traceback__))
@@ -193,8 +193,8 @@ def _package_of(error: Exception) -> str:
 
 
 def _write_failed(error: OSError) -> int:
-    """End after standard output, or standard error, took no more."""
-    with contextlib.suppress(OSError):  # so that Python finds nothing left to write at its end
+    """Return the status after a write to standard output or standard error has failed."""
+    with contextlib.suppress(OSError):  # else Python fails once more when it flushes at its end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if error.errno == errno.EPIPE:
         return Status.NOBODY_READS
@@ -204,10 +204,10 @@ def _write_failed(error: OSError) -> int:
 
 
 def _file_failed(error: OSError) -> str:
-    """Say what could not be done with which file."""
+    """Say which file cannot be read or written, and why."""
     if not isinstance(error.filename, str | bytes):
         calls = traceback.extract_tb(error.__traceback__)
-        return f"The system does not let heatwright go on ({calls[-1].name}): {unusable(error)}."
+        return f"The operating system refused a call ({calls[-1].name}): {unusable(error)}."
     what = next(iter(getattr(error, "__notes__", ())), "cannot be used")
     return f"{os.fsdecode(error.filename)}: {what}: {unusable(error)}."
 
@@ -219,7 +219,7 @@ def unusable(error: OSError) -> str:
 
 
 def _prepare_streams() -> None:
-    """Write a replacement for what the terminal's encoding lacks instead of giving up."""
+    """Replace characters that the terminal's encoding lacks, instead of failing."""
     for stream in (sys.stdout, sys.stderr):
         _lenient(stream)
 
@@ -231,7 +231,7 @@ def _lenient(stream: IO[str] | None) -> None:
 
 
 class _Signals:
-    """What signals have asked for."""
+    """Whether Ctrl-C has interrupted the command."""
 
     interrupted = False
 

@@ -1,4 +1,4 @@
-"""Figures of merit, for machines and for people."""
+"""Figures of merit, as JSON data and as rows of tables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from heatwright.sim.replay import ReplayResult
 from heatwright.spec.quantity import number
 
 NONE = "–"
-"""What stands for a figure that there is not."""
+"""Written in place of a missing figure."""
 
 COLUMNS = (
     "setpoint [°C]",
@@ -61,7 +61,7 @@ def as_json(figures: Metrics) -> dict[str, Any]:
 
 
 def build_json(built: BuildResult) -> dict[str, Any]:
-    """Return the object `build` of the JSON: what the binary takes, in bytes."""
+    """Return the object `build` of the JSON: flash, RAM and stack of the binary, in bytes."""
     return {
         "flash": built.flash_bytes,
         "ram": built.ram_bytes,
@@ -95,7 +95,7 @@ def cells(figures: Metrics) -> tuple[str, ...]:
 
 
 def load_cells(figures: Mapping[str, Metrics]) -> list[tuple[str, ...]]:
-    """Return how each loop bears what happens to its machine, in the order of LOAD_COLUMNS."""
+    """Return how each loop recovers from disturbances, in the order of LOAD_COLUMNS."""
     return [
         (
             loop,
@@ -116,5 +116,5 @@ def span(low_c: float, high_c: float) -> str:
 
 
 def rounded(value: float | None, digits: int = 6) -> float | None:
-    """Leave out what is only the noise of adding up."""
+    """Round away the numerical noise of sums."""
     return None if value is None else round(value, digits)

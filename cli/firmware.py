@@ -1,4 +1,4 @@
-"""From a spec to the binary that PlatformIO builds, without leaving files with the user."""
+"""Builds a spec's binary with PlatformIO, in the cache: the user's folder gets no files."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def build_firmware(spec: Spec, job: Job) -> BuildResult:
             log = _kept(error.log.replace(str(folder), spec.file_name), cache_dir(), folder.name)
             raise BuildFailed(
                 f"{spec.file_name}: its firmware could not be compiled. The spec is good, so this "
-                f"is a fault of heatwright or of the compiler: please report it, with\n{log}, "
-                "which has all that the compiler said.",
+                f"is a bug of heatwright or of the compiler: please report it, with\n{log}, "
+                "which has all messages of the compiler.",
                 error.log,
             ) from None
         except BuildFailed as error:
@@ -53,7 +53,7 @@ def build_firmware(spec: Spec, job: Job) -> BuildResult:
 
 @contextmanager
 def told_as_json(as_json: bool, file: Path, spec: Spec, **keys: Any) -> Iterator[None]:
-    """Print one JSON object for a firmware that does not fit, where JSON is asked for."""
+    """With --json, print one JSON object for a firmware that does not fit its board."""
     from heatwright.cli.fits import DoesNotFit  # noqa: PLC0415
 
     try:
@@ -65,7 +65,7 @@ def told_as_json(as_json: bool, file: Path, spec: Spec, **keys: Any) -> Iterator
 
 
 def _kept(log: str, cache: Path, name: str) -> Path:
-    """Write what the compiler said to a file, and return it."""
+    """Write the compiler's messages to a file, and return its path."""
     file = cache / "logs" / f"{name}.log"
     with blaming(file):
         file.parent.mkdir(parents=True, exist_ok=True)

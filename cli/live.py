@@ -1,4 +1,4 @@
-"""A simulated board behind a serial port of this computer, for the user's own host."""
+"""A simulated board at a serial port of this computer, for the user's own host."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 def serve(
     spec: Spec, controller: Controller, *, speed: float, until_s: float | None, as_json: bool
 ) -> None:
-    """Build the firmware and run it against the clock on the wall until Ctrl-C, or `until_s`.
+    """Build the firmware and run it in real time until Ctrl-C, or until `until_s`.
 
-    speed -- seconds of the board to one of ours.
+    speed -- board time divided by real time.
     """
     from heatwright.spec.commands import gcode_of, log_of, modbus_of, nextion_of  # noqa: PLC0415
 
@@ -33,8 +33,8 @@ def serve(
     )
     if listener is None:
         raise Refused(
-            "No interface of this spec listens to a serial port: add one, kind: gcode, "
-            "kind: modbus_rtu, kind: nextion or kind: serial_log."
+            "No interface of this spec listens to a serial port: add one of kind gcode, "
+            "modbus_rtu, nextion or serial_log."
         )
     if controller.simulation is None:
         raise Refused("There is no machine to run against: the spec has no `simulation`.")

@@ -1,4 +1,4 @@
-"""What supply and switch of a heater bear: the current while it is on, and in the mean."""
+"""The current that the supply and the switch of a load must carry, at its peak and in the mean."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ NOTHING_LESS = 1.0
 
 
 def loads(controller: Controller) -> Iterator[dict[str, Any]]:
-    """Yield the currents of each load that is driven for a part of the time only, or limited.
+    """Yield the currents of each pulsed load that is measured, or rated for less than its supply.
 
-    Each with `output`, `peak_a` while it is on, `rms_a` and `mean_a` at full duty, and the powers
-    `full_w` at full duty and `dead_w` of a switch that conducts for ever. A load without both power
-    and supply is left out.
+    Each has `output`, `peak_a` while it is on, `rms_a` and `mean_a` at full duty, and the powers
+    `full_w` at full duty and `dead_w` if the switch fails and conducts for ever. A load without
+    power or supply is left out.
     """
     from heatwright.spec import full_a  # noqa: PLC0415
 
@@ -37,9 +37,9 @@ def loads(controller: Controller) -> Iterator[dict[str, Any]]:
 
 
 def told(load: dict[str, Any]) -> str:
-    """Return it as a line."""
+    """Return a load's currents as a line of text."""
     return (
-        f"{load['output']}: supply and switch bear {load['peak_a']:.3g} A while it is on; at full "
+        f"{load['output']}: supply and switch carry {load['peak_a']:.3g} A while it is on; at full "
         f"duty that is {load['rms_a']:.3g} A rms, {load['mean_a']:.3g} A in the mean, "
-        f"{load['full_w']:.3g} W; a switch that has died gives {load['dead_w']:.3g} W."
+        f"{load['full_w']:.3g} W; a switch that fails closed gives {load['dead_w']:.3g} W."
     )

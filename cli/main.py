@@ -36,7 +36,7 @@ COMMANDS = (
 
 
 class _Commands(Command, click.Group):
-    """Imports a command's module when it is asked for."""
+    """Imports the module of a command only when that command is used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
         return list(COMMANDS)
@@ -50,7 +50,7 @@ class _Commands(Command, click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Offer all commands, imported or not, where one is misspelt."""
+        """Choose suggestions for a misspelt command among all, imported or not."""
         if args[0] not in COMMANDS and not args[0].startswith("-"):
             raise click.NoSuchCommand(args[0], possibilities=list(COMMANDS), ctx=ctx)
         return super().resolve_command(ctx, args)
@@ -86,7 +86,7 @@ def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
     is_flag=True,
     envvar="HEATWRIGHT_DEBUG",
     show_envvar=True,
-    help="Show where an unexpected error comes from.",
+    help="Print the traceback of an unexpected error.",
 )
 def cli(debug: bool) -> None:
     """Firmware for thermal machines: generated from one YAML file, compiled, proven.
@@ -97,11 +97,11 @@ def cli(debug: bool) -> None:
 
 def main() -> None:
     """Run the command line and end the process with its status."""
-    # Looking for plug-ins that might change how a spec is read takes longer than reading it.
+    # Pydantic's search for plug-ins takes longer than reading a spec.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # Matrices here have four rows; threads that wait for larger ones would take a core.
+    # Matrices here have four rows: OpenBLAS's threads would only occupy a core while they wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     end_in_order()
     status = ended(cli, sys.argv[1:])
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command is over
     sys.exit(status)

@@ -10,11 +10,11 @@ import click
 from heatwright.cli.ends import JSON_TOLD
 
 PLOTS = (".png", ".svg", ".html")
-"""Kinds of file that a plot can be."""
+"""Suffixes of the files that a plot can be written to."""
 
 
 class _File(click.Path):
-    """A path; an empty one would be the working folder, which nobody has named."""
+    """A path; an empty one is refused, as it would mean the working folder."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value == "":
@@ -23,18 +23,18 @@ class _File(click.Path):
 
 
 File = _File(readable=False, path_type=Path)
-"""Whether it can be read is found out by reading it."""
+"""Click does not check whether the file can be read: reading it shows that."""
 
 spec_argument = click.argument("spec", type=File)
 
 json_option = click.option(
-    "--json", "as_json", is_flag=True, help="Print one JSON object, for machines."
+    "--json", "as_json", is_flag=True, help="Print one JSON object instead of text."
 )
 
 
 def print_json(value: object) -> None:
-    """Print a value as JSON; numbers that are none of JSON's (NaN) are an error."""
-    from json import dumps  # noqa: PLC0415 - only where asked for
+    """Print a value as JSON; a number that JSON cannot hold (NaN) is an error."""
+    from json import dumps  # noqa: PLC0415 - only with --json
 
     text = dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
     click.get_current_context().ensure_object(dict)[JSON_TOLD] = True
@@ -61,7 +61,7 @@ class Length(click.ParamType[float]):
 
 
 class Amount(click.ParamType[float]):
-    """A quantity with its unit, as in a spec; gives it in the base unit."""
+    """A quantity with its unit, as in a spec; gives its value in the base unit."""
 
     def __init__(self, dimension: str) -> None:
         """Name the dimension as in `heatwright.spec.units`, such as POWER."""

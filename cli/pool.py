@@ -1,4 +1,4 @@
-"""Work spread over processes, one for each core, with its progress and an end that is an end."""
+"""Spreads work over processes, one for each core; shows progress, leaves no process behind."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ class _Relay:
         _told.put((self._number, "note", (text,)))
 
     def end(self, text: str = "") -> None:
-        del text  # a piece of work has several such ends
+        del text  # a job inside the piece of work has ended, not the piece itself
 
 
 class WorkerDied(RuntimeError):
-    """A process has crashed, or the system has ended it: there is nothing to wait for."""
+    """A worker process has crashed or was killed: its result will never come."""
 
 
 def processes() -> int:
-    """Return how many run at a time: as many as there are cores that this process may use."""
+    """Return how many processes to start: one for each core that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def _nothing(_: object) -> None:
-    """Wait for the other results."""
+    """Do nothing with a result that has come."""
 
 
 def spread(
@@ -64,19 +64,19 @@ def spread(
     came: Callable[[R], None] = _nothing,
     most: int | None = None,
 ) -> list[R]:
-    """Do each piece of work, several at a time; results in the order of the pieces.
+    """Do each piece of work, several at a time; return the results in the order of the pieces.
 
-    `work` is a function of a module, for it is called in other processes. Its first error ends
-    everything and is raised here. `came` is given each result as soon as it is there; `most`:
-    processes, in the place of as many as there are cores. They are forked: to import all anew takes
-    one of them longer than most pieces of work.
+    `work` must be a module's function, as other processes call it. Its first error ends all work
+    and is raised here. `came` is called with each result at once; `most` limits the number of
+    processes, which is else the number of cores. Processes are forked: to import all modules again
+    would take longer than most pieces of work.
     """
     context = multiprocessing.get_context("fork")
     told = context.Queue()
     count = min(most or processes(), len(pieces))
-    # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
-    # What tells a worker to end waits until it has left this process's answer to that: else it is
-    # lost, and whoever waits for that worker waits for ever.
+    # This process answers Ctrl-C and then ends the workers, which inherit the blocked signals. A
+    # SIGTERM must wait until a worker has removed the handler that it inherits: in it the
+    # signal would be lost, and waiting for the worker would never end.
     signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
     try:
         pool = context.Pool(count, initializer=_begin, initargs=(told,))
@@ -98,7 +98,7 @@ def spread(
         while waiting:
             _show(told, jobs, waiting)
             if not all(worker.is_alive() for worker in workers):
-                raise WorkerDied("a worker process ended by itself")
+                raise WorkerDied("a worker process has crashed or was killed")
             while over:
                 number = over.popleft()
                 waiting.remove(number)
@@ -126,10 +126,10 @@ def _do(work: Callable[[T, Job], R], piece: T, number: int) -> R:
 
 
 def _begin(told: Any) -> None:
-    """Set up a worker; what the command does when it is told to end is no business of it.
+    """Set up a worker, without the signal handlers of the command.
 
-    What it has from the process that forked it lives as long as it does, and to look through all
-    that for garbage took a fifteenth of the time.
+    Objects inherited by the fork live as long as the worker: searching them for garbage took a
+    fifteenth of the time, so they are frozen.
     """
     gc.freeze()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -141,9 +141,9 @@ def _begin(told: Any) -> None:
 def _clean_up(_: int, __: FrameType | None) -> None:
     """End in order: temporary folders vanish, and the compiler stops.
 
-    Where the signal comes in a function that C has called, the exit is lost there: try it again.
+    In a Python function that C code has called, SystemExit is lost: the alarm tries it again.
     """
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what C has called would tell of the exit
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # such a function would print the SystemExit
     signal.signal(signal.SIGALRM, _clean_up)
     signal.alarm(1)
     raise SystemExit

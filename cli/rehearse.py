@@ -1,4 +1,4 @@
-"""The machine of a spec, run by the reference model: no protection may trip when all is well."""
+"""Runs the reference model on a spec's healthy machine: no protection may trip."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Piece:
 
 
 def rehearsed(spec: Spec) -> tuple[Problem, ...]:
-    """Return what trips, in the order of the file; nothing where there is no machine."""
+    """Return a problem for each rule that trips, in file order; none without a machine."""
     from heatwright.sim.rehearsal import findings, parts  # noqa: PLC0415 - it brings numpy
 
     pieces = [_Piece(spec.controller, part) for part in parts(spec.controller)]
@@ -32,7 +32,7 @@ def rehearsed(spec: Spec) -> tuple[Problem, ...]:
         jobs = [shown.begin(f"Running {each.part}", waits=True) for each in pieces]
         tripped = [each for found in spread(_rehearse, pieces, jobs) for each in found]
         if tripped:
-            shown.begin("Looking for numbers that would do")
+            shown.begin("Looking for numbers that do not trip")
         problems = [problem_of(spec.tree, each) for each in findings(spec.controller, tripped)]
     return tuple(sorted(problems, key=lambda problem: (problem.line, problem.column)))
 

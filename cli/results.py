@@ -1,4 +1,4 @@
-"""What a simulation leaves: figures on standard output, pictures and tables in files."""
+"""Results of a simulation: figures on standard output, pictures and tables in files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from heatwright.spec.rules import RULES
 def write_run(
     run: Run, controller: Controller, device: str, plot: Path | None, csv: Path | None
 ) -> None:
-    """Write the files that were asked for."""
+    """Write the files of --plot, --csv and so on."""
     if csv is not None:
         with whole(csv) as fresh:
             run.trace.write_csv(fresh)
@@ -46,7 +46,7 @@ def write_run(
 
 
 def print_run_json(file: str, spec: Spec, run: Run, device: str) -> None:
-    """Print a run for machines."""
+    """Print a run as JSON."""
     print_json(
         {
             "spec": file,
@@ -83,7 +83,7 @@ def speed(run: Run) -> dict[str, float | None]:
 
 
 def speed_text(run: Run, what: str = "") -> str:
-    """Say how fast it was, and what the limit is; `what` has been simulated."""
+    """Say how fast the simulation was, and its limit; `what` names what was simulated."""
     fast = (
         f"{duration(round(run.trace.duration_s))}{what} simulated in {run.wall_s:.2f} s, "
         f"{run.speed:.0f} times faster than the machine"
@@ -98,7 +98,7 @@ def speed_text(run: Run, what: str = "") -> str:
 
 
 def print_run(run: Run, spec: Spec, device: str) -> None:
-    """Print a run for people."""
+    """Print a run as text."""
     from heatwright.cli.tables import console, heading, show, table  # noqa: PLC0415
 
     out = console()
@@ -115,11 +115,11 @@ def print_run(run: Run, spec: Spec, device: str) -> None:
     for loop, shown in run.lights.items():
         click.echo(f"  LEDs of {loop}: {', '.join(' '.join(each) for each in shown.items())}")
     for time_s, text in run.not_done or ():
-        click.secho(f"  not done after {time_s:.1f} s: {text}", fg="yellow")
+        click.secho(f"  request not done after {time_s:.1f} s: {text}", fg="yellow")
     click.echo(f"  {speed_text(run)}")
 
 
 def fault_text(fault: Tripped) -> str:
-    """Write a fault in a line."""
+    """Write a fault as one line."""
     time_s, code = fault
     return f"fault {fault_label(code)} after {time_s:.1f} s: {RULES[code].meaning}"

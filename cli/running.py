@@ -1,4 +1,4 @@
-"""A spec run against its simulated machine: by the binary, or by the reference model."""
+"""Runs a spec on its simulated machine, with the binary or with the reference model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Run:
-    """What became of a run."""
+    """The results of a run."""
 
     trace: Trace
     wall_s: float
@@ -44,8 +44,8 @@ class Run:
     lights: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     """What the LEDs of each loop show at the end, by meaning."""
     not_done: tuple[tuple[float, str], ...] | None = None
-    """What the binary has not done for a host or a master: when, s, and its answer; None without a
-    binary, for nobody speaks to the model."""
+    """Requests of host or master that were not done: time, s, and the answer; None with the
+    model, which has no interfaces."""
     complaints: tuple[str, ...] = ()
     """What the chips at the binary's pins, and the processor, had to object to."""
     limit: Limit | None = None
@@ -99,7 +99,7 @@ def _recorded(controller: Controller, device: AvrDevice, vcd: Path) -> VcdRecord
 
 
 def watched_pins(controller: Controller) -> dict[str, str]:
-    """Name the pins that the spec uses, for a viewer: board's name and purpose, without blanks."""
+    """Name the pins that the spec uses, for a VCD viewer: name and purpose, without blanks."""
     return {
         f"{use.pin.name}_{_purpose(use)}": use.pin.port_name
         for use in pin_uses(controller)
@@ -108,7 +108,7 @@ def watched_pins(controller: Controller) -> dict[str, str]:
 
 
 def _purpose(use: PinUse) -> str:
-    """Name what a pin is for, in the letters that a viewer takes."""
+    """Name a pin's purpose, in the letters that a VCD viewer accepts."""
     words = use.purpose.removeprefix("the ") or str(use.path[1])
     return "_".join(words.replace("'s", "").split())
 
@@ -131,4 +131,4 @@ def _figures(trace: Trace, controller: Controller) -> dict[str, Metrics]:
     try:
         return {loop: metrics(trace, controller, loop) for loop in controller.loops}
     except ValueError as error:  # no reading at all
-        raise Refused(f"{error}: simulate longer, or look at the sensor.") from None
+        raise Refused(f"{error}: simulate a longer time, or check the sensor.") from None

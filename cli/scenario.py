@@ -1,4 +1,4 @@
-"""What the operator does in a simulation: the spec's scenario, another file's, another length."""
+"""The scenario of a simulation: the spec's or another file's, and its length."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from heatwright.spec.loading.user_file import read_file
 
 
 class _File(Model):
-    """A file of its own for a scenario, written as in a spec."""
+    """A file with a scenario, written as in a spec."""
 
     scenario: tuple[Event, ...] = Field(description="What happens, in the order of time.")
 
 
 def with_scenario(spec: Spec, file: Path | None, length_s: float | None) -> Controller:
-    """Return the spec's controller with the scenario of a file, cut or drawn out to a length.
+    """Return the spec's controller with the scenario of a file, shortened or extended to a length.
 
     Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
     """
@@ -89,7 +89,7 @@ def _checked(controller: Controller, tree: Tree) -> list[Problem]:
 
 
 def read_length(text: str) -> float:
-    """Read the length of a scenario, s, as after `for`; raises ValueError with what is wrong."""
+    """Read a scenario's length, as `for` has it, in s; raises ValueError with what is wrong."""
     try:
         length_s = Event.model_validate({"for": text}).for_s
     except ValidationError as error:

@@ -14,11 +14,11 @@ from heatwright.spec.problems import Problem
 from heatwright.spec.quantity import about, celsius
 
 Row = tuple[str, str, str]
-"""What it is, its value, its unit."""
+"""A row of the table: text, value, unit."""
 
 
 class Sized(NamedTuple):
-    """What is known of one loop."""
+    """The sizing of one loop's heater."""
 
     reserve: Reserve
     walls: tuple[SizedWall, ...]
@@ -27,7 +27,7 @@ class Sized(NamedTuple):
 
     @property
     def loss_w(self) -> float:
-        """Through all walls."""
+        """Heat through all walls, W."""
         return sum(wall.loss_w for wall in self.walls)
 
 
@@ -56,7 +56,7 @@ def small(spec: Spec) -> Iterator[Problem]:
 
 
 def reserve_json(reserve: Reserve) -> dict[str, object]:
-    """Give a reserve for machines; shares as numbers, 0.3 being 30 %."""
+    """Return a reserve as JSON data; a share of 30 % is 0.3."""
     return {
         "loop": reserve.loop,
         "power_W": reserve.power_w,
@@ -70,7 +70,7 @@ def reserve_json(reserve: Reserve) -> dict[str, object]:
 
 
 def sized_json(found: Sized) -> dict[str, object]:
-    """Give the sizing of a loop for machines."""
+    """Return the sizing of a loop as JSON data."""
     wire = None if found.wire is None else {**found.wire._asdict(), "measured_c": found.measured_c}
     return {
         "plant": reserve_json(found.reserve),
@@ -84,8 +84,8 @@ def rows(found: Sized) -> Iterator[Row]:
     """List what the table of a loop shows."""
     reserve = found.reserve
     ends = f"{celsius(reserve.setpoint_c)} in {celsius(reserve.ambient_c)}"
-    yield f"power that the plant takes at {ends}", about(reserve.needed_w), "W"
-    yield "  which is from sensor to ambient", about(reserve.resistance_k_per_w), "K/W"
+    yield f"power that the plant needs at {ends}", about(reserve.needed_w), "W"
+    yield "  thermal resistance from sensor to ambient", about(reserve.resistance_k_per_w), "K/W"
     yield from _of_walls(found)
     low_w, high_w = map(about, reserve.recommended_w)
     yield "power with the recommended reserve of 30 to 50 %", f"{low_w} .. {high_w}", "W"
@@ -101,12 +101,12 @@ def _of_walls(found: Sized) -> Iterator[Row]:
         yield "  its layers", about(wall.layers_k_per_w), "K/W"
         yield "  film and radiation outside", about(wall.outside_k_per_w), "K/W"
         total = wall.inside_k_per_w + wall.layers_k_per_w + wall.outside_k_per_w
-        yield "  all of it", about(total), "K/W"
+        yield "  in total", about(total), "K/W"
         yield "  its outer surface", about(wall.surface_c), "°C"
         yield "  heat through it", about(wall.loss_w), "W"
     if found.walls:
         yield "heat through all walls", about(found.loss_w), "W"
-        yield "  the plant takes more by", f"{found.reserve.needed_w - found.loss_w:+.1f}", "W"
+        yield "  the plant needs more by", f"{found.reserve.needed_w - found.loss_w:+.1f}", "W"
 
 
 def _of_wire(wire: SizedWire, measured_c: float | None) -> Iterator[Row]:

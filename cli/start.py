@@ -1,4 +1,4 @@
-"""What a shell starts: deaf to nothing, while all else is still being imported."""
+"""Entry point of the command: it answers Ctrl-C even while the rest is being imported."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import sys
 from types import FrameType
 
 BETWEEN_COLLECTIONS = 50_000
-"""Objects that are made until garbage is looked for. What starts up makes as many, and keeps them:
-with Python's 700 a fifteenth of the time of a short command went into looking through them."""
+"""New objects between two searches for garbage. Start-up makes about as many and keeps them: with
+Python's 700, searching them took a fifteenth of the time of a short command."""
 
 
 def main() -> None:
-    """Run the command line; until it is there, Ctrl-C ends the process as it does later."""
+    """Run the command line; Ctrl-C during its import ends the process as it does later."""
     gc.set_threshold(BETWEEN_COLLECTIONS)
     signal.signal(signal.SIGINT, _interrupted)
     from heatwright.cli.main import main as run  # noqa: PLC0415 - takes a while
@@ -23,7 +23,7 @@ def main() -> None:
 
 
 def _interrupted(_: int, __: FrameType | None) -> None:
-    """End at once: an exception might be lost in whatever is being imported."""
+    """End at once: a module that is being imported might catch an exception."""
     if "--json" in sys.argv:
         os.write(1, b'{"status": 130, "error": "Interrupted.", "problems": []}\n')
     os.write(2, b"Interrupted.\n")

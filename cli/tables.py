@@ -13,9 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 WIDE = 200
-"""Columns where there is no terminal: whoever reads a file can scroll."""
+"""Width in characters without a terminal: a file can be scrolled."""
 WIDE_GAP, NARROW_GAP = 3, 1
-"""Blanks between two columns, and where there is little room."""
+"""Blanks between two columns; the second number if there is little room."""
 
 
 def console() -> Console:
@@ -46,8 +46,8 @@ def table(
 ) -> RenderableType:
     """Make a table: the first columns are text, the others numbers, aligned right.
 
-    Where the terminal is too narrow, heads and texts go on in a next line, and after that columns
-    in a next table. No word and no number is cut.
+    On a narrow terminal heads and texts are wrapped; if that is not enough, the last columns go
+    into further tables. No word and no number is cut.
     """
     texts = [[cell if isinstance(cell, Text) else Text(cell) for cell in row] for row in rows]
     return _Sheet([_Column(*each) for each in zip(columns, *texts, strict=True)], text_columns)
@@ -60,7 +60,7 @@ class _Column:
 
     @property
     def whole(self) -> int:
-        """Width without any line that goes on."""
+        """Width without any wrapped line."""
         return max(cell_len(text.plain) for text in (self.head, *self.cells))
 
     def least(self, is_text: bool) -> int:
@@ -72,7 +72,7 @@ class _Column:
 
 
 class _Sheet:
-    """One table, or several that have the columns of text in common."""
+    """One table, or several that repeat the columns of text."""
 
     def __init__(self, columns: Sequence[_Column], text_columns: int) -> None:
         self._columns = columns
@@ -116,5 +116,5 @@ def _taken(widths: Sequence[int], gap: int) -> int:
 
 
 def mark(good: bool) -> Text:
-    """Return a verdict."""
+    """Return the sign of a verdict."""
     return Text("✓", "green") if good else Text("✗", "bold red")

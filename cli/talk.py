@@ -10,7 +10,7 @@ from typing import Protocol
 import click
 
 Progress = Callable[[float, float], None]
-"""Called with how much is done, and how much there is."""
+"""Called with the work done so far, and all the work."""
 
 
 class Job(Protocol):
@@ -30,7 +30,7 @@ class Talk(Protocol):
     """Where jobs are shown: `with talk() as t: job = t.begin("Building")`."""
 
     def begin(self, what: str, *, waits: bool = False) -> Job:
-        """Show a job; one that waits starts when it first tells something."""
+        """Show a job; with `waits` its clock starts with its first progress or note."""
 
     def __enter__(self) -> Talk:
         """Start showing."""
@@ -92,10 +92,10 @@ class Counter:
         self._done = 0
 
     def __call__(self, done: float, total: float) -> None:
-        """Tell nothing of the single piece."""
+        """Ignore the progress of a single piece of work."""
 
     def note(self, text: str) -> None:
-        """Tell nothing of the single piece."""
+        """Ignore the notes of a single piece of work."""
 
     def end(self, text: str = "") -> None:
         """Show that one more is done."""

@@ -12,14 +12,14 @@ from heatwright.cli.ends import UNWRITTEN, Refused
 
 
 def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
-    """Refuse a file that cannot be written, before an hour is simulated for it.
+    """Refuse a file that cannot be written, before a long simulation for it begins.
 
-    suffixes -- of the kinds of file there are, such as `.png`; none: any.
+    suffixes -- those allowed, such as `.png`; none: any.
     """
     if path is None:
         return
     if suffixes and path.suffix.lower() not in suffixes:
-        raise Refused(f"{path}: name it with {' or '.join(suffixes)}, for that is its kind.")
+        raise Refused(f"{path}: the name must end with {' or '.join(suffixes)}.")
     if path.is_dir():
         raise Refused(f"{path}: is a folder; name a file.")
     from heatwright.spec.loading.user_file import OPEN_ALREADY  # noqa: PLC0415 - not only to show help
@@ -35,7 +35,7 @@ def check_target(path: Path | None, suffixes: Sequence[str] = ()) -> None:
 
 @contextmanager
 def blaming(path: Path) -> Iterator[None]:
-    """Let an error of writing say so, and name this file if it names none (a full disk)."""
+    """Mark errors as errors of writing; name this file if an error names none (a full disk)."""
     try:
         yield
     except OSError as error:
@@ -49,9 +49,9 @@ def blaming(path: Path) -> Iterator[None]:
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Give a name to write to; when all went well, the file takes the place of `path`.
+    """Yield the path of a temporary file; if all goes well, that file replaces `path`.
 
-    The name has the suffix of `path`. After an error or Ctrl-C nothing of it is left.
+    It has the suffix of `path`. After an error or Ctrl-C it is removed.
     """
     target = path.resolve()
     if target.exists() and not target.is_file():  # a device or a pipe

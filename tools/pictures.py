@@ -99,7 +99,7 @@ def terminal(folder: Path, picture: Path, *lines: str) -> None:
 
 def edited(spec: Path, picture: Path) -> None:
     """Draw the part of a spec that becomes firmware, as an editor shows it."""
-    text = spec.read_text("utf-8").split("\n# The machine as")[0]
+    text = spec.read_text("utf-8").split("\n# The machine for")[0]
     console = Console(record=True, width=120, file=StringIO())
     console.print(Syntax(text, "yaml", theme="ansi_dark", line_numbers=True, word_wrap=True))
     picture.write_text(exported(console, spec.name), encoding="utf-8")
@@ -125,7 +125,7 @@ def main() -> None:
         spec = folder / "bath.yaml"
         text = spec.read_text("utf-8").replace("maximum: 90 °C}", "maximum: 80 °C}")
         plotter = "  - {kind: serial_plotter, loop: water, baud: 9600}\n"
-        text = text.replace("\n# The machine as", f"{plotter}\n# The machine as")
+        text = text.replace("\n# The machine for", f"{plotter}\n# The machine as")
         hot = spec.read_text("utf-8").replace("maximum: 96 °C", "maximum: 90 °C")
         edited(spec, PICTURES / "bath_spec.svg")
         spec.write_text(hot, "utf-8")

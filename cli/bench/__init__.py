@@ -1,1 +1,1 @@
-"""The live bench: the unmodified firmware in its simulated board, on a page in the browser."""
+"""The bench: the unmodified firmware runs in a simulated board, on a page in the browser."""

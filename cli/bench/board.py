@@ -1,4 +1,4 @@
-"""The one thread in which the board runs: it takes orders, keeps the pace, tells what is new."""
+"""The thread that runs the board: it executes orders, keeps the speed, publishes the state."""
 
 from __future__ import annotations
 
@@ -25,31 +25,31 @@ from heatwright.sim.live import Clock
 from heatwright.spec import Controller
 
 SLICE_S = 0.02
-"""How often orders are looked at, s on the wall: a key that is pressed waits no longer."""
+"""Real time between two checks for orders, s: a key press waits no longer."""
 TELL_S = 0.02
 TELL_QUICK_S = 0.1
-"""Shortest time between two updates of the tabs: at a given speed, and at full speed."""
+"""Shortest real time between two updates of the tabs, s: up to real time, and above it."""
 PICTURE_S, PICTURE_QUICK_S = 0.2, 1.0
 VARIABLES_S = 0.5
-"""How often at most a touch display is drawn (at most real time, and above), and all variables are
-read."""
+"""Shortest real time, s, between two pictures of a touch display (up to real time, and above it),
+and between two readings of all variables."""
 FULL_S = 0.05
-"""How long a stretch takes at full speed, about."""
+"""Approximate real time of a stretch at full speed, s."""
 MOST_STRETCH = 20_000
-"""Steps of a stretch."""
+"""Most steps of time in a stretch."""
 FULL = math.inf
 ROUNDING_S = 1e-9
 
 Answer = Callable[[str], None]
-"""Is given what is wrong with an order, or ""."""
+"""Called with an error message about an order, or ""."""
 
 
 class Board:
     """The board and its machine, run by a thread of its own.
 
-    store -- what the tabs are told; world -- the simulated machine, of that thread alone; speed --
-    seconds of the board to one of ours: FULL for as fast as it goes, 0 while it stands; failed --
-    what has ended the thread, if anything has, when_failed -- called then.
+    store -- the data for the tabs; world -- the simulated machine, used only by that thread; speed
+    -- board time divided by real time: FULL for as fast as possible, 0 while paused; failed -- the
+    error that has ended the thread; when_failed -- called when it has ended so.
     """
 
     page = "index.html"
@@ -57,7 +57,7 @@ class Board:
     def __init__(
         self, controller: Controller, program: Path | Elf, name: str, *, speed: float = 1.0
     ) -> None:
-        """Power it on; name -- of the spec's file."""
+        """Power the board on; name -- the spec's file name."""
         self.name, self.controller = name, controller
         self.world = LiveWorld(controller, program)
         self.seats = seats_of(controller)
@@ -82,41 +82,41 @@ class Board:
     # -- what the server does ------------------------------------------------------------------
 
     def start(self) -> None:
-        """Let it run."""
+        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Let it come to its end."""
+        """End the thread."""
         self._stop.set()
         self._thread.join()
 
     def order(self, order: Order, answer: Answer) -> None:
-        """Hand an order in; answer -- is called in the board's thread."""
+        """Queue an order; answer -- is called in the board's thread."""
         self._orders.put((order, answer))
 
     def scenario(self) -> str:
-        """Return what was done so far as a scenario's file. Raises Unsaid."""
+        """Return the recorded actions as a scenario file. Raises Unsaid."""
         return self.recorded.text(self.name, self.world.now_s)
 
     # -- what orders do ------------------------------------------------------------------------
 
     def set_speed(self, speed: float) -> None:
-        """Go on at another speed."""
+        """Change the speed."""
         self.speed = speed
         self._begins_s = self.world.now_s
         self._clock = Clock(speed if 0 < speed < FULL else 1.0)
 
     @property
     def is_quick(self) -> bool:
-        """Whether it runs faster than the clock on the wall, or stands."""
+        """Whether the board runs faster than real time, or is paused."""
         return self.speed > 1 or self.speed == 0
 
     def later(self, in_s: float, act: Callable[[], None]) -> None:
-        """Schedule an action after so many seconds of the board's time."""
+        """Schedule an action in `in_s` seconds of board time."""
         heapq.heappush(self._due, (self.world.now_s + in_s, next(self._numbers), act))
 
     def record(self, event: Mapping[str, Any]) -> None:
-        """Record an event for a scenario; at_s -- its time, if that is not now."""
+        """Record an event for a scenario; key at_s -- its time, if not now."""
         what = dict(event)
         at_s = what.pop("at_s", self.world.now_s)
         self.recorded.event(at_s, what)
@@ -128,7 +128,7 @@ class Board:
         self.view.journal(self.world.now_s, text)
 
     def step(self) -> None:
-        """Advance by one step of the quickest loop, while it stands."""
+        """Advance by one period of the fastest loop, while paused."""
         self.go_to(self.world.now_s + self.controller.shortest_period_s)
 
     # -- the thread ----------------------------------------------------------------------------
@@ -146,7 +146,7 @@ class Board:
                     self._go_at_pace()
                 self.tell()
         except BaseException as error:
-            self.failed = error  # whoever waits for this thread raises it
+            self.failed = error  # the command raises it once the server has ended
             self.when_failed()
 
     def _await_order(self) -> None:
@@ -156,9 +156,9 @@ class Board:
             self._waiting = None
 
     def _take_orders(self, *, at_once: bool = False) -> None:
-        """Do what was asked for; at_once -- only what needs no step of the machine to be over."""
+        """Execute orders; at_once -- only those that are allowed within a step of the machine."""
         while self._next_order():
-            assert self._waiting is not None  # noqa: S101 - it has just been taken
+            assert self._waiting is not None  # noqa: S101 - _next_order has set it
             order, answer = self._waiting
             if at_once and order.get("do") not in AT_ONCE:
                 return
@@ -174,10 +174,10 @@ class Board:
         return True
 
     def do(self, order: Order) -> str:
-        """Do what is asked for, in the board's thread; return what is wrong with it, or ""."""
+        """Execute an order, in the board's thread; return an error message, or ""."""
         act = ORDERS.get(str(order.get("do")))
         if act is None:
-            return f"There is no order {order.get('do')!r}."
+            return f"The order {order.get('do')!r} does not exist."
         try:
             act(self, order)
         except BadOrder as error:
@@ -189,7 +189,7 @@ class Board:
     # -- time ----------------------------------------------------------------------------------
 
     def _go_at_pace(self) -> None:
-        """Advance by what is due in a slice of the wall's time, or by a step of the machine."""
+        """Advance by the board time that fits a slice of real time, or by a step of the machine."""
         world = self.world
         steps = int(self.speed * SLICE_S / world.step_s)
         if steps > 1:
@@ -199,7 +199,7 @@ class Board:
             world.act_within(self._slowly)
 
     def _go_fully(self) -> None:
-        """Go on for about FULL_S of the wall."""
+        """Advance as far as possible in about FULL_S of real time."""
         begin_s, from_s = monotonic(), self.world.now_s
         steps = max(1, min(MOST_STRETCH, round(self._per_s * FULL_S)))
         self.go_to(from_s + steps * self.world.step_s)
@@ -208,7 +208,7 @@ class Board:
         self._per_s += 0.5 * (done / took_s - self._per_s)
 
     def go_to(self, time_s: float) -> None:
-        """Advance to a time, in whole steps, through all that is due until then."""
+        """Advance to a time, in whole steps, and execute all actions that are due before it."""
         world = self.world
         while (left := round((time_s - world.now_s) / world.step_s)) > 0:
             calm = left
@@ -220,7 +220,7 @@ class Board:
                 world.act_within(self._through)
 
     def _through(self, end_s: float) -> None:
-        """Run the device to the end of a step, and do on the way what is due."""
+        """Run the device to the end of a step, and execute the actions that are due meanwhile."""
         while self._due and self._due[0][0] <= end_s:
             at_s, _, act = heapq.heappop(self._due)
             self.world.device.advance(max(at_s, self.world.now_s))
@@ -228,7 +228,7 @@ class Board:
         self.world.device.advance(end_s)
 
     def _slowly(self, end_s: float) -> None:
-        """The same at a pace that a hand can follow: orders are taken on the way."""
+        """The same in slices of real time, so that orders act within a step."""
         device = self.world.device
         while (left_s := end_s - device.time_s) > ROUNDING_S:
             if self._waiting is None and not self._stop.is_set():
@@ -240,10 +240,10 @@ class Board:
                 self.tell()
                 self._clock.wait(device.time_s - self._begins_s)
 
-    # -- what is told --------------------------------------------------------------------------
+    # -- what the tabs get ---------------------------------------------------------------------
 
     def tell(self, *, force: bool = False) -> None:
-        """Send the news to the tabs, if it is time."""
+        """Publish the new state to the tabs, if an update is due."""
         now_s = monotonic()
         if now_s - self._told_s < (TELL_QUICK_S if self.speed > 1 else TELL_S) and not force:
             return
@@ -264,7 +264,7 @@ class Board:
         self.store.publish(state, self.view.points(), self.view.lines(), variables)
 
     def _rate_now(self, now_s: float) -> float:
-        """Return how many seconds of the board go into one of ours, of late."""
+        """Return board time divided by real time, over the last second or so."""
         since_s, from_s = self._rated
         if now_s - since_s >= 1.0:
             self._rate = round((self.world.now_s - from_s) / (now_s - since_s), 2)

@@ -1,4 +1,4 @@
-"""What the user has broken: the catalogue's causes and cures, on a machine that runs on."""
+"""The faults that the user switches on and off: causes and cures of `verify`'s catalogue."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from heatwright.cli.bench.world import LiveWorld
 
 OUTLIVES = ("fan", "input", "relay")
-"""Parts beside the board: what is broken of them outlives a loss of power by itself."""
+"""Parts outside the board: a loss of power does not end their faults."""
 
 Slots = frozenset[tuple[str, str]]
-"""Places of the wiring: what lies there, and its output or sensor."""
+"""Places in the wiring: the kind of place, and its output or sensor."""
 
 
 @dataclass(frozen=True)
 class Cause:
-    """One way to fail that can be brought about; loop -- whose part fails."""
+    """One fault that can be caused; loop -- the loop whose part fails."""
 
     part: str
     loop: str
@@ -29,12 +29,12 @@ class Cause:
 
     @property
     def lasts(self) -> bool:
-        """Whether there is a cure of its own; else it happens once, or lies on a wire."""
+        """Whether the fault has a cure; else it happens once, or is removed from the wiring."""
         return self.fault.cure is not nothing
 
 
 class Breakage:
-    """What can be broken, and what is; causes -- by id, that of the catalogue."""
+    """All possible faults, and the active ones; causes -- by the catalogue's id."""
 
     def __init__(self, world: LiveWorld, program: Elf) -> None:
         self._world = world
@@ -47,11 +47,11 @@ class Breakage:
 
     @property
     def active(self) -> tuple[str, ...]:
-        """What is broken now, by id, in the order in which it was."""
+        """Ids of the active faults, in the order in which they were caused."""
         return tuple(self._active)
 
     def bring(self, name: str) -> None:
-        """Let something happen. Raises LookupError for what the catalogue has not."""
+        """Cause a fault. Raises LookupError if the catalogue does not have it."""
         cause = self._of(name)
         if name in self._active:
             return
@@ -66,7 +66,7 @@ class Breakage:
             return
         self._active = {
             other: taken for other, taken in self._active.items() if not taken & places
-        }  # what lay there lies there no more
+        }  # the new fault has replaced those in its places
         self._active[name] = places
 
     def mend(self, name: str) -> None:
@@ -84,7 +84,7 @@ class Breakage:
             wires[kind].pop(place, None)
 
     def renew(self) -> None:
-        """Break anew what a loss of power has replaced: chips, and the levels of pins."""
+        """Cause again the faults that a loss of power has undone: of chips and of pins."""
         if self._renewing:
             return
         self._renewing = True
@@ -101,7 +101,7 @@ class Breakage:
 
     @staticmethod
     def _excludes(cause: Cause, other: Cause) -> bool:
-        """Return whether both are faults of one sensor: a chip has one at a time."""
+        """Return whether both are faults of one sensor: it has one at a time."""
         return cause.part == other.part == "sensor" and cause.loop == other.loop
 
     def _of(self, name: str) -> Cause:
@@ -110,7 +110,7 @@ class Breakage:
         return self.causes[name]
 
     def _wired(self) -> dict[tuple[str, str], Any]:
-        """Return what lies in which place of the wiring."""
+        """Return the content of each place in the wiring."""
         places = self._places().items()
         return {(kind, name): each for kind, found in places for name, each in found.items()}
 

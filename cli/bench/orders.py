@@ -1,4 +1,4 @@
-"""What a tab may ask for, by name; whatever else it sends is refused."""
+"""The orders that a tab may send, by name; anything else is refused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Act = Callable[["Board", Order], None]
 SLOWEST, FASTEST = 0.1, 1000.0
-"""Seconds of the board to one of ours."""
+"""Speeds, as board time divided by real time."""
 COLDEST_C, HOTTEST_C = -40.0, 80.0
 """Range of the ambient temperature."""
 MOST_FEED_MM_PER_S = 50.0
@@ -39,10 +39,10 @@ def _step(board: Board, order: Order) -> None:
 
 
 def _at(board: Board, order: Order) -> None:
-    """Do something at an interface."""
+    """Pass an order to an interface."""
     number = order.get("interface")
     if isinstance(number, bool) or not isinstance(number, int):
-        raise BadOrder("interface: the number of one is needed.")
+        raise BadOrder("interface: the number of an interface is needed.")
     if not 0 <= number < len(board.seats):
         raise BadOrder(f"There is no interface {number}.")
     board.seats[number].act(board, order)
@@ -83,10 +83,10 @@ def _feed(board: Board, order: Order) -> None:
 
 
 def _play(board: Board, order: Order) -> None:
-    """Let the scenario of the spec be played from now on."""
+    """Play the spec's scenario from now on."""
     del order
     simulation = board.controller.simulation
-    assert simulation is not None  # noqa: S101 - the command has looked
+    assert simulation is not None  # noqa: S101 - the command has checked it
     now_s = board.world.now_s
     for event in simulation.scenario:
         if event.for_s is None:
@@ -108,4 +108,4 @@ ORDERS: Mapping[str, Act] = {
     "play": _play,
 }
 AT_ONCE = ("at", "speed")
-"""What can be done in the middle of a step of the machine."""
+"""Orders that can be executed in the middle of a step of the machine."""

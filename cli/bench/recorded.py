@@ -1,4 +1,4 @@
-"""What was done at the bench, as a scenario that `simulate` plays again."""
+"""The user's actions at the bench, as a scenario that `simulate` can play."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from heatwright.spec.loading.translate import findings
 from heatwright.spec.scenario.writes import AMOUNTS
 
 LEAST_S = 1.0
-"""A scenario is at least so long."""
+"""Least time from the last event to the end of a scenario."""
 
 
 class Unsaid(ValueError):
-    """The scenario cannot be written; says why."""
+    """The scenario cannot be written; the text says why."""
 
 
 class Recorded:
@@ -29,11 +29,11 @@ class Recorded:
         self._lines: list[tuple[float, Mapping[str, Any] | str]] = []
 
     def event(self, at_s: float, what: Mapping[str, Any]) -> None:
-        """Note what a scenario can say."""
+        """Record an event of a scenario."""
         self._lines.append((at_s, what))
 
     def remark(self, at_s: float, text: str) -> None:
-        """Note what it cannot say."""
+        """Record an action that a scenario cannot express, as a comment."""
         self._lines.append((at_s, text))
 
     def __len__(self) -> int:
@@ -42,14 +42,14 @@ class Recorded:
     def text(self, name: str, ends_s: float) -> str:
         """Return the scenario file; ends_s -- its length.
 
-        Raises Unsaid where it would have too many events.
+        Raises Unsaid if it would have too many events.
         """
         lines = sorted(self._lines, key=lambda line: line[0])
         count = sum(not isinstance(what, str) for _, what in lines)
         if count >= MOST_ENTRIES:
-            raise Unsaid(f"{count} events were done: a scenario has at most {MOST_ENTRIES - 1}.")
+            raise Unsaid(f"{count} events are too many: a scenario has at most {MOST_ENTRIES - 1}.")
         found = [
-            f"# Done at the bench of {name}; lines with # are what a scenario cannot say.",
+            f"# Recorded at the bench of {name}; a scenario cannot express the lines with #.",
             "scenario:",
         ]
         for at_s, what in lines:
@@ -63,14 +63,14 @@ class Recorded:
 
 
 def _written(at_s: float, what: Mapping[str, Any]) -> str:
-    """Return one event in YAML's flow style, whose texts are JSON's."""
+    """Return one event in YAML's flow style; its texts are quoted as in JSON."""
     parts = [f"at: {at_s:.2f} s"]
     parts += [f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in what.items()]
     return "{" + ", ".join(parts) + "}"
 
 
 def said(event: Event) -> dict[str, Any]:
-    """Return what an event does as a spec has it."""
+    """Return an event's keys and values as a spec writes them, without its time."""
     found: dict[str, Any] = {}
     if event.press is not None:
         found = {"press": event.press} | ({"times": event.times} if event.times > 1 else {})
@@ -88,7 +88,7 @@ def said(event: Event) -> dict[str, Any]:
 
 
 def with_unit(name: str, value: Any) -> Any:
-    """Return what a master writes as a spec has it: a setpoint and a duty have their units."""
+    """Return a value that a master writes, as in a spec: setpoint and duty have units."""
     what = name.rpartition(".")[2]
     if what in AMOUNTS and not isinstance(value, bool) and isinstance(value, int | float):
         return f"{value:g} {AMOUNTS[what].base}"
@@ -96,7 +96,7 @@ def with_unit(name: str, value: Any) -> Any:
 
 
 def in_words(what: Mapping[str, Any]) -> str:
-    """Return what was done in a few words."""
+    """Describe an event in a few words."""
     parts = []
     for key, value in what.items():
         if isinstance(value, Mapping):
@@ -109,7 +109,7 @@ def in_words(what: Mapping[str, Any]) -> str:
 
 
 def event_of(what: Mapping[str, Any]) -> Event:
-    """Return what a scenario says as an event; raises BadOrder in the language's own words."""
+    """Return the event of a scenario's keys; raises BadOrder with the message that a spec gets."""
     try:
         return Event.model_validate({"at": "0 s", **what})
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""The page and its live line: on this computer alone, for whoever knows the token."""
+"""Serves the page and its WebSocket, to this computer only and only with the token."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PAGE = {
     "uPlot.js": ("uPlot.iife.min.js", "text/javascript"),
     "uPlot.css": ("uPlot.min.css", "text/css"),
 }
-"""By the last part of the address: file and kind; where it is empty, a page."""
+"""File and media type, by the last part of the address."""
 SAFE = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": (
@@ -45,18 +45,18 @@ SAFE = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
-"""Headers of every answer: nothing comes from elsewhere, nobody frames it."""
+"""Headers of every answer: no content from other sites, no display in a frame."""
 QUICKLY = 1
-"""How a picture is compressed: it goes no further than to this computer's browser."""
+"""Level of PNG compression: low, as pictures only go to a browser on this computer."""
 LONGEST_ORDER = 4096
 """Bytes."""
 
 
 class Shown(Protocol):
-    """What is served: a board, or a line that is listened to.
+    """The source of a page's data: a board, or a serial line.
 
-    page -- the file of its page; store -- what the tabs are told; when_failed -- called when there
-    is nothing to show any more.
+    page -- the file of its page; store -- the data for the tabs; when_failed -- called when the
+    source has failed.
     """
 
     page: str
@@ -64,17 +64,17 @@ class Shown(Protocol):
     when_failed: Callable[[], None]
 
     def order(self, order: Mapping[str, Any], answer: Callable[[str], None]) -> None:
-        """Execute a command; answer -- is called with what is wrong with it, or ""."""
+        """Execute an order; answer -- is called with an error message, or ""."""
 
     def scenario(self) -> str:
-        """Return what was done so far as a scenario's file. Raises Unsaid."""
+        """Return the recorded actions as a scenario file. Raises Unsaid."""
 
 
 class OwnNames:
-    """Lets in who has asked for this computer, by one of its own names and this port.
+    """Accepts only requests addressed to this computer, by one of its own names and this port.
 
-    A name of somebody else's that is made to lead here stays outside, and so does the script of a
-    page that came from elsewhere.
+    This refuses foreign names that resolve to this computer (DNS rebinding), and scripts of pages
+    from other sites.
     """
 
     def __init__(self, app: ASGIApp, port: int) -> None:
@@ -82,7 +82,7 @@ class OwnNames:
         self._hosts = {f"{name}:{port}" for name in NAMES}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Look at `Host` and `Origin`; a live line must have an origin."""
+        """Check `Host` and `Origin`; a WebSocket must have an origin."""
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
@@ -100,7 +100,7 @@ class OwnNames:
 
 
 class Pages:
-    """What is at the addresses that begin with the token."""
+    """The routes of all addresses that begin with the token."""
 
     def __init__(self, board: Shown, token: str) -> None:
         self._board, self._token = board, token
@@ -163,12 +163,12 @@ def _nothing() -> Response:
 def app_of(board: Shown, token: str, port: int) -> ASGIApp:
     """Return the server's application for a board; token -- the first part of each address."""
     app = Starlette(routes=Pages(board, token).routes)
-    app.router.redirect_slashes = False  # nobody is led on who does not know the token
+    app.router.redirect_slashes = False  # without the token every address answers 404
     return OwnNames(app, port)
 
 
 async def _talk(line: WebSocket, board: Shown) -> None:
-    """Send the news to a tab, and receive its commands, until it closes."""
+    """Send news to a tab, and receive its orders, until it closes."""
     told, answers = Told(), asyncio.Queue[dict[str, Any]]()
     async with _woken(board) as woken:
         teller = asyncio.create_task(_tell(line, board, told, answers, woken))
@@ -183,7 +183,7 @@ async def _talk(line: WebSocket, board: Shown) -> None:
 
 @asynccontextmanager
 async def _woken(board: Shown) -> AsyncIterator[asyncio.Event]:
-    """Give an event that the board's thread sets when there is something new."""
+    """Yield an event that the board's thread sets when there is news."""
     woken, loop = asyncio.Event(), asyncio.get_running_loop()
 
     def wake() -> None:
@@ -203,7 +203,7 @@ async def _tell(
     answers: asyncio.Queue[dict[str, Any]],
     woken: asyncio.Event,
 ) -> None:
-    """Send what is new, at once; a slow tab gets less of it, not later."""
+    """Send news at once; a slow tab skips updates instead of falling behind."""
     try:
         await _send(line, {"about": board.store.about})
         while True:
@@ -213,7 +213,7 @@ async def _tell(
                 await _send(line, news)
             await woken.wait()
             woken.clear()
-    except (WebSocketDisconnect, RuntimeError):  # it has gone while it was written to
+    except (WebSocketDisconnect, RuntimeError):  # the tab was closed meanwhile
         return
 
 
@@ -228,7 +228,7 @@ def _take(
     answers: asyncio.Queue[dict[str, Any]],
     woken: asyncio.Event,
 ) -> None:
-    """Hand an order to the board; what is no order is answered by an error."""
+    """Pass an order to the board; answer anything else with an error."""
     loop = asyncio.get_running_loop()
     order = _order(text)
     number = order.get("number")
@@ -258,11 +258,11 @@ class Server:
 
     address -- of its page; bound_to -- the address of this computer that it listens on.
 
-    Raises OSError where the port is taken.
+    Raises OSError if the port is in use.
     """
 
     def __init__(self, board: Shown, port: int = 0) -> None:
-        """Bind it; port -- 0 for any that is free."""
+        """Bind the server to a port; 0: any free one."""
         self._socket = socket.create_server((HOST, port))
         self.bound_to, port = self._socket.getsockname()
         token = secrets.token_urlsafe(16)
@@ -275,7 +275,7 @@ class Server:
                 server_header=False,
                 timeout_graceful_shutdown=1,
                 ws_max_size=LONGEST_ORDER,
-                ws_per_message_deflate=False,  # it goes no further than to this computer
+                ws_per_message_deflate=False,  # the browser is on this computer
             )
         )
         board.when_failed = self.stop
@@ -285,5 +285,5 @@ class Server:
         self._server.run(sockets=[self._socket])
 
     def stop(self) -> None:
-        """Let it end."""
+        """End `run`."""
         self._server.should_exit = True

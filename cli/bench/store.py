@@ -1,4 +1,4 @@
-"""What every tab gets: written by the board's thread, read by the server's."""
+"""The data for all tabs: written by the board's thread, read by the server's."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Point = tuple[float | None, ...]
 
 @dataclass
 class Chart:
-    """The course of a loop; epoch -- how often its points were thinned out."""
+    """The chart of a loop; epoch -- how often its points were thinned out."""
 
     points: list[Point] = field(default_factory=list)
     epoch: int = 0
@@ -38,7 +38,7 @@ class Chart:
 
 @dataclass
 class Roll:
-    """The last lines of something; first -- the number of the oldest that is kept."""
+    """The last lines of a console; first -- the number of the oldest line kept."""
 
     lines: list[Any] = field(default_factory=list)
     first: int = 0
@@ -57,7 +57,7 @@ class Roll:
 
 @dataclass
 class Told:
-    """What one tab knows already."""
+    """The data that one tab has already received."""
 
     state: dict[str, Any] = field(default_factory=dict)
     charts: dict[str, tuple[int, int]] = field(default_factory=dict)
@@ -69,8 +69,8 @@ class Told:
 class Store:
     """The latest state, with charts and consoles; about -- what never changes.
 
-    pictures -- of touch displays, by the interface's number, drawn -- how often each was;
-    watchers -- called, in the board's thread, when there is something new.
+    pictures -- of touch displays, by the interface's number; drawn -- how often each was drawn;
+    watchers -- called in the board's thread when there is news.
     """
 
     def __init__(self, about: Mapping[str, Any]) -> None:
@@ -96,7 +96,7 @@ class Store:
         lines: Mapping[str, list[Any]],
         variables: Mapping[str, Any] | None,
     ) -> None:
-        """Store the news: points by loop, lines by roll."""
+        """Store new data: points by loop, lines by console."""
         with self._lock:
             self._state = dict(state)
             for loop, added in points.items():
@@ -109,7 +109,7 @@ class Store:
             watcher()
 
     def news(self, told: Told) -> dict[str, Any]:
-        """Return what a tab does not know yet, and take it for told."""
+        """Return the data that a tab has not received yet, and mark it as received."""
         with self._lock:
             found: dict[str, Any] = {}
             changed = {
@@ -145,5 +145,5 @@ class Store:
 
 
 def as_told(line: Line) -> list[Any]:
-    """Return a console's line as a tab takes it."""
+    """Return a console's line as a list for JSON."""
     return [round(line.time_s, 3), line.sent, line.text, line.by_itself]

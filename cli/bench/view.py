@@ -1,4 +1,4 @@
-"""What there is to see of the board: gathered in its own thread, as plain values for JSON."""
+"""Collects all that the page shows of the board, as plain values for JSON."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_ELEMENTS = 16
 
 
 class View:
-    """Looks at a world, and at who sits at its interfaces."""
+    """Reads the values of a world, and of the seats at its interfaces."""
 
     def __init__(self, world: LiveWorld, seats: Sequence[Seat]) -> None:
         self._world, self._seats = world, seats
@@ -35,13 +35,13 @@ class View:
         self._size = max(end for _, end in places) - self._from
 
     def journal(self, time_s: float, text: str) -> None:
-        """Note a line for all tabs: what was done, and what came of it."""
+        """Add a line to the journal: an action of the user, or a fault of the firmware."""
         self._journal.append([round(time_s, 3), text])
 
     # -- once ----------------------------------------------------------------------------------
 
     def about(self, name: str) -> dict[str, Any]:
-        """Return what never changes."""
+        """Return the data that never change: names, limits, possible faults."""
         controller, world = self._controller, self._world
         network = world.site.network
         return {
@@ -79,7 +79,7 @@ class View:
     # -- now -----------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """Return all that a glance at the bench shows."""
+        """Return all values that the page shows now."""
         world, device = self._world, self._world.device
         self._note_fault()
         return {
@@ -128,10 +128,10 @@ class View:
         said = f"fault {found['id']}: {found['meaning']}" if found else "the fault is acknowledged"
         self.journal(self._world.now_s, said)
 
-    # -- what has come -------------------------------------------------------------------------
+    # -- since the last call -------------------------------------------------------------------
 
     def points(self) -> dict[str, list[Point]]:
-        """Return the loops' courses since the last call: s, °C, °C, °C, %."""
+        """Return each loop's new points: time, s, three temperatures, °C, and duty, %."""
         self._world.forget()
         return {
             loop: list(zip(*map(_column, course), strict=True))
@@ -139,7 +139,7 @@ class View:
         }
 
     def lines(self) -> dict[str, list[Any]]:
-        """Return what went over the lines, and the journal, since the last call."""
+        """Return the new lines of all consoles and of the journal."""
         found = {
             str(seat.number): [as_told(line) for line in lines]
             for seat in self._seats
@@ -165,7 +165,7 @@ class View:
 
 
 def _plain(value: Any, digits: int) -> Any:
-    """Return a number as JSON has it: none that is not finite."""
+    """Return a number for JSON; None if it is not finite."""
     number = float(value)
     if not math.isfinite(number):
         return None
@@ -173,7 +173,7 @@ def _plain(value: Any, digits: int) -> Any:
 
 
 def _column(values: NDArray[np.float64]) -> Sequence[float | None]:
-    """Return many numbers as JSON has them."""
+    """Return numbers for JSON; None for each that is not finite."""
     rounded: list[float] = np.round(values, 3).tolist()
     if np.isfinite(values).all():
         return rounded
@@ -181,7 +181,7 @@ def _column(values: NDArray[np.float64]) -> Sequence[float | None]:
 
 
 def _scalars(world: LiveWorld) -> Iterator[tuple[str, Variable]]:
-    """Yield the program's own variables, structures and short arrays taken apart."""
+    """Yield the program's own variables; members of structures and short arrays one by one."""
     variables = world.device.variables
     for file in variables.files:
         for each in variables.of_file(file):

@@ -1,4 +1,4 @@
-"""The machine as the spec describes it, run for as long as somebody sits in front of it."""
+"""The spec's machine, which runs until the bench is closed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEAST_SUPPLY, MOST_SUPPLY = 0.0, 1.3
 
 
 class Course(NamedTuple):
-    """What a loop did in some control steps: s, °C and %; machine_c -- where its sensor sits."""
+    """Values of a loop's control steps, in s, °C and %; machine_c -- at its sensor's node."""
 
     time_s: NDArray[np.float64]
     temperature_c: NDArray[np.float64]
@@ -31,15 +31,15 @@ class Course(NamedTuple):
 
 
 class LiveWorld(World):
-    """A world without an end: what it has recorded is taken from it now and then.
+    """A world without an end: its records are taken from it now and then.
 
-    breakage -- what is broken by the user's hand.
+    breakage -- the faults that the user has caused.
     """
 
     def __init__(self, controller: Controller, program: Path | Elf) -> None:
         """Power the controller on; the spec must have a simulation."""
         simulation = controller.simulation
-        assert simulation is not None  # noqa: S101 - the command has looked
+        assert simulation is not None  # noqa: S101 - the command has checked it
         self._simulation = simulation
         elf = program if isinstance(program, Elf) else Elf(program)
         site = Site(controller, next(iter(controller.loops)), elf)
@@ -49,7 +49,7 @@ class LiveWorld(World):
         self.breakage = Breakage(self, elf)
 
     def _plant(self, weather: Weather) -> Plant:
-        """Begin as the spec says."""
+        """Return the spec's plant at its start."""
         self._network = self._simulation.plant
         plant = plant_of(
             self.site.controller, self._network, ambient_c=weather.ambient_c, step_s=self.step_s
@@ -64,19 +64,19 @@ class LiveWorld(World):
         self.ambient_c = self._machine.plant.vector[-1] = ambient_c
 
     def take_heat(self, output: str, watts: float) -> None:
-        """Remove this heat at the place of a heater from now on, W."""
+        """Remove this heat flow at a heater's node from now on, W."""
         power_w = dict(self._machine.plant.heaters_w)[output]
         self.wiring.taken[output] = watts / power_w
 
     @property
     def taken_w(self) -> dict[str, float]:
-        """What is taken away, by heater, W."""
+        """Heat flow that is removed, by heater, W."""
         taken = self.wiring.taken
         return {name: taken.get(name, 0.0) * power_w for name, power_w in self.heaters_w}
 
     @property
     def heaters_w(self) -> tuple[tuple[str, float], ...]:
-        """The heaters, and the power of each while it is on, W."""
+        """Each heater with its power while it is on, W."""
         return self._machine.plant.heaters_w
 
     @property
@@ -86,14 +86,14 @@ class LiveWorld(World):
         return dict(zip(plant.nodes, plant.temperatures_c.tolist(), strict=True))
 
     def power_cut(self, off_s: float = 1.0, *, undefined: int = 0xFF) -> None:
-        """Cut the power; what is broken outlives it."""
+        """Cut the power; active faults stay."""
         super().power_cut(off_s, undefined=undefined)
         self.breakage.renew()
 
     # -- what was recorded ---------------------------------------------------------------------
 
     def take_courses(self) -> dict[str, Course]:
-        """Return what each loop did since the last call, and forget it."""
+        """Return the values of each loop since the last call, and drop them."""
         machine, loops = self._machine, self.site.controller.loops
         rows = machine.take_rows()
         nodes_c = machine.nodes_c(rows)
@@ -115,6 +115,6 @@ class LiveWorld(World):
         return found
 
     def forget(self) -> None:
-        """Drop what nobody will ask for any more."""
+        """Drop records that nothing needs any more."""
         self.device.take_resets()
         self.trips.forget()

@@ -1,1 +1,1 @@
-"""Many drawn machines of one spec: on this one, or on a cluster."""
+"""Runs of one spec on many random machines, on this computer or on a cluster."""

@@ -19,9 +19,9 @@ CONNECT_S = 10
 
 
 def run_there(packed: bytes, numbers: Sequence[int], scheduler: str, came: Came, job: Job) -> None:
-    """Do runs on the workers of a scheduler; each row as it comes.
+    """Do runs on the workers of a scheduler; call `came` with each row as it comes.
 
-    The scheduler gives a run whose worker dies to another one, some times.
+    If a worker dies, the scheduler gives its run to another worker, a few times.
     """
     counter = Counter(job, len(numbers))
     with _client(scheduler) as client:
@@ -32,26 +32,26 @@ def run_there(packed: bytes, numbers: Sequence[int], scheduler: str, came: Came,
 
 
 def _rows(client: Any, packed: bytes, numbers: Sequence[int], scheduler: str) -> Iterator[Any]:
-    """Yield each row as it comes; an error of the line to the scheduler is none of a file."""
+    """Yield each row as it comes; an OSError here means that the scheduler is lost."""
     try:
-        # The result of a task, and no scattered data: it is made again where its worker dies.
+        # Sent as the result of a task, not scattered: Dask makes it again if its worker dies.
         task = client.submit(bytes, packed, pure=False)
         for future in as_completed(client.map(run_one, [task] * len(numbers), numbers, pure=False)):
             yield _row(future, scheduler)
-            future.release()  # else its worker's death would have it done once more
+            future.release()  # else Dask would repeat this run if its worker dies
     except OSError as error:
-        raise Refused(f"{scheduler}: the scheduler has gone. {GOES_ON}") from error
+        raise Refused(f"{scheduler}: the connection is lost. {GOES_ON}") from error
 
 
 def _row(future: Any, scheduler: str) -> Any:
     try:
         return future.result()
     except KilledWorker:
-        told = "a run has ended one worker after the other; see what they say"
+        told = "one run has crashed several workers; see their messages"
     except CancelledError:
-        told = "the scheduler has gone"
+        told = "the connection is lost"
     except ImportError as error:
-        told = f"a worker has not what this computer has ({error}); install heatwright there"
+        told = f"a worker lacks a package ({error}); install heatwright[campaign] there"
     raise Refused(f"{scheduler}: {told}. {GOES_ON}")
 
 
@@ -65,7 +65,7 @@ def _client(scheduler: str) -> Iterator[Any]:
             f"{scheduler}: no Dask scheduler answers there ({told[0] if told else 'no answer'}). "
             "Start one with dask scheduler, and workers with dask worker ADDRESS."
         ) from None
-    logging.disable()  # what matters is told here
+    logging.disable()  # the errors that matter become messages of this module
     try:
         with client:
             yield client

@@ -1,4 +1,4 @@
-"""What a campaign varies: read from its file and held against the spec, or derived from it."""
+"""What a campaign varies: read from its file and checked against the spec, or derived from it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from heatwright.spec.quantity import amount, celsius, duration, number
 from heatwright.spec.units import CAPACITY, PERCENT, TEMPERATURE, THERMAL_RESISTANCE, Dimension
 
 AROUND_K = 10.0
-"""So much colder and hotter a room may be, where nobody says it."""
+"""By how much a room may be colder and hotter if no file says it, K."""
 FAULTS_PERCENT = 20.0
 
 
@@ -46,11 +46,11 @@ class _Finding(NamedTuple):
 
 
 def derived(controller: Controller) -> Vary:
-    """Return what is varied where no file says it, for any machine.
+    """Return the variations for any machine that are used if no file is given.
 
-    Masses and resistances as builders know them, a room that is colder or hotter, a supply within
-    its usual tolerance, sensors as wrong as their data sheets let them be, an operator who is late,
-    and in every fifth run something that breaks.
+    Heat capacities and resistances as exactly as builders know them, a colder or hotter room, a
+    supply within its usual tolerance, sensor errors up to those of the data sheets, a late
+    operator, and a fault in every fifth run.
     """
     simulation = _machine_of(controller)
     ends_c = [room_c(controller, simulation.ambient_c + sign * AROUND_K) for sign in (-1, 1)]
@@ -76,7 +76,7 @@ def _error_k(controller: Controller, sensor: str, at_c: float) -> float:
 
 
 def given(spec: Spec, file: Path | None) -> Vary:
-    """Return what is varied.
+    """Return the variations of the file, or those for any machine.
 
     Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
     """
@@ -105,7 +105,7 @@ def _read(tree: Tree) -> tuple[Vary | None, list[Problem]]:
     problems = dict(tree.problems)
     if tree.data is None:
         remedy = "Write what varies, such as capacities: {all: ± 20 %}"
-        return None, [tree.problem((), "this file says nothing", remedy)]
+        return None, [tree.problem((), "this file is empty", remedy)]
     try:
         return Vary.model_validate(tree.data), list(problems.values())
     except ValidationError as error:
@@ -119,7 +119,7 @@ def _machine_of(controller: Controller) -> Simulation:
     return controller.simulation
 
 
-# -- held against the spec -----------------------------------------------------------------------
+# -- checked against the spec --------------------------------------------------------------------
 
 
 def _checked(vary: Vary, controller: Controller) -> Iterator[_Finding]:
@@ -174,10 +174,10 @@ def _of_sensors(vary: Vary, controller: Controller) -> Iterator[_Finding]:
     yield from _named("noise", vary.noise_k, thermometers)
     for name, spread in vary.errors.items():
         if name in controller.ammeters and not spread.is_share:
-            reason = f"{spread.text} is no share, and {name} measures a current"
+            reason = f"{name} measures a current, and {spread.text} is not a share of it"
             yield _Finding(("errors", name), reason, "Write a share, such as ± 2 %")
         elif name in thermometers and spread.is_share:
-            reason = f"{spread.text} is a share of nothing: an error is about 0 K"
+            reason = f"{spread.text} is a share, and an error of a temperature has the unit K"
             yield _Finding(("errors", name), reason, "Write it in K, such as ± 0.5 K")
     for name in thermometers:
         if (noise := spread_of(vary.noise_k, name)) is not None:
@@ -202,13 +202,13 @@ def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
         if not place.facts.commanded and not place.key_step_k:
             yield _Finding(
                 (*path, "loop"),
-                f"nobody can ask {ask.loop} for a setpoint: no keys, no host and no master has it",
-                "Delete this, or give the spec an interface",
+                f"no keys, host or master can set the setpoint of {ask.loop}",
+                "Delete this, or add an interface to the spec",
             )
         low_c, high_c = ask.setpoint_c.ends()
         if low_c < setpoint.minimum_c or high_c > setpoint.maximum_c:
             able = f"{celsius(setpoint.minimum_c)} .. {celsius(setpoint.maximum_c)}"
-            reason = f"{ask.setpoint_c.text} goes beyond the loop's setpoints, {able}"
+            reason = f"{ask.setpoint_c.text} exceeds the loop's range of setpoints, {able}"
             yield _Finding((*path, "setpoint"), reason, "Stay within them")
     nodes = _machine_of(controller).plant.nodes
     for number_, upset in enumerate(vary.upsets):
@@ -238,5 +238,5 @@ def _of_faults(vary: Vary, controller: Controller) -> Iterator[_Finding]:
         if name not in BREAKS:
             yield _Finding(path, f"there is no fault {name}", advice(name, list(BREAKS)))
         elif not applicable(controller, name):
-            reason = f"{name} can happen to no loop of the spec: it has no such part"
+            reason = f"no loop of the spec has the part that {name} breaks"
             yield _Finding(path, reason, "Delete it")

@@ -1,4 +1,4 @@
-"""A campaign for people and for machines."""
+"""The results of a campaign as text and as JSON data."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ WORDS = {
     WELL: "nothing broke, nothing tripped",
     TRIPPED: "nothing broke, and a rule tripped",
     CAUGHT: "something broke, and a rule tripped",
-    UNNOTICED: "something broke, and no rule tripped to the end",
+    UNNOTICED: "something broke, and no rule tripped",
 }
 SPREAD_COLUMNS = ("runs", *QUANTILE_NAMES)
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign that is done.
+    """A finished campaign.
 
-    command -- what was typed, as far as a single run depends on it; computed -- runs of this call.
+    computed -- number of runs that this command has computed; the others were there before.
     """
 
     spec: Spec
@@ -44,12 +44,12 @@ class Campaign:
     summary: Summary
 
     def command(self, run: int) -> str:
-        """Return the command that does one run again."""
+        """Return the command that repeats one run."""
         return again(self.file, self.vary_file, self.seed, run)
 
 
 def again(file: Path, vary_file: Path | None, seed: int, run: int) -> str:
-    """Return the command that does one run again."""
+    """Return the command that repeats one run."""
     words = ["heatwright", "campaign", str(file)]
     words += ["--vary", str(vary_file)] if vary_file is not None else []
     words += ["--seed", str(seed)] if seed else []
@@ -57,8 +57,8 @@ def again(file: Path, vary_file: Path | None, seed: int, run: int) -> str:
 
 
 def vary_text(vary_file: Path | None) -> str:
-    """Say where from is told what varies."""
-    return "what suits any machine" if vary_file is None else str(vary_file)
+    """Say which variations are used: the file's, or those for any machine."""
+    return "defaults for any machine" if vary_file is None else str(vary_file)
 
 
 def spread_cells(each: Quantiles) -> tuple[str, ...]:
@@ -75,7 +75,7 @@ def worst_cells(done: Campaign) -> list[tuple[str, ...]]:
 
 
 def summary_json(done: Campaign) -> dict[str, Any]:
-    """Return it for machines."""
+    """Return the summary as JSON data."""
     summary = done.summary
 
     def spreads(all_: Iterable[Quantiles]) -> list[dict[str, Any]]:
@@ -107,7 +107,7 @@ def summary_json(done: Campaign) -> dict[str, Any]:
 
 
 def print_summary(done: Campaign) -> None:
-    """Print it for people."""
+    """Print the summary as text."""
     from heatwright.cli.tables import console, heading, show, table  # noqa: PLC0415
 
     summary = done.summary
@@ -120,7 +120,7 @@ def print_summary(done: Campaign) -> None:
     for rule, count in summary.rules.items():
         out.print(f"          {rule}: {count}", style="red", markup=False)
     for node, count in summary.too_hot.items():
-        told = f"  {count:6d}  {node} became hotter than it bears"
+        told = f"  {count:6d}  {node} became hotter than its limit (bears)"
         out.print(told, style="red", markup=False)
     for title, rows in (
         ("of runs without a fault", summary.figures),
@@ -129,7 +129,7 @@ def print_summary(done: Campaign) -> None:
     ):
         if rows:
             show(table((title, *SPREAD_COLUMNS), map(spread_cells, rows)))
-    show(table(("worst", "", "run it again"), worst_cells(done), text_columns=3))
+    show(table(("worst", "", "repeat the run"), worst_cells(done), text_columns=3))
     click.echo(f"{done.table}: {summary.runs} rows, {done.computed} of them computed now")
 
 
@@ -144,7 +144,7 @@ def print_varied(vary: Vary, vary_file: Path | None) -> None:
 
 
 def run_json(file: Path, spec: Spec, seed: int, one: Outcome) -> dict[str, Any]:
-    """Return a single run for machines."""
+    """Return a single run as JSON data."""
     return {
         "spec": str(file), "digest": spec.digest, "seed": seed, "row": one.row,
         "loops": {loop: as_json(figures) for loop, figures in one.figures.items()},
@@ -152,7 +152,7 @@ def run_json(file: Path, spec: Spec, seed: int, one: Outcome) -> dict[str, Any]:
 
 
 def print_run(spec: Spec, seed: int, one: Outcome) -> None:
-    """Print a single run for people."""
+    """Print a single run as text."""
     from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, LOAD_TEXTS, cells, load_cells  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
 
@@ -164,7 +164,7 @@ def print_run(spec: Spec, seed: int, one: Outcome) -> None:
         since = f", {after:.1f} s after something broke" if isinstance(after, float) else ""
         click.echo(f"  {row['rule']} tripped at {row['tripped_s']:.1f} s{since}")
     if row["too_hot"] is not None:
-        click.echo(f"  {row['too_hot']} became hotter than it bears")
+        click.echo(f"  {row['too_hot']} became hotter than its limit (bears)")
     drawn = [(name, row[name]) for name in row if name.startswith(("drawn.", "peak."))]
     show(table(("", "value"), [(name, _cell(value)) for name, value in drawn]))
     figures: Sequence[tuple[str, ...]] = [(n, *cells(each)) for n, each in one.figures.items()]

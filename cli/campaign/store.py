@@ -1,4 +1,4 @@
-"""A campaign's folder: what has been run is kept line by line, and never mixed with another's."""
+"""A campaign's folder: keeps each finished run, and refuses runs of another campaign."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TEXTS = frozenset({"outcome", "rule", "too_hot", "drawn.fault", "drawn.fault.loo
 
 
 def fingerprint(*parts: Any) -> str:
-    """Return 16 hex digits of what can be written as JSON, or of bytes."""
+    """Return a hash of 16 hex digits of bytes, or of values that JSON can hold."""
     found = sha256()
     for part in parts:
         data = part if isinstance(part, bytes) else json.dumps(part, sort_keys=True).encode()
@@ -34,7 +34,7 @@ def fingerprint(*parts: Any) -> str:
 
 
 def identity(task: Task) -> dict[str, str | int]:
-    """Return what tells a campaign from any other."""
+    """Return the values by which campaigns differ: spec, variations, seed, firmware, version."""
     from heatwright.cli.campaign.work import program_of  # noqa: PLC0415
 
     return {
@@ -49,7 +49,7 @@ def identity(task: Task) -> dict[str, str | int]:
 class Store:
     """The runs of one campaign.
 
-    rows -- by number; identity -- what they are of: a fingerprint, or a number, by what it is of.
+    rows -- by the run's number; identity -- fingerprints or numbers, such as that of the spec.
     """
 
     def __init__(self, folder: Path, identity: dict[str, str | int]) -> None:
@@ -58,7 +58,7 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[None]:
-        """Hold the folder for this command; raises Refused where it holds another campaign."""
+        """Lock the folder for this command; raises Refused if it holds another campaign."""
         with blaming(self.folder):
             self.folder.mkdir(exist_ok=True)
         lock = FileLock(self.folder / LOCK)
@@ -86,7 +86,7 @@ class Store:
             self._compare(json.loads(file.read_text(encoding="utf-8")))
         elif any(each.name != LOCK for each in self.folder.iterdir()):
             raise Refused(
-                f"{self.folder}: holds other files and no campaign. Name another folder with "
+                f"{self.folder}: has other files and no campaign. Name another folder with "
                 "--output."
             )
         else:
@@ -103,7 +103,7 @@ class Store:
             )
 
     def _read(self) -> None:
-        """Read what is there; a last line that was cut off does not count."""
+        """Read the finished runs; drop a last line that was cut off."""
         if not self._journal.exists():
             return
         data = self._journal.read_bytes()
@@ -115,7 +115,7 @@ class Store:
             self.rows[row["run"]] = row
 
     def keep(self, row: Row) -> None:
-        """Keep a run that is done, at once."""
+        """Write a finished run to the file at once."""
         number = row["run"]
         assert isinstance(number, int)  # noqa: S101 - its number
         if number in self.rows:
@@ -125,7 +125,7 @@ class Store:
         self._file.flush()
 
     def table(self, runs: int) -> list[Row]:
-        """Return the first so many runs, in order."""
+        """Return the runs 0 to `runs` - 1, in order."""
         return [self.rows[number] for number in range(runs)]
 
     def write_table(self, rows: list[Row]) -> Path:

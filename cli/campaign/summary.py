@@ -1,4 +1,4 @@
-"""What a campaign has shown: quantiles, and the worst of its runs."""
+"""Summary of a campaign: quantiles, and the worst of its runs."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from heatwright.sim.campaign.outcome import CAUGHT, TRIPPED, UNNOTICED, WELL, Ro
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 QUANTILE_NAMES = ("least", "5 %", "median", "95 %", "most")
 SHOWN = ("overshoot_k", "settling_s", "steady_error_k", "maximum_c")
-"""Figures of each loop that the summary tells; the table has all."""
+"""Figures of each loop that the summary shows; the table has all."""
 MOST_CASES = 3
-"""Runs that are named of each kind of what should not be."""
+"""Most runs that are listed for each kind of unwanted result."""
 
 
 class Quantiles(NamedTuple):
     """How a figure spreads.
 
-    what -- of which column, or which fault; having -- runs that have it; of -- runs that could.
+    what -- the figure, or the fault; having -- runs with a value; of -- runs that could have one.
     """
 
     what: str
@@ -33,7 +33,7 @@ class Quantiles(NamedTuple):
 
 
 class Worst(NamedTuple):
-    """A run to look at; value -- in words, with its unit."""
+    """A run worth looking at; value -- as text, with its unit."""
 
     what: str
     value: str
@@ -42,10 +42,10 @@ class Worst(NamedTuple):
 
 @dataclass(frozen=True)
 class Summary:
-    """All of it.
+    """The whole summary.
 
-    outcomes -- how many runs ended so; rules -- that tripped although nothing had broken, and in
-    how many runs; too_hot -- nodes that became hotter than they bear, and in how many.
+    outcomes -- number of runs by outcome; rules -- number of runs in which the rule tripped without
+    a fault; too_hot -- number of runs in which the node became hotter than it bears.
     """
 
     runs: int
@@ -79,7 +79,7 @@ def summarised(rows: Sequence[Row], loops: Sequence[str]) -> Summary:
 
 
 def numbers(rows: Iterable[Row], column: str) -> list[float]:
-    """Return what a column has, of the runs that have it."""
+    """Return the numbers of a column, without empty cells."""
     return [float(value) for row in rows if isinstance(value := row[column], int | float)]
 
 
@@ -111,7 +111,7 @@ def _spread(what: str, unit: str, values: list[float], of: int) -> Quantiles:
 
 
 def _trips(rows: Sequence[Row]) -> Iterable[Quantiles]:
-    """Yield for each fault on each loop how long it took to trip."""
+    """Yield the quantiles of the time to trip, for each fault on each loop."""
     broken = [row for row in rows if row["outcome"] in {CAUGHT, UNNOTICED}]
     kinds = sorted({(str(row["drawn.fault.loop"]), str(row["drawn.fault"])) for row in broken})
     for loop, fault in kinds:
@@ -137,10 +137,10 @@ def _worst(
 
 
 def _odd(rows: Sequence[Row]) -> Iterable[Worst]:
-    """Yield runs in which something was that should not be."""
+    """Yield runs with an unwanted result: a needless trip, a fault unnoticed, a node too hot."""
     kinds = (
         ("tripped with nothing broken", "outcome", TRIPPED, "rule"),
-        ("broken, and unnoticed to the end", "outcome", UNNOTICED, "drawn.fault"),
+        ("broken, and nothing tripped", "outcome", UNNOTICED, "drawn.fault"),
     )
     for what, column, word, told in kinds:
         found = [row for row in rows if row[column] == word]

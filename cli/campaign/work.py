@@ -1,4 +1,4 @@
-"""What a worker does, wherever it is: one run after the other, with the firmware it has loaded."""
+"""The work of one worker, here or on a cluster: runs, one after the other, with one firmware."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 Came = Callable[[Row], None]
 
-GOES_ON = "What was done is kept: the same command goes on."
+GOES_ON = "All finished runs are kept: the same command continues."
 MOST_DEATHS = 3
-"""How often processes are restarted after one was killed; after that it was no accident."""
+"""How often processes are restarted after one was killed; more often is no accident."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,13 @@ def _unpacked(packed: bytes) -> tuple[Task, Elf]:
     if task.heatwright != (here := version("heatwright")):
         raise Refused(
             f"A worker has heatwright {here}, and this computer {task.heatwright}: their runs "
-            "must not be mixed. Install the same one."
+            "must not be mixed. Install the same version on both."
         )
     return task, program_of(task.elf)
 
 
 def program_of(elf: bytes) -> Elf:
-    """Put a binary into the user's cache, where whoever simulates it looks things up."""
+    """Put a binary into the user's cache, where the simulator reads its debug information."""
     file = cache_dir() / "campaigns" / f"{sha256(elf).hexdigest()[:16]}.elf"
     if not file.is_file():
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -77,7 +77,7 @@ def program_of(elf: bytes) -> Elf:
 def run_whole(
     packed: bytes, number: int, progress: Progress = _nothing, *, logs_nodes: bool = False
 ) -> Outcome:
-    """Do one run, and return all of it."""
+    """Do one run, and return all its results."""
     task, program = _unpacked(packed)
     drawn = draw(task.controller, task.vary, task.seed, number)
     world = DrawnWorld(drawn, program, logs_nodes=logs_nodes)
@@ -94,7 +94,7 @@ def run_one(packed: bytes, number: int) -> Row:
 
 
 _packed = b""
-"""What the workers of this machine do: they are forked with it."""
+"""The packed task of the workers on this computer: they get it when they are forked."""
 
 
 def _do(number: int, job: Job) -> Row:
@@ -105,8 +105,8 @@ def _do(number: int, job: Job) -> Row:
 def run_here(
     packed: bytes, numbers: Sequence[int], count: int | None, came: Came, job: Job
 ) -> None:
-    """Do runs in so many processes, or in as many as there are cores; each row as it comes."""
-    global _packed  # noqa: PLW0603 - what is forked has it without a copy for each run
+    """Do runs in `count` processes, or one for each core; call `came` with each row as it comes."""
+    global _packed  # noqa: PLW0603 - forked workers share it, without a copy for each run
     _packed = packed
     counter = Counter(job, len(numbers))
     if (count or processes()) == 1:
@@ -128,8 +128,8 @@ def run_here(
         except WorkerDied:
             if death == MOST_DEATHS:
                 raise Refused(
-                    "One process after the other has been ended from outside: try fewer "
-                    f"--processes, if memory is short. {GOES_ON}"
+                    "Again and again a worker process was killed; if memory is short, try fewer "
+                    f"--processes. {GOES_ON}"
                 ) from None
         else:
             return

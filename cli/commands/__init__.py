@@ -1,1 +1,1 @@
-"""One module a command; each imports what it needs when it runs, so that `--help` is quick."""
+"""One module for each command; it imports what it needs when it runs: `--help` stays quick."""

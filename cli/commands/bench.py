@@ -32,24 +32,24 @@ if TYPE_CHECKING:
     "--port",
     type=click.IntRange(0, 65535),
     default=0,
-    help="The port on this computer; left out: one that is free.",
+    help="The port on this computer; by default any free port.",
 )
 @click.option(
     "--speed",
     type=click.FloatRange(0.1, 1000),
     default=1.0,
-    help="How many times faster than real time it begins; the page changes it.",
+    help="Speed at the start, in multiples of real time; the page can change it.",
 )
 @json_option
 def command(spec: Path, opens: bool, port: int, speed: float, as_json: bool) -> None:
-    """Run the firmware live, and serve a page to use and to break it.
+    """Run the firmware live, on a page to use it and to break it.
 
-    The firmware is generated, built, and run as it is in the simulated board, with all interfaces
-    of the spec: keys and display, touch display, LEDs, serial lines, registers. The page has the
-    courses, faults to switch on and off, and says why the heater is off. What was done there can be
-    saved as a scenario for `simulate`.
+    The firmware is generated, built, and run unmodified in the simulated board, with all interfaces
+    of the spec: keys and display, touch display, LEDs, serial lines, registers. The page draws the
+    temperatures, has faults to switch on and off, and says why the heater is off. Your actions can
+    be saved as a scenario for `simulate`.
 
-    The page is for this computer alone, at an address that nobody can guess. Ctrl-C ends it.
+    Only this computer can open the page, at an address that nobody can guess. Ctrl-C ends it.
     """
     from heatwright.cli.bench.board import Board  # noqa: PLC0415
     from heatwright.cli.firmware import build_firmware  # noqa: PLC0415
@@ -81,12 +81,12 @@ def _bound(board: Board, port: int) -> Server:
         return Server(board, port)
     except OSError as error:
         raise Refused(
-            f"Port {port} cannot be had: {error.strerror}. Leave --port out for a free one."
+            f"Port {port} cannot be opened: {error.strerror}. Leave out --port to use a free one."
         ) from None
 
 
 def announce(address: str, as_json: bool) -> None:
-    """Tell where a page is."""
+    """Print the address of a page."""
     if as_json:
         from heatwright.cli.options import print_json  # noqa: PLC0415
 

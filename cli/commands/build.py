@@ -38,8 +38,8 @@ SUFFIXES = (".elf", ".hex")
 def command(spec: Path, folder: Path | None, as_json: bool) -> None:
     """Build the firmware with PlatformIO.
 
-    Tells what of the chip it takes. The stack is the most it can ever take, from the machine code:
-    the deepest chain of calls with the deepest interrupt on top of it.
+    Prints how much flash and RAM it takes. The stack is the worst case, computed from the machine
+    code: the deepest chain of calls plus the deepest interrupt.
     """
     from heatwright.spec import load  # noqa: PLC0415
 
@@ -69,7 +69,7 @@ def command(spec: Path, folder: Path | None, as_json: bool) -> None:
 
 
 def lines(built: BuildResult) -> list[str]:
-    """Return the same for people."""
+    """Return the sizes as lines of text."""
     free = built.ram_limit - built.ram_bytes - built.stack_bytes
     return [
         f"flash {built.flash_bytes:6d} of {built.flash_limit} bytes",
@@ -79,7 +79,7 @@ def lines(built: BuildResult) -> list[str]:
 
 
 def _check(folder: Path, name: str) -> None:
-    """Refuse what cannot be written, before anything is built."""
+    """Refuse files that cannot be written, before the build."""
     if folder.is_dir():
         for suffix in SUFFIXES:
             check_target(folder / f"{name}{suffix}")

@@ -41,27 +41,27 @@ INSTALL = "pip install 'heatwright[campaign]'"
     type=click.IntRange(1, MOST_RUNS),
     default=100,
     show_default=True,
-    help="How many machines.",
+    help="How many machines to run.",
 )
 @click.option(
     "--vary",
     "vary_file",
     type=File,
     metavar="FILE",
-    help="What varies, and how; left out: what suits any machine.",
+    help="File that says what varies, and how; by default variations that suit any machine.",
 )
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
     default=0,
     show_default=True,
-    help="All that varies is drawn from it.",
+    help="Seed of all random values.",
 )
 @click.option(
     "--only",
     type=click.IntRange(0, MOST_RUNS),
     metavar="RUN",
-    help="Do this run alone, and show all of it.",
+    help="Repeat only the run of this number, and show all its results.",
 )
 @click.option(
     "--plot", type=File, metavar="OUT", help="With --only: draw the run: .png, .svg or .html."
@@ -72,24 +72,24 @@ INSTALL = "pip install 'heatwright[campaign]'"
     "folder",
     type=File,
     metavar="FOLDER",
-    help="Where runs are kept; left out: the spec's name with .campaign.",
+    help="Folder of the results; by default the spec's name with .campaign.",
 )
 @click.option(
     "--report",
     type=File,
     metavar="OUT.html",
-    help="Write distributions and worst runs as a page in one file.",
+    help="Write distributions and worst runs as one HTML file.",
 )
 @click.option(
     "--processes",
     type=click.IntRange(1, 1024),
     metavar="N",
-    help="Processes on this machine; left out: as many as there are cores.",
+    help="Processes on this computer; by default one for each core.",
 )
 @click.option(
     "--scheduler",
     metavar="ADDRESS",
-    help="Let the workers of this Dask scheduler do it, such as tcp://10.0.0.5:8786.",
+    help="Run on the workers of this Dask scheduler, such as tcp://10.0.0.5:8786.",
 )
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - one for each option
@@ -107,17 +107,17 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> None:
     """Run the firmware on many machines, each drawn from a seed.
 
-    Heat capacities and resistances, room, supply, sensors, operators, upsets and faults vary as a
-    file says. Each run is kept as soon as it is done: after Ctrl-C the same command goes on where
-    it was, and with more --runs only the others are computed. Rows are in runs.parquet of the
-    folder.
+    Heat capacities and resistances, room, supply, sensors, operators, upsets and faults vary as the
+    file of --vary says. Each run is saved as soon as it is done: after Ctrl-C the same command
+    continues, and with more --runs only the missing runs are computed. The results are in
+    runs.parquet in the folder.
     """
     check_target(report, (".html",))
     check_target(plot, PLOTS)
     if plot is not None and only is None:
         raise Refused("--plot draws a single run: give --only, too.")
     if only is not None and (report or scheduler or processes or folder):
-        raise Refused("--only goes with --vary, --seed, --plot and --json only.")
+        raise Refused("--only can be combined with --vary, --seed, --plot and --json only.")
     if only is None:
         _needs("pyarrow", *(["distributed"] if scheduler else []))
     from heatwright.cli.campaign.given import given  # noqa: PLC0415
@@ -199,7 +199,7 @@ def _all(  # noqa: PLR0913, PLR0917 - what a campaign is made of
             run_there(task.pack(), left, scheduler, store.keep, job)
         elif left:
             run_here(task.pack(), left, processes, store.keep, job)
-        before = f", the other {runs - len(left)} were done before" if len(left) < runs else ""
+        before = f"; {runs - len(left)} were done before" if len(left) < runs else ""
         job.end(f"{len(left)} runs{before}")
     return store, len(left)
 

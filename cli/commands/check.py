@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from heatwright.spec import Problem, Spec
 
 LOOK_S = 0.3
-"""Between two looks at the files."""
+"""Time between two checks whether a file was saved."""
 
 
 @click.command(
@@ -30,27 +30,25 @@ LOOK_S = 0.3
     ),
 )
 @click.argument("specs", metavar="SPEC...", type=File, nargs=-1, required=True)
-@click.option("--quick", is_flag=True, help="Only read: do not run the machine.")
+@click.option("--quick", is_flag=True, help="Check the text only: do not run the machine.")
 @click.option("--watch", is_flag=True, help="Check again whenever a spec is saved; Ctrl-C ends it.")
 @json_option
 def command(specs: tuple[Path, ...], quick: bool, watch: bool, as_json: bool) -> int:
     """Find all that is wrong with specs.
 
-    Each problem is one line: file, line, column, what is wrong, and what to do about it. Where a
-    spec has a machine, the reference model runs it as `verify` would run it when all is well: no
-    protection may trip; and the reserve of each heater is told, what currents flow where one is
-    measured, or rated for less than its supply, and what the tolerances of the parts of each sensor
-    on the ADC cost. Warned of are a reserve below 30 %, parts that cost more than the sensor's
-    `accuracy`, and a firmware that certainly does not fit its board.
+    Each problem is one line: file, line, column, what is wrong, and what to do about it. If a spec
+    describes a machine, the reference model runs it without faults: no protection may trip. Printed
+    are then the power reserve of each heater, the current of each load that is measured or rated
+    for less than its supply, and the error that the tolerances of parts cause at each sensor on the
+    ADC. The command warns of a reserve below 30 %, of parts whose error exceeds the sensor's
+    `accuracy`, and of a firmware that certainly does not fit its board.
     """
     if not watch:
         return _checked(specs, quick, as_json)
     if as_json:
-        raise Refused(
-            "--watch goes on and on, and --json prints one object: leave out one of them."
-        )
+        raise Refused("--watch never ends, and --json prints one object: leave out one of them.")
     if Path("-") in specs:
-        raise Refused("--watch looks at files that are saved, and - is none: name files.")
+        raise Refused("--watch waits for files to be saved, and - is not a file: name files.")
     for _ in _saves(specs):
         _checked(specs, quick, as_json=False)
         click.echo("Watching …", err=True)
@@ -58,7 +56,7 @@ def command(specs: tuple[Path, ...], quick: bool, watch: bool, as_json: bool) ->
 
 
 def _saves(specs: tuple[Path, ...]) -> Iterator[None]:
-    """Begin, and go on whenever one of the files was saved; an editor may replace it meanwhile."""
+    """Yield at once, and whenever a file was saved; an editor may replace the file meanwhile."""
     seen: list[tuple[int, int] | None] | None = None
     while True:
         found = [_stamp(path) for path in specs]
@@ -134,7 +132,7 @@ def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
 
 
 def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
-    """Load a spec, and return what is wrong with it; other files are still to be looked at."""
+    """Load a spec; return its problems and raise nothing: other files are still to be checked."""
     from heatwright.spec import Problem, SpecError, load  # noqa: PLC0415
 
     try:
@@ -143,19 +141,20 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
         return None, error.problems
     except OSError as error:
         reason = f"the file cannot be read: {unusable(error)}"
-        unread = Problem(str(path), 1, 1, "", reason, "Name one that can, or - for standard input")
+        remedy = "Name a readable file, or - for standard input"
+        unread = Problem(str(path), 1, 1, "", reason, remedy)
         return None, (unread,)
 
 
 def _trips(spec: Spec) -> tuple[Problem, ...]:
-    """Run the machine; what that needs is imported only here."""
+    """Run the machine by the reference model; its modules are slow to import, so only here."""
     from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
 
     return rehearsed(spec)
 
 
 def _warnings(spec: Spec) -> Iterator[Problem]:
-    """Warn of little reserve, of inexact parts, no self-checks, and what no compiler makes fit."""
+    """Warn of little reserve, inexact parts, no self-checks, and a firmware that cannot fit."""
     from heatwright.cli.budget import too_inexact  # noqa: PLC0415
     from heatwright.cli.sized import small  # noqa: PLC0415
     from heatwright.spec import BOARDS  # noqa: PLC0415
@@ -169,7 +168,7 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
             ("safety", "self_checks"),
             "the controller does not check its own processor, memories and clock: one that is "
             "damaged may heat for ever",
-            "Delete this line if the chip has room for it, some 1,000 B of flash",
+            "Delete this line if the chip has room for the checks, about 1,000 B of flash",
         )
     board, taken = spec.controller.board, least(spec.controller)
     if fits(taken, board):
@@ -181,5 +180,5 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
                 ("controller", "board"),
                 f"{what}: at least {bytes_:,} of {room:,} B: {bytes_ - room:,} B too many",
                 f"Use a board with more, such as {larger[0]}, or leave something out; "
-                "`heatwright build` tells what takes how much",
+                "`heatwright build` lists the bytes of each part",
             )

@@ -56,9 +56,9 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     """Compare algorithms on the simulated machine.
 
     Each row of `comparison` in the spec is generated, built and simulated, and each control step
-    of its binary compared with the reference model. Published figures stand below ours. The spec as
-    it is comes last, where no row is the same. Of several loops a row varies one, and the others
-    are as after the power-up.
+    of its binary compared with the reference model. Published figures stand below ours. The spec's
+    own algorithm comes last, unless a row is the same. Each row varies one loop; all others stay as
+    they are after power-up.
     """
     check_target(plot, PLOTS)
     from heatwright.cli.compare.rows import rows_of, run_rows  # noqa: PLC0415

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 def command(spec: Path, folder: Path | None, check: bool, as_json: bool) -> int:
     """Generate the firmware of a spec.
 
-    It is a PlatformIO project, and a sketch for the Arduino IDE. Same spec, same bytes. Files that
-    heatwright did not write are never touched.
+    It is a PlatformIO project, and a sketch for the Arduino IDE. The same spec gives the same
+    bytes. Files that heatwright did not write are never changed.
     """
     from heatwright.generator import plan_firmware, render  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415

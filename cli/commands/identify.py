@@ -32,32 +32,30 @@ PICTURES = (".png", ".svg")
 @click.argument("log", type=File)
 @click.option("--spec", type=File, help="Take names, power and period from this spec.")
 @click.option(
-    "--loop", help="The loop of the spec whose record it is; needed where there are several."
+    "--loop", help="The loop of the spec that LOG records; needed if the spec has several loops."
 )
 @click.option(
     "--columns",
-    help="What the columns are: time, temperature, duty, power, and - for none, in their order; "
+    help="The columns in their order: time, temperature, duty, power, or - for one to ignore; "
     "or by name or number, such as duty=5.",
 )
 @click.option("--power", type=Amount("POWER"), help="Power at full duty, such as 40W.")
 @click.option(
-    "--full", type=click.FloatRange(min=0, min_open=True), help="Duty that is full power: 1, 255 …"
+    "--full", type=click.FloatRange(min=0, min_open=True), help="Duty at full power: 1, 255 …"
 )
-@click.option("--period", type=Amount("DURATION"), help="Time between two lines without times.")
+@click.option("--period", type=Amount("DURATION"), help="Time between two lines if LOG has none.")
 @click.option(
-    "--ambient", type=Amount("TEMPERATURE"), help="Temperature around, if known; else it is found."
+    "--ambient", type=Amount("TEMPERATURE"), help="Ambient temperature; without it, it is fitted."
 )
-@click.option("--cold", is_flag=True, help="All of the machine was at ambient at the start.")
+@click.option("--cold", is_flag=True, help="All of the machine was at ambient when LOG began.")
 @click.option(
     "--bodies",
     type=click.IntRange(1, 2),
     default=1,
     show_default=True,
-    help="One body, or one with a shell around it.",
+    help="Fit one body, or one with a shell around it.",
 )
-@click.option(
-    "--port", metavar="PORT", help="First record LOG from this serial port, as the spec says."
-)
+@click.option("--port", metavar="PORT", help="First record LOG from the board at this serial port.")
 @click.option("--for", "for_s", type=Amount("DURATION"), help="How long to record.")
 @click.option("-o", "--output", type=File, metavar="OUT", help="Write the YAML to this file.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw record and fit: .png or .svg.")
@@ -81,21 +79,21 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> None:
     """Fit a plant to a recorded step.
 
-    The log is CSV, or what a serial plotter or a printer's host has recorded; lines that are no
-    readings are passed over. The heater must have been switched in it, best from a temperature at
-    rest until it rests again. What is printed is YAML to paste into a spec, with the error of the
-    fit, the 95 % interval of each number, and warnings where the record cannot tell one.
+    The log is CSV, or what a serial plotter or a printer's host has recorded; lines without
+    readings are skipped. The heater must have been switched during the record, which best begins
+    and ends at a steady temperature. The output is YAML to paste into a spec, with the fit error,
+    the 95 % interval of each number, and warnings for numbers that the record does not determine.
 
-    With --port the step is recorded first: LOG is then the file that is written, as `plot --record`
-    writes it. Ctrl-C ends the recording early.
+    With --port the step is recorded first, and written to LOG as `plot --record` does it. Ctrl-C
+    ends the recording early.
     """
     if spec is None and loop is not None:
-        raise Refused("--loop names a loop of a spec; give that with --spec.")
+        raise Refused("--loop names a loop of a spec: give the spec, too, with --spec.")
     _check_scales(power, period)
     check_target(output)
     check_target(plot, PICTURES)
     if port is None and for_s is not None:
-        raise Refused("--for is how long a line is recorded; name its --port.")
+        raise Refused("--for is the time to record a serial line: name the line with --port.")
     from heatwright.cli.identify.asked import asked_of  # noqa: PLC0415
     from heatwright.spec.loading.user_file import read_file  # noqa: PLC0415
 
@@ -128,7 +126,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 def _record(log: Path, spec: Path | None, asked: Asked, port: str, for_s: float | None) -> None:
     """Record a line, after checking that the columns asked for will be in the record."""
     if spec is None or for_s is None:
-        raise Refused("--port: say also which --spec the board has, and --for how long to record.")
+        raise Refused("--port needs also --spec, the board's spec, and --for, how long to record.")
     from heatwright.cli.plot.hearing import hearing_of  # noqa: PLC0415
     from heatwright.cli.plot.listener import HEAD, opened, record  # noqa: PLC0415
     from heatwright.cli.talk import talk  # noqa: PLC0415

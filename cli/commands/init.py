@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from heatwright.cli.starters.composed import Choice
 
 SCHEMA = "heatwright.schema.json"
-"""What the first line of a spec names, for editors."""
+"""The schema file that the first line of a spec names, for editors."""
 
 
 def _completed(_: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Tell a shell what could be typed."""
+    """Return the examples' names for a shell's completion."""
     from heatwright.cli.starters.composed import choices, names  # noqa: PLC0415
 
     told = names(choices(), str(param.name))
@@ -38,10 +38,10 @@ def _completed(_: click.Context, param: click.Parameter, begun: str) -> list[Com
 
 
 class _Choice(click.Option):
-    """An option whose help names what there is; the names are read only when help is asked for."""
+    """An option whose help lists its values; they are read only when help is shown."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """Add the names."""
+        """Add the values to the option's help."""
         from heatwright.cli.starters.composed import choices, names  # noqa: PLC0415
 
         shown = super().get_help_record(ctx)
@@ -68,10 +68,10 @@ def _examples(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 )
 @click.argument("file", type=File, default=Path("controller.yaml"))
 @_choice("machine", "What is heated:")
-@_choice("board", "What the firmware is for:")
-@_choice("sensor", "What it measures with:")
+@_choice("board", "What the firmware runs on:")
+@_choice("sensor", "What measures the temperature:")
 @_choice("output", "What switches the heater:")
-@_choice("interface", "What shows it and commands it:")
+@_choice("interface", "What displays and commands it:")
 @click.option(
     "--example", metavar="NAME", shell_complete=_examples, help="A whole example instead."
 )
@@ -79,9 +79,9 @@ def _examples(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 def command(file: Path, example: str | None, as_json: bool, **wanted: str | None) -> None:
     """Write a commented spec to start from.
 
-    FILE is controller.yaml if none is named. What no option says is asked for in a terminal, and
-    else what is usual for the machine. The spec is complete: check, generate and verify take it as
-    it is. Beside it the schema is written, for editors. A file that is there already is left alone.
+    FILE is controller.yaml if none is named. In a terminal the command asks for what no option
+    sets; else it takes what is usual for the machine. The spec is complete: check, generate and
+    verify accept it unchanged. The schema for editors is written beside it. No file is overwritten.
     """
     asks = sys.stdin is not None and sys.stdin.isatty()
     if asks and file.exists():
@@ -89,7 +89,8 @@ def command(file: Path, example: str | None, as_json: bool, **wanted: str | None
     given = {kind: name for kind, name in wanted.items() if name is not None}
     if example is not None:
         if given:
-            raise Refused(f"--example is a whole spec: leave out --{next(iter(given))}, or it.")
+            other = next(iter(given))
+            raise Refused(f"--example is a whole spec: leave out --{other} or --example.")
         text = _example(example, _name(file))
     else:
         text = _composed(file, given, asks=asks)
@@ -124,13 +125,13 @@ def _narrowed(left: list[Choice], kind: str, name: str) -> list[Choice]:
     if name not in names(choices(), kind):
         raise Refused(f"--{kind}: there is no such {kind} as {name}. Use {able}.")
     raise Refused(
-        f"--{kind}: init has no such machine with {name}. Use {able}; or write {name} into the "
-        "file afterwards, for the language knows more than init does."
+        f"--{kind}: init offers no such machine with {name}. Use {able}; or write {name} into the "
+        "file afterwards: the language has more than init offers."
     )
 
 
 def _asked(left: list[Choice], kind: str) -> str:
-    """Ask in the terminal; what leaves no choice is not asked."""
+    """Ask in the terminal, unless only one value is left."""
     from heatwright.cli.starters.composed import names  # noqa: PLC0415
 
     told = names(left, kind)
@@ -176,7 +177,7 @@ def _with_schema(file: Path) -> list[Path]:
 
 
 def _there(file: Path) -> Refused:
-    return Refused(f"{file}: is there already and stays as it is; name another file.")
+    return Refused(f"{file}: exists already and is not overwritten; name another file.")
 
 
 def _write(file: Path, text: str) -> None:
@@ -194,7 +195,7 @@ def _write(file: Path, text: str) -> None:
 
 
 def _name(file: Path) -> str:
-    """Make the controller's name from the file's: what is no letter or digit becomes `_`."""
+    """Make the controller's name from the file's: `_` replaces all but letters and digits."""
     from heatwright.spec.names import check_name  # noqa: PLC0415
 
     name = re.sub(r"[^a-z0-9]+", "_", file.stem.lower()).strip("_")

@@ -18,8 +18,8 @@ def command(as_json: bool) -> int:
     """List the kinds that a spec may name, and who brings them.
 
     They are kinds of sensors, outputs, algorithms, interfaces and plants. Packages that are
-    installed beside heatwright may bring more of them. Of those it tells each piece that is
-    missing, and its file.
+    installed beside heatwright may bring more of them. For these the command lists each piece that
+    is missing, and its file.
 
     Exit status: 0 nothing is missing, 1 something is.
     """

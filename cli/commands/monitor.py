@@ -23,12 +23,12 @@ from heatwright.cli.options import json_option, spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")
 @json_option
 def command(spec: Path, port: str | None, as_json: bool) -> int:
-    """Show what the board says on its serial line.
+    """Show what the board sends on its serial line.
 
-    It is PlatformIO's monitor, at the speed and parity of the spec's first line; what is typed is
-    sent.
+    It is PlatformIO's monitor, at the baud rate and parity of the spec's first serial line; what
+    you type is sent.
     """
-    del as_json  # there is nothing to tell but an error
+    del as_json  # only an error is printed as JSON
     from heatwright.generator.toolchain import ToolMissing  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
 

@@ -30,13 +30,13 @@ def command(role: str, name: str, output: Path | None, as_json: bool) -> None:
     """Write the stubs of a package that brings a kind of sensor.
 
     NAME is what a spec will call the kind. The package is installed beside heatwright with pip;
-    `heatwright kinds` then tells what is still to be written, and in which file. Without an output
-    the folder is heatwright-NAME. A folder that is there already is left alone.
+    `heatwright kinds` then lists what is still to be written, and in which file. Without --output
+    the folder is heatwright-NAME. An existing folder is never changed.
     """
     _check(role, name)
     folder = output or Path(f"heatwright-{name}")
     if folder.exists():
-        raise Refused(f"{folder}: is there already and stays as it is; name another folder.")
+        raise Refused(f"{folder}: exists already and is not changed; name another folder.")
     texts = dict(_stubs(files("heatwright.cli") / "stubs" / role, "", name))
     with blaming(folder):
         for path, text in texts.items():
@@ -51,7 +51,7 @@ def command(role: str, name: str, output: Path | None, as_json: bool) -> None:
 
 
 def _check(role: str, name: str) -> None:
-    """Refuse a name that cannot be one in C and Python, or that a kind has already."""
+    """Refuse a name that C or Python does not allow, or that another kind has."""
     from heatwright.cli.contract import UNIONS  # noqa: PLC0415
     from heatwright.spec import kinds  # noqa: PLC0415
     from heatwright.spec.names import check_name  # noqa: PLC0415
@@ -61,11 +61,11 @@ def _check(role: str, name: str) -> None:
     except Exception as error:
         raise Refused(f"{name} cannot be the name of a kind: {error}.") from None
     if name in kinds(UNIONS[role]):
-        raise Refused(f"There is a {role} of the kind {name} already; choose another name.")
+        raise Refused(f"There is already a {role} of the kind {name}; choose another name.")
 
 
 def _stubs(folder: Traversable, path: str, name: str) -> list[tuple[str, str]]:
-    """Return the stubs below a folder, by their paths, for a kind of a name."""
+    """Return path and text of each stub in a folder, written for the kind `name`."""
     found: list[tuple[str, str]] = []
     for each in sorted(folder.iterdir(), key=lambda entry: entry.name):
         inner = f"{path}{each.name}"

@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 )
 @spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")
-@click.option("--log", type=File, metavar="LOG", help="A recorded log in place of a line.")
+@click.option("--log", type=File, metavar="LOG", help="Draw this recorded log, not a live line.")
 @click.option(
     "--loop",
     metavar="NAME",
-    help="The loop that is shown; without it the first loop whose course the line sends. "
-    "With --log it is needed if there are several.",
+    help="The loop to show; by default the first one whose readings the line sends. "
+    "With --log it is needed if the spec has several.",
 )
-@click.option("--record", type=File, metavar="OUT", help="Write the readings to this CSV, too.")
+@click.option("--record", type=File, metavar="OUT", help="Also write the readings to this CSV.")
 @click.option("--open", "opens", is_flag=True, help="Open the page in the browser.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - one for each option
@@ -50,16 +50,16 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> None:
     """Draw a loop's course, from a serial line or a log.
 
-    It listens to what the firmware says by serial_plotter, or asks by G-code (M105), for a Modbus
-    slave's registers, or for the entries of a serial_log, at the speed of the spec. The chart is
-    the bench's. What is recorded can be given to identify, tune and plot. With --log it shows what
+    It listens to the lines of a serial_plotter, or asks a G-code firmware (M105), a Modbus slave
+    (registers) or a serial_log (entries), at the baud rate of the spec. The chart is that of bench.
+    The file of --record can be given to identify, tune and plot. With --log the command shows what
     was recorded before, in any form that identify reads.
 
-    The page is for this computer alone, at an address that nobody can guess. Ctrl-C ends it. Most
+    Only this computer can open the page, at an address that nobody can guess. Ctrl-C ends it. Most
     boards restart when their port is opened.
     """
     if log is not None and (port is not None or record is not None):
-        raise Refused("--log is in place of a line: leave out --port and --record, or it.")
+        raise Refused("--log replaces the serial line: leave out --log, or --port and --record.")
     from heatwright.spec import load  # noqa: PLC0415
 
     loaded = load(spec)

@@ -16,11 +16,11 @@ from heatwright.cli.options import json_option, print_json
 def command(as_json: bool) -> None:
     """Print the language as JSON Schema.
 
-    With it an editor completes and checks specs. One with the YAML language server takes it from
-    the first line of a spec:
+    With it an editor completes and checks specs. An editor with the YAML language server finds it
+    by the first line of a spec:
     # yaml-language-server: $schema=heatwright.schema.json
     """
-    del as_json  # it is JSON either way
+    del as_json  # the schema is JSON with and without it
     from heatwright.spec.loading.schema import schema  # noqa: PLC0415
 
     print_json(schema())

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 )
 @spec_argument
 @click.option("--scenario", type=File, help="Take the scenario from this file.")
-@click.option("--for", "length_s", type=Length(), help="Simulate so long, such as 2h.")
+@click.option("--for", "length_s", type=Length(), help="How long to simulate, such as 2h.")
 @click.option("--model", is_flag=True, help="Simulate the reference model, not the binary.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw the run: .png, .svg or .html.")
 @click.option("--csv", type=File, metavar="OUT", help="Write all temperatures and variables.")
 @click.option("--vcd", type=File, metavar="OUT", help="Write the activity of the pins used.")
 @click.option("--display", type=File, metavar="OUT", help="Draw the touch display's page: .png.")
-@click.option("--serial", is_flag=True, help="Run in real time behind a serial port of its own.")
+@click.option("--serial", is_flag=True, help="Run in real time, with a port that a host can open.")
 @click.option(
     "--speed",
     type=click.FloatRange(0.01, 1000),
@@ -57,21 +57,21 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> None:
     """Run the firmware against the simulated machine.
 
-    The firmware is generated, built, and run as it is in a simulated processor, with sensor,
-    display, keys and heater attached to its pins. A scenario file holds what stands below
-    `scenario:` in a spec, with that key.
+    The firmware is generated, built, and run unmodified in a simulated processor, with sensor,
+    display, keys and heater at its pins. A scenario file has the key `scenario:` and its list of
+    events, as in a spec.
 
     With --serial no scenario is played: the board waits for a host (Printrun, OctoPrint, a
     terminal), a Modbus master or a Nextion editor at the port whose name is printed, until Ctrl-C.
-    A master opens it without parity, whatever the spec says: such a port has none.
+    A master must open this port without parity, whatever the spec says: it does not support parity.
     """
     if serial:
         _serve(spec, (scenario, plot, csv, vcd, display), model, speed, length_s, as_json)
         return
     if model and vcd is not None:
-        raise Refused("The model has no pins: take --vcd or --model away.")
+        raise Refused("The model has no pins: leave out --vcd or --model.")
     if model and display is not None:
-        raise Refused("The model has no display: take --display or --model away.")
+        raise Refused("The model has no display: leave out --display or --model.")
     check_target(plot, PLOTS)
     check_target(csv)
     check_target(vcd)
@@ -109,7 +109,7 @@ def _serve(  # noqa: PLR0913, PLR0917 - as above
     as_json: bool,
 ) -> None:
     if model or any(files):
-        raise Refused("--serial goes with --speed, --for and --json only.")
+        raise Refused("--serial can be combined with --speed, --for and --json only.")
     from heatwright.cli.live import serve  # noqa: PLC0415
     from heatwright.spec import load  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""`heatwright size`: how much power a machine takes, and what wire makes it."""
+"""`heatwright size`: how much power a machine needs, and which wire its heater needs."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from heatwright.cli.options import json_option, print_json, spec_argument
 @spec_argument
 @json_option
 def command(spec: Path, as_json: bool) -> None:
-    """Size each heater by what its machine takes.
+    """Compute the power that each heater needs.
 
-    That is what holds the highest setpoint in the spec's plant. Where the spec has `sizing` in its
-    simulation, also what its walls let through (area, thickness, conductivity, wind, radiation),
-    and of the heater's wire (resistivity, voltage, surface load) diameter, length, current and its
-    own temperature.
+    It is the power that holds the highest setpoint in the spec's plant. If the spec's simulation
+    has `sizing`, the command also prints the heat through the walls (from area, thickness,
+    conductivity, wind, radiation), and diameter, length, current and temperature of the heater's
+    wire (from resistivity, voltage, surface load).
     """
     from heatwright.cli.sized import rows, sized, sized_json, small  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415

@@ -51,7 +51,7 @@ MOST_SPREAD_PERCENT = 80.0
     "loops",
     metavar="NAME",
     multiple=True,
-    help="Only this loop; can be given several times. By default one after the other.",
+    help="Only this loop; can be given several times. By default all, one after the other.",
 )
 @click.option(
     "--log", type=File, help="Tune for the machine of this recorded step, not for the spec's."
@@ -67,14 +67,14 @@ MOST_SPREAD_PERCENT = 80.0
     "--robust",
     "is_robust",
     is_flag=True,
-    help="Improve the gains for machines that are drawn about the spec's, and show the trade.",
+    help="Improve the gains for random machines about the spec's, and show what that costs.",
 )
 @click.option(
     "--machines",
     type=click.IntRange(2, MOST_MACHINES),
     default=16,
     show_default=True,
-    help="How many are drawn to tune for, and as many others to try on.",
+    help="How many random machines to tune for; as many others are drawn for the trials.",
 )
 @click.option(
     "--spread",
@@ -82,9 +82,9 @@ MOST_SPREAD_PERCENT = 80.0
     type=Amount("PERCENT"),
     default="20 %",
     show_default=True,
-    help="How far their capacities and resistances are off at most.",
+    help="Largest deviation of their capacities and resistances.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Draws others.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Random seed.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw Bode diagram and trial: .png or .svg.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - one for each option
@@ -105,16 +105,16 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     """Find the gains of a PID.
 
     relay is the experiment that the firmware does by command, here on the simulated machine; simc
-    and lambda are rules for the machine's model. Each is judged by the margins of the sampled loop
-    and tried from cold on the bench, beside the spec's own gains. Printed as YAML to paste are the
-    gains of the first method whose Ms is at most 2 and whose trial trips nothing; if none is so,
-    the nearest, with a warning. The exit status is 1 if a loop gets no proposal. Of several loops
-    one is tuned after the other, each while the others are as after the power-up.
+    and lambda are rules for the machine's model. Each method's gains are judged by the margins of
+    the sampled loop and tried from cold in a simulation, as are the spec's own. The output is YAML
+    to paste: the gains of the first method whose Ms is at most 2 and whose trial trips nothing; if
+    there is none, the best of the others, with a warning. The exit status is 1 if a loop gets no
+    gains. Loops are tuned one after the other; all others stay as they are after power-up.
 
-    --log takes the machine from a recorded step, as identify finds it: one body.
+    --log takes the machine from a recorded step, as identify fits it, with one body.
 
-    --robust begins with the best of these, and improves them for machines whose capacities,
-    resistances, ambient and supply are not quite the spec's: the worst of them counts. All methods
+    --robust begins with the best of these gains, and improves them for machines whose capacities,
+    resistances, ambient and supply differ from the spec's: the worst machine counts. All methods
     are then tried on other machines, drawn in the same way.
     """
     check_target(plot, PICTURES)
@@ -148,7 +148,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 
 
 class _Tuned(NamedTuple):
-    """What was found for a loop."""
+    """The results of tuning one loop."""
 
     task: Task
     rows: Sequence[Judged | Failed]

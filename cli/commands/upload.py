@@ -32,12 +32,12 @@ _LAST_LINES = 3
 )
 @spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")
-@click.option("--programmer", metavar="NAME", help="Write by the ISP header; its name.")
+@click.option("--programmer", metavar="NAME", help="Programmer at the ISP header.")
 @json_option
 def command(spec: Path, port: str | None, programmer: str | None, as_json: bool) -> None:
     """Build the firmware and write it to the board with avrdude.
 
-    It is the binary that `verify` judges. Before the first time, leave the heater's supply off.
+    It is the same binary that `verify` tests. Switch the heater's supply off before the first time.
     """
     from heatwright.spec import load  # noqa: PLC0415
 
@@ -45,8 +45,8 @@ def command(spec: Path, port: str | None, programmer: str | None, as_json: bool)
     board = loaded.controller.board
     if board.bootloader_talks is None and programmer is None:
         raise Refused(
-            f"{spec}: {board.name} is a bare chip, without a boot loader: name what is plugged "
-            "into its ISP header, such as --programmer usbasp."
+            f"{spec}: {board.name} is a bare chip, without a boot loader: name the programmer at "
+            "its ISP header, such as --programmer usbasp."
         )
     avrdude = _avrdude()
     with told_as_json(as_json, spec, loaded), talk() as shown:
@@ -74,7 +74,7 @@ def command(spec: Path, port: str | None, programmer: str | None, as_json: bool)
 
 
 def _avrdude() -> str:
-    """Find the system's, or the one that PlatformIO has fetched."""
+    """Find avrdude: the system's, or the one that PlatformIO has downloaded."""
     from heatwright.generator.toolchain import ToolMissing  # noqa: PLC0415
 
     core = Path(os.environ.get("PLATFORMIO_CORE_DIR", Path.home() / ".platformio"))
@@ -92,7 +92,7 @@ def _waited(board: Board) -> str:
 
 
 def _words(avrdude: str, board: Board, port: str | None, programmer: str | None) -> list[str]:
-    """Return the command, up to what is written; a boot loader is left where it is."""
+    """Return avrdude's command without the file; -D keeps the boot loader in the flash."""
     words = [avrdude, "-q", "-p", board.mcu]
     if programmer is not None:
         words += ["-c", programmer]
@@ -109,6 +109,7 @@ def _write(words: list[str], file: Path) -> None:
     if done.returncode != 0:
         said = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
         raise Refused(
-            "avrdude could not write to the board: look whether it is plugged in, is the board of "
-            "the spec, and has its port free. It said:\n  " + "\n  ".join(said[-_LAST_LINES:])
+            "avrdude could not write to the board. Is it plugged in, is it the board of the spec, "
+            "and does no other program use its port? avrdude said:\n  "
+            + "\n  ".join(said[-_LAST_LINES:])
         )

@@ -36,15 +36,13 @@ MOST_UPSETS = 1_000_000
 )
 @spec_argument
 @click.option("--scenario", type=File, help="Take the scenario from this file.")
-@click.option(
-    "--report", type=File, metavar="OUT.html", help="Write all of it as a page in one file."
-)
+@click.option("--report", type=File, metavar="OUT.html", help="Write all results as one HTML file.")
 @click.option(
     "--core",
     type=click.Choice(("own", "simavr")),
     default="own",
     show_default=True,
-    help="Whose core runs the instructions: heatwright's own, or simavr's (slower).",
+    help="Simulator core that runs the instructions: heatwright's own, or simavr's (slower).",
 )
 @click.option(
     "--elf",
@@ -57,7 +55,7 @@ MOST_UPSETS = 1_000_000
     "only",
     multiple=True,
     metavar="FAULT",
-    help="Of the faults try this one alone; may be given several times.",
+    help="Try only this fault; can be given several times.",
 )
 @click.option(
     "--upsets",
@@ -65,7 +63,7 @@ MOST_UPSETS = 1_000_000
     default=0,
     show_default=True,
     metavar="N",
-    help="Flip so many bits of RAM, registers, EEPROM and flash, one at a time, at random moments.",
+    help="Flip N bits of RAM, registers, EEPROM and flash, one at a time, at random moments.",
 )
 @click.option(
     "--first",
@@ -73,7 +71,7 @@ MOST_UPSETS = 1_000_000
     default=0,
     show_default=True,
     metavar="NUMBER",
-    help="The number of the first upset: to try one again.",
+    help="Number of the first upset, to repeat it.",
 )
 @click.option(
     "--seed",
@@ -81,7 +79,7 @@ MOST_UPSETS = 1_000_000
     default=1,
     show_default=True,
     metavar="SEED",
-    help="What the upsets are drawn from.",
+    help="Seed of the random upsets.",
 )
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - an option each
@@ -100,9 +98,9 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
 
     Generates and builds the firmware, runs the unmodified binary against the simulated machine,
     repeats each of its control steps with the reference model (every variable must be equal, bit
-    for bit), injects the faults its protections are there for, and measures its timing.
+    for bit), injects the faults that its protections must detect, and measures its timing.
 
-    Exit status: 0 all of it holds, 1 something does not.
+    Exit status: 0 all checks hold, 1 a check fails.
     """
     check_target(report, (".html",))
     from heatwright.cli.verify.engine import Upsets, verify  # noqa: PLC0415

@@ -1,1 +1,1 @@
-"""The rows of a comparison: run, tabled, drawn."""
+"""Runs the rows of a comparison, and shows them as a table and as figures."""

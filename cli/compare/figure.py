@@ -1,6 +1,6 @@
-"""The rows of a comparison as small pictures, for each loop of one scale and in its colour.
+"""Figure of a comparison: a small panel for each row, one scale and colour for each loop.
 
-Published figures stand behind.
+Published figures are drawn behind the curves.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ CROSSINGS = 60
 """Most crossings of the setpoint that can be distinguished in one panel."""
 BINS = 200
 CLOSE_CROSSINGS = 8
-"""Number of the last crossings, which a panel shows enlarged."""
+"""Number of the last crossings, which an inset of the panel enlarges."""
 GLASS = (0.5, 0.28, 0.48, 0.44)
 """Place of the enlarged part in its panel: left, lower, width, height."""
 
 
 def comparison_figure(spec: Spec, outcomes: Sequence[Outcome]) -> Figure:
-    """Draw each row's readings around its setpoint; each loop begins a line."""
+    """Draw each row's readings around its setpoint; each loop begins a new line of panels."""
     lines = list(_lines(outcomes))
     columns = max(map(len, lines))
     size = (PANEL_IN[0] * columns, PANEL_IN[1] * len(lines) + 0.9)
@@ -107,12 +107,12 @@ def _draw(panel: Axes, outcome: Outcome, half_k: float, look: Look) -> None:
 
 
 def _crossings(seen: StepLog, setpoint_c: float) -> NDArray[np.intp]:
-    """Return the steps in which the reading has come to the other side of the setpoint."""
+    """Return the steps in which the reading has crossed the setpoint."""
     return np.flatnonzero(np.diff(seen["temperature_c"] > setpoint_c)) + 1
 
 
 def _swing(panel: Axes, times: Series, seen: StepLog, colour: str, label: str) -> None:
-    """Draw between what a reading swings, where single swings would be one block."""
+    """Draw the band in which the reading swings; single swings could not be told apart."""
     begins = np.unique(np.linspace(0, len(seen), BINS, endpoint=False).astype(int))
     low_c = np.minimum.reduceat(seen["temperature_c"], begins)
     high_c = np.maximum.reduceat(seen["temperature_c"], begins)
@@ -120,7 +120,7 @@ def _swing(panel: Axes, times: Series, seen: StepLog, colour: str, label: str) -
 
 
 def _closer(panel: Axes, seen: StepLog, first: int, colour: str, setpoint_c: float) -> None:
-    """Draw the last swings as if through a glass."""
+    """Draw the last swings enlarged, in an inset."""
     last = seen[first:]
     took = time_axis(float(last["time_s"][-1] - last["time_s"][0]))
     times = took(last["time_s"] - last["time_s"][0])

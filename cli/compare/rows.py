@@ -31,7 +31,7 @@ class Outcome:
 
     row: ComparisonRow
     loop: str
-    """The loop that it varies, whose figures and steps these are."""
+    """The loop that the row varies; figures and steps are this loop's."""
     title: str
     figures: Metrics
     log: StepLog
@@ -51,7 +51,7 @@ class _Piece:
 def rows_of(
     spec: Spec, wanted: Sequence[str], loops: Sequence[str] = ()
 ) -> tuple[ComparisonRow, ...]:
-    """Return the rows of a spec, loop by loop, after those of each loop the spec as it is.
+    """Return the rows of a spec, loop by loop; after each loop's rows follows the spec as it is.
 
     wanted -- only rows of these names or kinds; loops -- only rows of these loops.
 
@@ -96,7 +96,7 @@ def _list(rows: Sequence[ComparisonRow]) -> str:
 
 
 def _own_row(controller: Controller, name: str, first: ComparisonRow) -> ComparisonRow:
-    """Make the row of a loop as it is, at its initial setpoint; its first row's, if that is off."""
+    """Make the row of a loop as it is, at its initial setpoint; if off, at the first row's."""
     loop = controller.loops[name]
     off = loop.setpoint.initial_c == 0.0 and facts_of(controller, name).hosted
     return ComparisonRow.model_construct(

@@ -1,4 +1,4 @@
-"""The rows of a comparison as figures: ours, and the published ones beside them."""
+"""The rows of a comparison as a table: our figures, with the published ones below."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COLUMNS = (
 )
 
 ROOM = 1.15
-"""Height of a row's picture over that of what is in it."""
+"""Height of a row's picture, divided by that of the curves in it."""
 
 
 def lines(outcome: Outcome) -> list[tuple[str, ...]]:
@@ -43,7 +43,7 @@ def lines(outcome: Outcome) -> list[tuple[str, ...]]:
 
 
 def _residuals(figures: Metrics, published: Published) -> tuple[float, float, float]:
-    """Return by what our maximum, lowest and highest temperature, K, are above the published."""
+    """Return our maximum, lowest and highest temperature, minus the published ones, in K."""
     return (
         figures.maximum_c - published.maximum_c,
         figures.steady_minimum_c - published.steady_minimum_c,
@@ -61,7 +61,7 @@ def _figures(setpoint_c: float, maximum_c: float, low_c: float, high_c: float) -
 
 
 def half_heights(outcomes: Sequence[Outcome]) -> dict[str, float]:
-    """Choose for each loop half of the height, K, that its rows' pictures need about a setpoint."""
+    """Return for each loop half of the height, in K, that its rows' pictures need."""
     halves: dict[str, float] = {}
     for outcome in outcomes:
         halves[outcome.loop] = max(halves.get(outcome.loop, 0.0), _half(outcome))
@@ -79,7 +79,7 @@ def _half(outcome: Outcome) -> float:
 
 
 def rows_json(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
-    """Return the rows for machines."""
+    """Return the rows as JSON data."""
     return [
         {
             "name": outcome.row.name,
@@ -116,7 +116,7 @@ def _residual_json(figures: Metrics, published: Published | None) -> dict[str, A
 
 
 def replays(outcomes: Sequence[Outcome]) -> Iterator[ReplayResult]:
-    """Yield what the replays of all rows and loops found."""
+    """Yield the results of the replays of all rows and loops."""
     return (each for outcome in outcomes for each in outcome.replays.values())
 
 

@@ -1,4 +1,4 @@
-"""A firmware that does not fit its board: by how much, what takes it, and what to do about it."""
+"""A firmware that does not fit its board: by how much, what takes the memory, and remedies."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ __all__ = ["DoesNotFit", "Misfit", "misfit"]
 
 @dataclass(frozen=True)
 class Misfit:
-    """All that is to be told of it."""
+    """All facts about a firmware that does not fit."""
 
     file: str
     board: str
     built: BuildResult
     shares: tuple[Share, ...]
     boards: Mapping[str, bool]
-    """Those with room; True: the spec is good for it as it is."""
+    """Boards with room; True: the spec is good for the board without other changes."""
     ways: tuple[Way, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -49,17 +49,17 @@ class Misfit:
 
     @property
     def text(self) -> str:
-        """The same for people."""
+        """The facts as text."""
         lines = [f"{self.file}: the firmware does not fit the {self.board}.", *balance(self.built)]
         lines += ["", *self._table(), "", _boards_text(self.boards)]
         if self.ways:
-            lines += ["What saves most:", *map(_way_text, self.ways)]
+            lines += ["Largest savings:", *map(_way_text, self.ways)]
         return "\n".join(lines)
 
     def _table(self) -> list[str]:
         sizes = [(each.name, f"{each.size.flash:,}", f"{each.size.ram:,}") for each in self.shares]
         rows = [
-            ("What takes it, in bytes", "flash", "RAM"),
+            ("Used by, in bytes", "flash", "RAM"),
             *sizes,
             ("stack at worst", "", f"{self.built.stack_bytes:,}"),
         ]
@@ -68,7 +68,7 @@ class Misfit:
 
 
 class DoesNotFit(BuildFailed):
-    """Stops the command; it comes whole from another process, too."""
+    """Stops the command; the error can be pickled, so that a worker process can raise it, too."""
 
     def __init__(self, what: Misfit) -> None:
         super().__init__(what.text, what.built.log)
@@ -79,7 +79,7 @@ class DoesNotFit(BuildFailed):
 
 
 def misfit(spec: Spec, error: TooLarge) -> Misfit:
-    """Find what is to be told."""
+    """Collect all facts about a firmware that does not fit."""
     found = shares(spec, error.taken, short_of(error.built))
     return Misfit(
         file=spec.file_name,
@@ -92,7 +92,7 @@ def misfit(spec: Spec, error: TooLarge) -> Misfit:
 
 
 def balance(built: BuildResult) -> list[str]:
-    """Say of flash and RAM how much is taken, how much is there, and what is too much or free."""
+    """Say for flash and RAM how much is used, how much there is, and how much is over or free."""
     taken = f"{built.ram_bytes:,} B of variables and {built.stack_bytes:,} B of stack at worst"
     return [
         f"flash: {built.flash_bytes:,} of {built.flash_limit:,} B: {_rest(built.flash_over)}",

@@ -1,4 +1,4 @@
-"""What each part of a spec takes of flash and RAM."""
+"""The flash and RAM that each part of a spec takes."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ LIBRARY = "C library and start-up"
 EVERY = "every firmware"
 
 Short: TypeAlias = tuple[bool, bool]
-"""Whether flash is short, and whether RAM is."""
+"""Whether the flash is too small, and whether the RAM is."""
 
 
 class Share(NamedTuple):
-    """What a part of the spec takes: its key, none for what has no key."""
+    """The memory of one part of the spec; its path is empty if it belongs to no single key."""
 
     path: Path
     what: str
@@ -28,7 +28,7 @@ class Share(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return the key with its kind, or what it is."""
+        """Return the key with its kind, or a description."""
         if not self.path:
             return self.what
         return f"{dotted(self.path)} ({self.what})" if self.what else dotted(self.path)
@@ -37,7 +37,7 @@ class Share(NamedTuple):
 def shares(
     spec: Spec, taken: Mapping[str, Bytes], short: Short = (True, True)
 ) -> tuple[Share, ...]:
-    """Add up what the source files take by the keys that want them, the largest first."""
+    """Add up the sizes of the source files by the keys that need them, the largest first."""
     owners = {path.removeprefix("src/"): keys for path, keys in plan_firmware(spec).owners.items()}
     owners["main.c"] = ()
     found: defaultdict[tuple[Path, str], Bytes] = defaultdict(lambda: NONE)
@@ -72,5 +72,5 @@ def short_of(built: BuildResult) -> Short:
 
 
 def in_order(size: Bytes, short: Short) -> tuple[int, int]:
-    """Sort by what is short, by flash where both are; the largest first."""
+    """Sort by the memory that is too small, by flash if both are; the largest first."""
     return (-size.flash if short[0] else 0, -size.ram if short[1] else 0)

@@ -1,4 +1,4 @@
-"""What to do about a firmware that does not fit: other boards, and what to leave out."""
+"""Remedies for a firmware that does not fit: other boards, and parts to leave out."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from heatwright.spec.problems import Path, dotted
 LEAVE_OUT = "leave it out"
 SELF_CHECKS: Path = ("safety", "self_checks")
 OTHER_CHIP = 1.1
-"""The same firmware on another chip takes at most so many times the flash: where a chip has more
-memory, calls and addresses are longer."""
+"""Largest ratio of a firmware's flash on another chip to that on its own: with more memory, calls
+and addresses are longer."""
 OTHER_STACK = 1.5
-"""And so many times the stack: there an address to return to takes 3 bytes instead of 2."""
+"""The same for the stack: with more memory a return address takes 3 bytes instead of 2."""
 MOST_WAYS = 6
 
 
 class Way(NamedTuple):
-    """A way to take less: what to change, the bytes that it saves, and whether it is enough."""
+    """A way to save memory: the change, the bytes that it saves, and whether it is enough."""
 
     key: str
     change: str
@@ -40,7 +40,7 @@ class Way(NamedTuple):
 
 
 def boards_with_room(spec: Spec, built: BuildResult) -> Iterator[tuple[str, bool]]:
-    """List the boards that it fits with certainty; True: the spec is good for it as it is."""
+    """List boards that the firmware fits with certainty; True: the spec needs no other change."""
     own = spec.controller.board
     for name, board in BOARDS.items():
         if name == own.name or not _has_room(board, built, same=board.mcu == own.mcu):
@@ -60,7 +60,7 @@ def _has_room(board: Board, built: BuildResult, *, same: bool) -> bool:
 
 
 def _accepted(spec: Spec, board: str) -> bool:
-    """Return whether the spec passes all checks with another board in it."""
+    """Return whether the spec passes all checks with another board."""
     data: Any = deepcopy(spec.tree.data)
     data["controller"]["board"] = board
     try:
@@ -70,7 +70,7 @@ def _accepted(spec: Spec, board: str) -> bool:
 
 
 def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -> tuple[Way, ...]:
-    """List what could be made smaller, then what could be left out, what saves most first."""
+    """List numbers to reduce, then parts to leave out, the largest saving first."""
     keys: list[Path] = [("interfaces", index) for index in range(len(controller.interfaces))]
     keys += [("programs",), SELF_CHECKS]
     keys += [("loops", name, "autotune") for name in controller.loops]
@@ -87,7 +87,7 @@ def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -
 
 
 def _fewer(controller: Controller, built: BuildResult) -> Iterator[Way]:
-    """List the numbers of the spec that decide how much RAM is taken, and what would fit."""
+    """List the numbers of the spec that decide the use of RAM, each with a value that fits."""
     for index, each in placed(controller, SerialLog).items():
         if each.keep == "ram":
             key = f"interfaces[{index}].entries"
@@ -100,7 +100,7 @@ def _fewer(controller: Controller, built: BuildResult) -> Iterator[Way]:
 
 
 def _at_most(key: str, number: int, least: int, each: int, built: BuildResult) -> Iterator[Way]:
-    """Propose a smaller number, each of which takes so many bytes of RAM at least."""
+    """Propose a smaller number, of items that take at least `each` bytes of RAM."""
     fewer = math.ceil(built.ram_over / each)
     if 0 < fewer <= number - least:
         saved = Bytes(0, fewer * each)

@@ -1,4 +1,4 @@
-"""What the user, or a spec, says of a log."""
+"""How the options, or a spec, tell `identify` to read a log."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.simulation import AMBIENT
 
 PLOTTER_FULL = 10.0
-"""The plotter's line has the duty in tenths, so that it stays beside the temperatures."""
+"""Full duty in the plotter's lines: their unit is 10 %, so that the curve stays readable."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """How a log is to be read, and what is looked for."""
+    """How to read a log, and the structure of the model to fit."""
 
     columns: str | None
     scales: Scales
@@ -43,7 +43,7 @@ class Asked:
     plotter: tuple[int, int] | None = None
     """Columns of temperature and duty, and their number, in the firmware's plotter lines."""
     loop: str = ""
-    """The loop of the spec, whose name its columns may begin with."""
+    """The loop of the spec; names of the log's columns may begin with its name."""
     reported: tuple[str, str] | None = None
     """Labels of temperature and duty in the reports to the loop's G-code host."""
 
@@ -81,7 +81,7 @@ def asked_of(  # noqa: PLR0913 - one for each option
     period_s: float | None,
     bodies: int,
 ) -> Asked:
-    """Join what the options and the spec say; the options come first."""
+    """Combine options and spec; an option overrides the spec."""
     if spec is None:
         return Asked(columns, Scales(power_w, full, period_s), Structure(bodies))
     loaded = load(spec)
@@ -90,7 +90,7 @@ def asked_of(  # noqa: PLR0913 - one for each option
     name = loop or next(iter(controller.loops))
     if loop is None and len(controller.loops) > 1:
         raise Refused(
-            f"{loaded.file_name}: has several loops: {able}. Say whose record this is, "
+            f"{loaded.file_name}: has several loops: {able}. Name the loop of this record, "
             f"such as --loop {name}."
         )
     if name not in controller.loops:
@@ -131,7 +131,7 @@ def _reported(titles: tuple[str, str], names: Sequence[str]) -> Roles:
 
 
 def plotter_of(controller: Controller, name: str) -> tuple[int, int] | None:
-    """Find the duty among the fields of the firmware's plotter line, and count them."""
+    """Find the duty among the fields of the firmware's plotter lines; count the fields."""
     from heatwright.generator.plan.interfaces.serial_plotter import fields  # noqa: PLC0415
 
     if not facts_of(controller, name).plotted:

@@ -1,4 +1,4 @@
-"""What was found, as YAML to paste into a spec, and for machines."""
+"""The fitted plant, as YAML to paste into a spec and as JSON data."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from heatwright.spec.quantity import about, duration, tidy
 from heatwright.spec.simulation import AMBIENT
 
 MOST_STEPS = 3
-"""Steps of power told in the heading."""
+"""Most steps of power that the heading lists."""
 
 REMARK = 48
-"""Column of the remarks."""
+"""Column at which the remarks begin."""
 
 
 def digits(found: Found) -> str:
-    """Write a value with no more digits than the record tells: to a tenth of its uncertainty."""
+    """Write a value to a tenth of its uncertainty: further digits mean nothing."""
     half = max(found.high - found.value, found.value - found.low)
     if found.given or not math.isfinite(half) or half <= 0 or found.value == 0:
         return about(found.value)
     places = 1 - math.floor(math.log10(half))
-    # At least three digits, and no more than six: a network of less would not fit any more.
+    # Three to six digits: with fewer the rounded network would no longer fit the record.
     magnitude = math.floor(math.log10(max(abs(found.value), half / 10)))
     places = min(max(places, 2 - magnitude), 5 - magnitude)
     return f"{round(found.value, places) + 0.0:.{max(0, places)}f}"
@@ -76,7 +76,7 @@ def _heading(identified: Identified, name: str) -> list[str]:
         f"heatwright identify {quote(tidy(name))}",
         f"{record.rows} readings in {duration(round(record.duration_s, 1))}; {_steps(identified)}",
         f"Fit error {about(identified.rms_k)} K rms, {about(identified.worst_k)} K at most; the "
-        f"model tells {identified.percent:.1f} % of the movement.",
+        f"model explains {identified.percent:.1f} % of the movement.",
         f"Noise of the readings {about(identified.noise_k)} K. Remarks: 95 % intervals.",
         *(f"WARNING: {warning}." for warning in identified.warnings),
     ]
@@ -96,7 +96,7 @@ def _steps(identified: Identified) -> str:
 
 
 def as_json(identified: Identified) -> dict[str, Any]:
-    """Return what was found for machines; units are J/K, K/W, s, °C, K and W."""
+    """Return the fit as JSON data; units are J/K, K/W, s, °C, K and W."""
     record = identified.record
     return {
         "readings": record.rows,

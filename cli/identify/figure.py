@@ -1,4 +1,4 @@
-"""A record and the machine found for it: readings, what is left between them, power."""
+"""Figure of a record and its fit: readings, their difference, power."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The course of a loop from a serial line, or from a recorded log."""
+"""Readings of a loop from a serial line, or from a recorded log."""

@@ -1,4 +1,4 @@
-"""The course of a loop in a recorded log."""
+"""The readings of a loop in a recorded log."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _PLOTTED = 1
 
 
 def course_of(asked: Asked, data: bytes) -> list[Reading]:
-    """Read a log as identify does, with the setpoint where it has one. Raises Unusable."""
+    """Read a log as identify does, with the setpoint if it has one. Raises Unusable."""
     log = read_log(data)
     roles, scales = asked.roles(log)
     full_w = scales.power_w or 1.0
     times_s, readings_c, powers_w = tabled(log, roles, replace(scales, power_w=full_w), [])
     timed = np.isfinite(times_s)
     if not timed.any():
-        raise Unusable("has no times that could be read")
+        raise Unusable("has no column of times")
     rows = zip(
         (times_s - times_s[timed][0])[timed].tolist(),
         readings_c[timed].tolist(),

@@ -1,4 +1,4 @@
-"""The course of each loop that a G-code host commands, from the reports it asks for."""
+"""Readings of each loop that a G-code host commands, from the reports to M105."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from heatwright.cli.plot.hearing import Hearing, Read, Reading
 from heatwright.spec import Controller, Gcode, gcode_of
 
 FULL = 127.0
-"""The duty of a report is in 127ths."""
+"""Full duty in a report."""
 EVERY_S = 1.0
 
 _NUMBER = r"-?\d{1,6}(?:\.\d{1,6})?"
 _END = r"(?!\S)"
-"""What follows a number: a blank or the end. In a damaged line it may be `201..3`."""
+"""What must follow a number, so that a damaged one such as `201..3` is not read."""
 
 
 def hearings(controller: Controller, interface: Gcode) -> Iterator[Hearing]:
-    """Yield how to listen to each loop that is served."""
+    """Yield the way to read each loop that the interface serves."""
     del controller
     for address, loop in interface.loops.items():
         read = _reported(address, [*interface.loops])

@@ -1,4 +1,4 @@
-"""What the lines of a board tell of a loop, by the interface that sends them."""
+"""Ways to read a loop's temperatures from a board's serial line, by its interface."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from heatwright.spec.interfaces import Line
 from heatwright.spec.registry import Layer, place_of
 
 LAYER = Layer("hearing", "heatwright.cli.plot", "way to read its lines", ("hearings",))
-"""A kind need not have it."""
+"""The layer is optional: a kind of interface need not have it."""
 
 
 class Reading(NamedTuple):
-    """A loop at one time; None: not told."""
+    """Reading, setpoint and duty of a loop at one time; None: not known."""
 
     time_s: float
     temperature_c: float | None
@@ -28,14 +28,14 @@ class Reading(NamedTuple):
 
 
 Read = Callable[[str, float], Iterator[Reading]]
-"""Reads a message that has come at a time, s since the port was opened."""
+"""Reads a message; the second argument is its time, in s since the port was opened."""
 Cut = Callable[[bytes], tuple[list[str], bytes]]
-"""Cuts what has come into messages, as text, and the rest that waits for more."""
+"""Cuts received bytes into messages, as text, and the rest, which is not complete yet."""
 LONGEST_LINE = 1024
 
 
 def lines(come: bytes) -> tuple[list[str], bytes]:
-    """Cut at the ends of lines; what is too long loses its beginning."""
+    """Cut at the ends of lines; a line that is too long loses its beginning."""
     *ended, rest = come.split(b"\n")
     texts = [line[-LONGEST_LINE:].decode("ascii", errors="replace").strip() for line in ended]
     return texts, rest[-LONGEST_LINE:]
@@ -50,15 +50,15 @@ class Hearing:
     line: Line
     read: Read
     asks: bytes = b""
-    """Empty: the board speaks by itself."""
+    """The request to send; empty: the board sends by itself."""
     every_s: float = 0.0
     cut: Cut = lines
 
 
 def hearing_of(file_name: str, controller: Controller, loop: str | None) -> Hearing:
-    """Choose the first interface that tells the course of a loop; of any, if none is named.
+    """Choose the first interface that sends the readings of a loop; of any, if none is named.
 
-    Raises Refused where none does.
+    Raises Refused if there is none.
     """
     if loop is not None and loop not in controller.loops:
         able = ", ".join(controller.loops)
@@ -68,14 +68,14 @@ def hearing_of(file_name: str, controller: Controller, loop: str | None) -> Hear
     if first is None:
         whose = "" if loop is None else f" of {loop}"
         raise Refused(
-            f"{file_name}: no line tells the course{whose}; add an interface, such as "
+            f"{file_name}: no interface sends the readings{whose}; add one, such as "
             "{kind: serial_plotter, loop: NAME, baud: 9600}."
         )
     return first
 
 
 def _all(controller: Controller) -> Iterator[Hearing]:
-    """Ask the module of each interface's kind; a kind without one tells no course by itself."""
+    """Yield the hearings of each interface whose kind has a module in this package."""
     for each in controller.interfaces:
         name = place_of("interface", LAYER, each.kind)
         if find_spec(name) is not None:
@@ -83,5 +83,5 @@ def _all(controller: Controller) -> Iterator[Hearing]:
 
 
 def known(number: float | None) -> float | None:
-    """Return a number; None for a gap, NaN or infinity, which JSON cannot hold."""
+    """Return the number, or None for a gap, NaN or infinity, which JSON cannot hold."""
     return number if number is not None and math.isfinite(number) else None

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 HEAD = "time_s,temperature_c,setpoint_c,duty_percent\n"
 WAIT_S = 0.1
-"""How long a read waits for bytes, so that the end is never far."""
+"""How long a read waits for bytes; short, so that Ctrl-C and `stop` act soon."""
 LINES = "0"
-"""The roll of what was said."""
+"""Name of the console that shows the board's lines."""
 
 
 def opened(port: str, hearing: Hearing) -> Serial:
-    """Open a port as the spec says. Raises Refused where it cannot be had."""
+    """Open a port as the spec says. Raises Refused if it cannot be opened."""
     from serial import Serial, SerialException  # noqa: PLC0415 - takes a while
 
     line = hearing.line
@@ -36,18 +36,18 @@ def opened(port: str, hearing: Hearing) -> Serial:
         )
     except (SerialException, ValueError, OSError) as error:
         raise Refused(
-            f"{port}: cannot be opened: {error}. Look whether the board is plugged in, and no "
-            "other program has the port; on Linux you must be of the group dialout."
+            f"{port}: cannot be opened: {error}. Check that the board is plugged in, and that no "
+            "other program uses the port; on Linux you must be in the group dialout."
         ) from None
 
 
 def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, list[Reading]]]:
-    """Yield each message of the board with what it tells, until `stop` is set.
+    """Yield each message of the board with its readings, until `stop` is set.
 
-    While no complete one arrives, an empty one without readings is yielded after each read, so
-    that the caller can look at the time.
+    While no complete message arrives, an empty one without readings is yielded after each read, so
+    that the caller can check the time.
 
-    Raises Refused where the port is gone.
+    Raises Refused if the port disappears.
     """
     from serial import SerialException  # noqa: PLC0415 - see opened
 
@@ -60,7 +60,7 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
                 port.write(hearing.asks)
             waiting += port.read(max(1, port.in_waiting))
         except (SerialException, OSError) as error:
-            raise Refused(f"{port.name}: the line is gone: {error}") from None
+            raise Refused(f"{port.name}: the serial line was lost: {error}") from None
         now_s = round(monotonic() - begun_s, 3)
         messages, rest = hearing.cut(bytes(waiting))
         waiting = bytearray(rest)
@@ -71,21 +71,21 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
 
 
 class Record:
-    """A file that `identify` reads; each reading is in it at once."""
+    """A CSV file that `identify` reads; each reading is written at once."""
 
     def __init__(self, file: Path) -> None:
-        """Create it. Raises Refused where it is there already."""
+        """Create the file. Raises Refused if it exists already."""
         self.file = file
         try:
             with blaming(file):
                 self._out: TextIO = file.open("x", encoding="utf-8")
         except FileExistsError:
-            raise Refused(f"{file}: is there already and stays as it is; name another.") from None
+            raise Refused(f"{file}: exists already and is not overwritten; name another.") from None
         self._out.write(HEAD)
         self.rows = 0
 
     def add(self, readings: Iterable[Reading]) -> None:
-        """Write what was read."""
+        """Write readings."""
         with blaming(self.file):
             for each in readings:
                 cells = ("" if number is None else f"{number:.10g}" for number in each)
@@ -94,15 +94,15 @@ class Record:
             self._out.flush()
 
     def close(self) -> None:
-        """End it."""
+        """Close the file."""
         with blaming(self.file):
             self._out.close()
 
 
 def record(port: Serial, hearing: Hearing, file: Path, for_s: float, tell: Any) -> int:
-    """Write what a line tells to a file, for so long or until Ctrl-C; return how many readings.
+    """Record readings for `for_s`, or until Ctrl-C; return how many were written.
 
-    tell -- is called with the seconds so far, and how long it will be.
+    tell -- is called with the seconds so far and with `for_s`.
     """
     found, stop, begun_s = Record(file), Flag(), monotonic()
     try:
@@ -120,10 +120,10 @@ def record(port: Serial, hearing: Hearing, file: Path, for_s: float, tell: Any) 
 
 
 class Shown:
-    """What a page of courses shows: a line that is listened to, or a log that was recorded.
+    """The data behind the page of `plot`: a serial line, or a recorded log.
 
-    store -- what the tabs are told; when_failed -- called when
-    listening has ended with an error, failed -- that error.
+    store -- the data for the browser's tabs; when_failed -- called when listening has ended with
+    an error; failed -- that error.
     """
 
     page = "plot.html"
@@ -138,7 +138,7 @@ class Shown:
         self._thread: Thread | None = None
 
     def listen(self, port: Serial, hearing: Hearing, file: Record | None) -> None:
-        """Begin to listen, in a thread."""
+        """Start a thread that listens."""
 
         def run() -> None:
             try:
@@ -148,7 +148,7 @@ class Shown:
                     if text or readings:
                         self.tell(readings, [text] if text else [])
             except Exception as error:
-                self.failed = error  # raised by whoever waits for this thread
+                self.failed = error  # the command raises it once the server has ended
                 self.when_failed()
 
         self._thread = Thread(target=run, name="line", daemon=True)
@@ -165,16 +165,16 @@ class Shown:
         self.store.publish(self._last, {self._loop: points}, {LINES: list(lines)}, None)
 
     def stop(self) -> None:
-        """Let it come to its end."""
+        """End the thread."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
 
     def order(self, order: Mapping[str, Any], answer: Callable[[str], None]) -> None:
-        """Refuse: this page only shows."""
+        """Refuse any order: this page only shows data."""
         del order
-        answer("There is nothing to order here.")
+        answer("This page accepts no orders.")
 
     def scenario(self) -> str:
-        """Raise Unsaid: nobody does anything here."""
-        raise Unsaid("Nothing is done here.")
+        """Raise Unsaid: this page records no actions."""
+        raise Unsaid("This page records no actions.")

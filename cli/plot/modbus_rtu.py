@@ -1,4 +1,4 @@
-"""The course of each loop of a Modbus slave, from the input registers that a master asks for."""
+"""Readings of each loop of a Modbus slave, from its input registers."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from heatwright.sim.interfaces.modbus_rtu.registers import Register, registers
 from heatwright.spec import Controller, ModbusRtu
 
 ASKED = ("temperature", "duty", "setpoint_in_force")
-"""They stand in a row in each loop's block: one request is enough."""
+"""These registers are adjacent in each loop's block: one request reads them."""
 INPUT_REGISTERS = 4
 EVERY_S = 1.0
 
 
 def hearings(controller: Controller, interface: ModbusRtu) -> Iterator[Hearing]:
-    """Yield how to ask for each loop."""
+    """Yield the request for each loop's registers, and the way to read its answer."""
     known = registers(controller)
     for loop in controller.loops:
         asked = [known[f"{loop}.{name}"] for name in ASKED]
@@ -28,9 +28,9 @@ def hearings(controller: Controller, interface: ModbusRtu) -> Iterator[Hearing]:
 
 
 def _cut(address: int, pdu: bytes, words: int) -> Cut:
-    """Find the answers among what has come, and show them as hexadecimal numbers.
+    """Find the answers in the received bytes, and return them as hexadecimal numbers.
 
-    What is damaged, or another slave's, is passed over byte by byte.
+    Damaged answers, and those of other slaves, are skipped byte by byte.
     """
     size = len(framed(address, bytes(2 + 2 * words)))
 

@@ -1,4 +1,4 @@
-"""The course of a loop from the entries of its log, asked for again and again."""
+"""Readings of a loop from the entries of its log, which is requested again and again."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from heatwright.sim.identify.cells import DIALECTS, fields, value
 from heatwright.spec import Controller, SerialLog
 
 LEAST_S = 10.0
-"""How often it is asked for at most: an answer of 600 entries takes 6 s."""
+"""Least time between two requests: an answer of 600 entries takes 6 s."""
 WIDTH = 4
 _COMMAS = DIALECTS[0]
 
 
 def hearings(controller: Controller, interface: SerialLog) -> Iterator[Hearing]:
-    """Yield how to listen to the log's loop."""
+    """Yield the way to read the log's loop."""
     del controller
     every_s = max(LEAST_S, interface.every_s)
     yield Hearing(interface.loop, interface.kind, interface.line, _Logged(), b"log\n", every_s)
@@ -24,10 +24,10 @@ def hearings(controller: Controller, interface: SerialLog) -> Iterator[Hearing]:
 
 @dataclass
 class _Logged:
-    """Reads the answers to `log`: each has all entries, and only the new ones are passed on.
+    """Reads the answers to `log`: each has all entries, and only new ones are yielded.
 
-    The log has its own clock, which begins anew with the board: then its entries go on behind
-    those that are known.
+    The log's clock restarts with the board: the times of later entries then continue from the
+    newest entry before the restart.
     """
 
     newest_s: float = -1.0

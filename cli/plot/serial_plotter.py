@@ -1,4 +1,4 @@
-"""The course of a loop from the lines of its plotter, which come by themselves."""
+"""Readings of a loop from the lines of its plotter, which the board sends by itself."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BLANKS = next(each for each in DIALECTS if each.delimiter is None)
 
 
 def hearings(controller: Controller, interface: SerialPlotter) -> Iterator[Hearing]:
-    """Yield how to listen to the plotter's loop."""
+    """Yield the way to read the plotter's loop."""
     read = _plotted(controller, interface.loop)
     yield Hearing(interface.loop, interface.kind, interface.line, read)
 

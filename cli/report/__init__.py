@@ -1,1 +1,1 @@
-"""Pages in HTML: each one file that needs nothing else."""
+"""HTML reports: each page is one file that needs no other."""

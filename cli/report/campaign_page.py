@@ -25,7 +25,7 @@ HEIGHT = 150
 
 
 def campaign_page(done: Campaign, rows: Sequence[Row]) -> str:
-    """Print it."""
+    """Return the page's HTML."""
     controller, summary = done.spec.controller, done.summary
     identity = controller.identity
     well = [row for row in rows if row["outcome"] == WELL]
@@ -53,7 +53,7 @@ def campaign_page(done: Campaign, rows: Sequence[Row]) -> str:
         figure_rows=[spread_cells(each) for each in summary.figures],
         peak_rows=[spread_cells(each) for each in summary.peaks],
         trip_rows=[spread_cells(each) for each in summary.trips],
-        worst_columns=("worst", "", "run it again"),
+        worst_columns=("worst", "", "repeat the run"),
         worst_rows=worst_cells(done),
         digest=done.spec.digest,
     )  # fmt: skip
@@ -63,19 +63,19 @@ def _failures(done: Campaign) -> list[str]:
     summary = done.summary
     found = [f"{rule} tripped in {count} runs, with nothing broken"
              for rule, count in summary.rules.items()]  # fmt: skip
-    found += [f"{node} became hotter than it bears in {count} runs"
+    found += [f"{node} became hotter than its limit (bears) in {count} runs"
               for node, count in summary.too_hot.items()]  # fmt: skip
     if unnoticed := summary.outcomes[UNNOTICED]:
-        found.append(f"no rule tripped to the end in {unnoticed} runs in which something broke")
+        found.append(f"no rule tripped in {unnoticed} runs in which something broke")
     return found
 
 
 def _histogram(values: list[float], column: str, whose: str) -> Any:
-    """Draw how often which values are; None where there are none."""
+    """Draw the histogram of the values; None if there are no values."""
     if not values:
         return None
     low, high = min(values), max(values)
-    if high - low < 1e-9:  # all alike: one bar about it
+    if high - low < 1e-9:  # all values are equal: one bar
         low, high = low - 0.5, high + 0.5
     bins = min(MOST_BINS, max(5, round(2 * len(values) ** (1 / 3))))
     counts, edges = np.histogram(values, bins=bins, range=(low, high))

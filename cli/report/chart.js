@@ -1,5 +1,5 @@
-// Draws the charts of a page: panels over one time axis, with a cross-hair that reads all curves,
-// dragging to look closer, a double click to see everything again, and a legend that hides curves.
+// Draws the charts of a page: panels over one time axis, with a cross-hair that reads all curves.
+// Dragging zooms in, a double click shows everything again, the legend hides curves.
 "use strict";
 
 const LEFT = 56, RIGHT = 12, TOP = 10, BOTTOM = 6, AXIS = 22;
@@ -163,7 +163,7 @@ class Panel {
     pen.setLineDash([]);
   }
 
-  // Some are the page's own, for dark blue is hard to see at night.
+  // Some colours are variables of the page: dark blue would be hard to see on a dark page.
   colour(series) {
     const name = series.colour.match(/^var\((.*)\)$/);
     return name ? getComputedStyle(document.body).getPropertyValue(name[1]) : series.colour;
@@ -186,7 +186,7 @@ class Panel {
     }
   }
 
-  // In the first row where it covers no other; before its line where it would go beyond the end.
+  // Places a label in the first row where it covers no other; left of its line near the right end.
   label(pen, mark, rows, first, height) {
     const end = this.canvas.clientWidth - RIGHT, time = this.x(mark.t);
     if (time < LEFT || time > end) return;
@@ -236,7 +236,7 @@ class Chart {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
   }
 
-  // A distribution begins elsewhere than at 0.
+  // The whole range of the axis; that of a histogram does not begin at 0.
   whole() {
     return [this.data.start || 0, this.data.duration];
   }

@@ -41,7 +41,7 @@ Json = dict[str, Any]
 
 
 def run_chart(trace: Trace, controller: Controller) -> Json:
-    """Draw all temperatures, and of each loop its setpoint closer and its duty."""
+    """Draw all temperatures, and for each loop the range around its setpoint and its duty."""
     time = time_axis(trace.duration_s)
     looks = looks_of(controller.loops)
     panels = [_panel(TALL, _temperatures(trace, controller, looks, time))]
@@ -65,7 +65,7 @@ def run_chart(trace: Trace, controller: Controller) -> Json:
 
 
 def _closer(log: StepLog, look: Look, time: TimeAxis) -> Json:
-    """Show the readings around the last setpoint, or about that of a program all the way."""
+    """Draw the readings around the last setpoint; with a program, around each step's setpoint."""
     if not runs_program(log):
         return _panel(MIDDLE, list(readings(log, f"{look.prefix}reading", look, time)), closer(log))
     seen = followed(log)
@@ -78,7 +78,7 @@ def _closer(log: StepLog, look: Look, time: TimeAxis) -> Json:
 
 
 def colour_of(of: str) -> str:
-    """Return a colour of a curve: those of a single loop suit light and dark pages."""
+    """Return a curve's colour; a single loop has colours for light and for dark pages."""
     return {READING: "var(--accent)", SETPOINT: "var(--ink)"}.get(of, of)
 
 

@@ -17,7 +17,7 @@ PANEL = 110
 
 
 def compare_page(spec: Spec, outcomes: Sequence[Outcome], device: str) -> str:
-    """Print it; `device` is what was simulated."""
+    """Return the page's HTML; `device` is what was simulated."""
     identity = spec.controller.identity
     replayed = (
         f"{ticks(outcomes)} control steps of the binaries replayed by the reference model: "

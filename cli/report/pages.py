@@ -1,4 +1,4 @@
-"""Print a page from its template; style and script go into it."""
+"""Renders a page from its template, with style and script inside."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _environment() -> Environment:
 
 
 def page(template: str, title: str, **names: Any) -> str:
-    """Print a page."""
+    """Return the HTML of a page."""
     text: str = (
         _environment()
         .get_template(template)
@@ -39,22 +39,22 @@ def page(template: str, title: str, **names: Any) -> str:
 
 
 def picture(png: bytes | None) -> str | None:
-    """Write a picture as the address of an image that is in the page itself."""
+    """Return a picture as a `data:` address, so that the page contains it."""
     return None if png is None else f"data:image/png;base64,{b64encode(png).decode()}"
 
 
 def wiring(spec: Spec) -> Markup:
     """Draw how the board is wired, as in the README of its project."""
-    from heatwright.generator import plan_firmware  # noqa: PLC0415 - not every page has one
+    from heatwright.generator import plan_firmware  # noqa: PLC0415 - not every page has a wiring
 
     drawn = {file.path: file for file in plan_firmware(spec).files}["wiring.svg"]
     return Markup(drawn.context["wires"])  # noqa: S704 - an SVG
 
 
 def data(value: object) -> Markup:
-    """Write a value as JSON that cannot end the script element it stands in."""
+    """Write a value as JSON that cannot end its script element."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
-    return Markup(text.replace("<", "\\u003c"))  # noqa: S704 - nothing in it is markup now
+    return Markup(text.replace("<", "\\u003c"))  # noqa: S704 - without "<" it has no markup
 
 
 def _own(name: str) -> Markup:

@@ -12,7 +12,7 @@ from heatwright.spec.quantity import duration
 
 
 def run_page(run: Run, controller: Controller, title: str, device: str) -> str:
-    """Print it; `device` is what was simulated."""
+    """Return the page's HTML; `device` is what was simulated."""
     return page(
         "run.html.j2",
         title,

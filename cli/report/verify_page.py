@@ -22,7 +22,7 @@ from heatwright.spec.quantity import duration
 
 
 def verify_page(evidence: Evidence) -> str:
-    """Print it."""
+    """Return the page's HTML."""
     controller = evidence.spec.controller
     identity, run = controller.identity, evidence.trials.loops.run
     timing = evidence.trials.timing

@@ -18,7 +18,7 @@ _UNITS = {"kp": "%/K", "ki": "%/(K·s)", "kd": "%·s/K"}
 
 
 class Choice(NamedTuple):
-    """What somebody starts with; each a key of `machines.yaml` or `parts.yaml`."""
+    """The parts of a first spec; each is a key of `machines.yaml` or `parts.yaml`."""
 
     machine: str
     board: str
@@ -46,7 +46,7 @@ def bears(board: str, part: dict[str, Any]) -> bool:
 
 
 def choices() -> list[Choice]:
-    """List all that can be chosen; the first of each machine is what is usual for it."""
+    """List all combinations that can be chosen; the first of each machine is the usual one."""
     return [
         Choice(name, board, sensor, output, interface)
         for name, machine in machines().items()
@@ -59,12 +59,12 @@ def choices() -> list[Choice]:
 
 
 def narrowed(left: list[Choice], kind: str, name: str) -> list[Choice]:
-    """Return what is left of the choices once one of them is made; nothing where it does not go."""
+    """Return the combinations with a given part; none if no combination has it."""
     return [each for each in left if getattr(each, kind) == name]
 
 
 def names(left: list[Choice], kind: str) -> dict[str, str]:
-    """Return what can still be chosen of a kind, the usual first, and what each is."""
+    """Return the parts of a kind that can still be chosen, the usual first, with descriptions."""
     told = machines() if kind == "machine" else parts()[f"{kind}s"]
     return {
         name: told[name].get("about") or told[name].get("title", "")
@@ -73,7 +73,7 @@ def names(left: list[Choice], kind: str) -> dict[str, str]:
 
 
 def composed(choice: Choice, name: str, file: str) -> str:
-    """Return the text of the spec, for a controller of this name; `file`: in commands."""
+    """Return the text of the spec; `name`: the controller's, `file`: for commands in comments."""
     machine = machines()[choice.machine]
     pins = parts()["boards"][choice.board]
     others = iter(pins["others"])
@@ -133,7 +133,7 @@ def _text(name: str) -> str:
 @cache
 def _environment() -> Environment:
     environment = Environment(
-        autoescape=False,  # noqa: S701 - a spec is no HTML
+        autoescape=False,  # noqa: S701 - the text is YAML, not HTML
         undefined=StrictUndefined,
         keep_trailing_newline=True,
         trim_blocks=True,
@@ -157,7 +157,7 @@ def _flow(pairs: dict[str, object]) -> str:
 
 
 def _aligned(text: str) -> str:
-    """Set the comments at the ends of lines below each other."""
+    """Align the comments at the ends of lines."""
     return re.sub(
         r"^(.*\S) +# ",
         lambda found: f"{found[1]:<{_COMMENT_COLUMN - 2}}  # ",

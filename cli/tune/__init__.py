@@ -1,1 +1,1 @@
-"""Methods of tuning side by side: run, tabled, drawn, written as YAML."""
+"""Runs several methods of tuning, and shows them as a table, a figure and YAML."""

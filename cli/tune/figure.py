@@ -1,4 +1,4 @@
-"""The methods in one picture: Bode diagram of the open loop, and the trial on the bench."""
+"""Figure of the methods: Bode diagram of the open loop, and the trial in the closed loop."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COLOURS = {
 }  # fmt: skip
 WIDTH_IN = 12.0
 ROOM_K = 2.0
-"""Least height about the setpoint that the closer look shows to either side."""
+"""Least height above and below the setpoint that the enlarged panel shows."""
 
 
 Tuned = tuple[Task, Sequence[Judged], Mapping[str, Tried]]
@@ -26,7 +26,7 @@ Tuned = tuple[Task, Sequence[Judged], Mapping[str, Tried]]
 
 
 def tuned_figure(loops: Sequence[Tuned]) -> Figure:
-    """Draw for each loop the open loops on the left, temperature and duty on the right."""
+    """Draw for each loop the Bode diagrams on the left, temperature and duty on the right."""
     figure = Figure(figsize=(WIDTH_IN, 3 * PANEL_IN * len(loops)), layout="constrained")
     parts = figure.subfigures(len(loops), 1, squeeze=False).flatten().tolist()
     for part, loop in zip(parts, loops, strict=True):
@@ -78,9 +78,9 @@ def _finish_bode(size: Axes, angle: Axes) -> None:
 
 
 def shown_for_s(task: Task, tried: Mapping[str, Tried]) -> float:
-    """Choose how much of the trials is shown: until all have come to rest, and half of that more.
+    """Return the length of the trials to draw: 1.5 times the time until all have come to rest.
 
-    All go on for as long as the slowest may need, which may be many times as long.
+    All trials run as long as the slowest machine may need, which can be many times longer.
     """
     eventful = [eventful_s(_log(task, each)) for each in tried.values()]
     whole = [each.trace.duration_s for each in tried.values()]

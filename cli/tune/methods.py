@@ -1,4 +1,4 @@
-"""The methods of tuning, each judged by its margins and tried on the bench."""
+"""The methods of tuning, each judged by its margins and tried in the closed loop."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from heatwright.spec import Controller
 OWN = "as it is"
 """The row of the spec's own gains."""
 ROBUST = "robust"
-"""The row of the gains that suit all machines that are drawn."""
+"""The row of the gains of --robust, which suit all random machines."""
 
 SETTLING = 5.0
-"""Integral times that a trial goes on after it has become warm."""
+"""Length of a trial after it has reached the target, in integral times."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is tuned, and how."""
+    """The loop to tune, and the options."""
 
     controller: Controller
     loop: str
@@ -63,7 +63,7 @@ class Task:
 
     @property
     def model(self) -> Reduced:
-        """What the rules see of the machine."""
+        """The reduced model of the machine, which simc and lambda use."""
         return model_for(self.process, self.period_s, self.filter_s)
 
     @property
@@ -75,20 +75,20 @@ class Task:
 
 @dataclass(frozen=True)
 class Judged:
-    """One method's gains, and what they are worth."""
+    """One method's gains, and how good they are."""
 
     method: str
     gains: Gains
     margins: Margins
     load: Load | None
-    """None where the loop is not stable."""
+    """None if the loop is not stable."""
     kick_percent: float
-    """By how much one step of the sensor moves the duty."""
+    """Change of the duty for one step of the sensor."""
 
 
 @dataclass(frozen=True)
 class Failed:
-    """A method that came to no gains."""
+    """A method that found no gains."""
 
     method: str
     reason: str
@@ -96,7 +96,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class Tried:
-    """Gains on the bench."""
+    """The trial of gains in the closed loop."""
 
     trace: Trace
     figures: Metrics
@@ -104,7 +104,7 @@ class Tried:
 
 
 def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Failed]:
-    """Do every method, and judge the spec's own gains beside them."""
+    """Run every method, and judge its gains and the spec's own."""
     spec = task.controller.loops[task.loop].algorithm.pid
     rows: list[Judged | Failed] = []
     if spec:
@@ -124,7 +124,7 @@ def find(task: Task, methods: Sequence[str], shown: Talk) -> list[Judged | Faile
 
 
 def judged(task: Task, method: str, gains: Gains) -> Judged:
-    """Judge a method's gains by their margins, and by what they do about a load."""
+    """Judge a method's gains by their margins, and by their response to a load."""
     found = task.margins(gains, task.process)
     load = load_answer(task.process, gains, task.period_s) if found.stable else None
     return Judged(method, gains, found, load, step_kick(gains, task.step_k, task.period_s))
@@ -138,9 +138,9 @@ def try_all(task: Task, rows: Sequence[Judged], shown: Talk) -> dict[str, Tried]
 
 
 def proposed(rows: Sequence[Judged], tried: Mapping[str, Tried]) -> Judged | None:
-    """Return the first whose loop is sound and whose trial trips nothing; None: there are no rows.
+    """Return the first row with a sound loop and a trial that trips nothing; None without rows.
 
-    If none is, a stable loop counts most, then a trial that trips nothing, then the least Ms.
+    If there is none, a stable loop counts most, then a trial that trips nothing, then the least Ms.
     """
 
     def doubts(row: Judged) -> tuple[bool, bool, float]:

@@ -1,4 +1,4 @@
-"""A spec whose machine is that of a recorded step."""
+"""Replaces the machine of a spec by the one fitted to a recorded step."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ _AT_NODES: dict[str, Callable[[str, Any], str | None]] = {
     "sense": lambda _, sense: sense.get("node"),
     "bears": lambda node, _: node,
 }
-"""Parts of a plant as written, and the node of each of their entries; None: no node."""
+"""Parts of a plant in YAML, and how to find the node of each entry; None: no node."""
 
 
 def with_machine_of(path: Path, spec: Spec, log: Path) -> Spec:
     """Return the spec with the plant that `identify` finds in a log.
 
-    Raises Refused where there is none, or where the spec has several loops: a record of one does
-    not tell how they warm each other.
+    Raises Refused if there is none, or if the spec has several loops: a record of one does not
+    show how they warm each other.
     """
     controller = spec.controller
     if len(controller.loops) > 1:
         raise Refused(
-            f"--log: {spec.file_name} has several loops, and a record of one tells no machine for "
-            "all. Put what `heatwright identify --loop` finds of each into its plant."
+            f"--log: {spec.file_name} has several loops, and a record of one loop does not show "
+            "the others. Paste what `heatwright identify --loop` finds for each into its plant."
         )
     if controller.simulation is None:
         raise Refused(
@@ -62,9 +62,9 @@ def with_machine_of(path: Path, spec: Spec, log: Path) -> Spec:
 
 
 def _with_plant(written: Any, found: Any) -> dict[str, Any]:
-    """Replace ambient and plant in a spec as written, as if what `identify` prints were pasted.
+    """Replace ambient and plant in a spec's YAML, as if the output of `identify` were pasted.
 
-    What a record does not show stays: the tolerance, and what belongs to nodes that still exist.
+    Keys that a record does not show stay: the tolerance, and those of nodes that still exist.
     """
     simulation, plant = written["simulation"], found["simulation"]["plant"]
     before = simulation["plant"]

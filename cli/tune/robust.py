@@ -1,4 +1,4 @@
-"""`tune --robust`: gains that suit all of the machines that may be built, and what they cost."""
+"""`tune --robust`: gains that suit all machines within the tolerances, and their price."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ COLUMNS = (
 
 
 class Wish(NamedTuple):
-    """What is asked for."""
+    """The options of --robust."""
 
     machines: int
     spread: Spread
@@ -48,16 +48,16 @@ class Wish(NamedTuple):
 
 
 class Row(NamedTuple):
-    """What a method's gains are worth on all machines."""
+    """How good a method's gains are on all machines."""
 
     method: str
     sensitivity: float | None
-    """None where the loop is unstable on one."""
+    """None if the loop is unstable on one machine."""
     outcomes: Sequence[Outcome]
 
 
 class Trade(NamedTuple):
-    """All methods on machines that none of them was tuned for."""
+    """All methods, tried on machines that none of them was tuned for."""
 
     wish: Wish
     left_out: int
@@ -68,9 +68,9 @@ class Trade(NamedTuple):
 def robust(
     task: Task, rows: Sequence[Judged | Failed], wish: Wish, shown: Talk
 ) -> tuple[Judged | Failed, Trade]:
-    """Improve the best gains of the other methods for drawn machines, and try all on others.
+    """Improve the best gains of the other methods for random machines, and try all on others.
 
-    Raises Refused where there are no such machines.
+    Raises Refused if no machine reaches the target.
     """
     job = shown.begin(f"Tuning {task.loop} for {wish.machines} machines")
     ours, _ = _machines(task, wish, wish.seed)
@@ -78,7 +78,7 @@ def robust(
     found = _improved(task, good, ours, job)
     job.end(found.reason if isinstance(found, Failed) else "")
     good += [found] if isinstance(found, Judged) else []
-    job = shown.begin(f"Trying {task.loop} on {wish.machines} others")
+    job = shown.begin(f"Trying {task.loop} on {wish.machines} other machines")
     others, left_out = _machines(task, wish, wish.seed + 1)
     outcomes = _course(task, good, others).tried([row.gains for row in good], others, job)
     job.end()
@@ -90,7 +90,7 @@ def robust(
 
 
 def _machines(task: Task, wish: Wish, seed: int) -> tuple[list[Machine], int]:
-    """Draw machines; those that cannot reach the target are counted only."""
+    """Draw machines at random; those that cannot reach the target are only counted."""
     found: list[Machine] = []
     for controller in drawn(task.controller, wish.spread, wish.machines, seed):
         process = process_of(controller, task.loop, task.target_c)
@@ -158,11 +158,11 @@ def line(row: Row) -> tuple[str, ...]:
 
 
 def legend(task: Task, trade: Trade) -> list[str]:
-    """Say what the machines are."""
+    """Describe the machines, below the table."""
     wish, spread = trade.wish, trade.wish.spread
     tried = wish.machines - trade.left_out
     lines = [
-        f"On {tried} drawn machines that none was tuned for: capacities and resistances "
+        f"On {tried} random machines that no method was tuned for: capacities and resistances "
         f"± {about(100 * spread.share)} %, ambient ± {about(spread.ambient_k)} K, supply "
         f"± {about(100 * spread.supply)} %.",
     ]
@@ -175,7 +175,7 @@ def legend(task: Task, trade: Trade) -> list[str]:
 
 
 def as_json(trade: Trade) -> dict[str, Any]:
-    """Return the trade for machines."""
+    """Return the trade as JSON data."""
     wish = trade.wish
     return {
         "machines": wish.machines,

@@ -1,4 +1,4 @@
-"""The methods side by side: for people, for machines, and one of them as YAML."""
+"""The methods of tuning as a table, as JSON data, and the chosen one as YAML."""
 
 from __future__ import annotations
 
@@ -80,20 +80,20 @@ def _figures(tried: Tried | None) -> tuple[str, ...]:
 
 
 def legend(task: Task) -> list[str]:
-    """Say what the columns are, and what the rules have seen of the machine."""
+    """Explain the columns, and describe the machine's model that simc and lambda use."""
     model, target = task.model, celsius(task.target_c)
     second = f" and {about(model.second_s)} s" if model.second_s else ""
     return [
-        f"{GIVEN}. From cold to {target}; error: the largest of the last third.",
-        f"dip: what a load of {LOAD_PERCENT:g} % of the power does; step: what one step of the "
-        "sensor does to the duty.",
-        f"Model of the rules: {about(model.gain)} K/%, lags {about(model.lag_s)} s{second}, dead "
-        f"time {about(model.dead_s)} s; sampled every {duration(task.period_s)}.",
+        f"{GIVEN}. From cold to {target}; error: the largest in the last third.",
+        f"dip: effect of a load of {LOAD_PERCENT:g} % of the power; step: effect of one step of "
+        "the sensor on the duty.",
+        f"Model for simc, lambda: {about(model.gain)} K/%, lags {about(model.lag_s)} s{second}, "
+        f"dead time {about(model.dead_s)} s; sampled every {duration(task.period_s)}.",
     ]
 
 
 def doubt(row: Judged, tried: Tried) -> str | None:
-    """Say why gains should not be used as they are; None: they may be."""
+    """Return a warning why gains should not be used as they are; None: they can be used."""
     found = row.margins
     if not found.stable:
         reason = "its loop is unstable"
@@ -107,7 +107,7 @@ def doubt(row: Judged, tried: Tried) -> str | None:
 
 
 def block(row: Judged, loop: str = "") -> str:
-    """Write gains as YAML, to paste over those of the loop; `loop` names it, among several."""
+    """Write gains as YAML, to replace those of a loop; `loop` names it, if there are several."""
     gains = row.gains
     lines = [
         *([f"# loops.{loop}"] if loop else []),
@@ -126,7 +126,7 @@ def block(row: Judged, loop: str = "") -> str:
 
 
 def rows_json(rows: Sequence[Judged | Failed], tried: Mapping[str, Tried]) -> list[dict[str, Any]]:
-    """Return the rows for machines."""
+    """Return the rows as JSON data."""
     return [_row_json(row, tried.get(row.method)) for row in rows]
 
 
@@ -176,7 +176,7 @@ def _number(value: float) -> float | None:
 
 
 def model_json(task: Task) -> dict[str, float | None]:
-    """Return what the rules have seen of the machine."""
+    """Return the machine's model that simc and lambda use, as JSON data."""
     model = task.model
     return {
         "gain_K_per_percent": rounded(model.gain),

@@ -1,4 +1,4 @@
-"""What is to be tuned, from the spec and the options."""
+"""The loops to tune and the methods, from the spec and the options."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.quantity import about, celsius
 
 LONGEST_S = 48 * 3600.0
-"""Longest time to heat up; a machine that needs longer has a typing error in its plant."""
+"""Longest time to heat up; a plant that needs longer has a typing error."""
 
 STEPS_PER_LAG = 100
 ENDS_LAGS = 15
-"""Slowest lags after which nothing rises any more: e^−15 is three parts in ten million."""
+"""Time after which a rise is over, in slowest lags: e^−15 is three parts in ten million."""
 
 FILTER_SHARE = 10.0
-"""A derivative without a filter of its own gets a tenth of what it must lead (Åström & Hägglund,
+"""Derivative time divided by its filter time, if the spec has no filter (Åström & Hägglund,
 Advanced PID Control, 2006, section 3.3: two to twenty)."""
 
 _ASKED = re.compile(r"M(104|109|140|190|141|191)\b.*?\b[RS](\d+(?:\.\d+)?)")
@@ -33,7 +33,7 @@ _TOOL = re.compile(r"\b[TE](\d)\b")
 
 @dataclass(frozen=True)
 class Job:
-    """What is done for one loop."""
+    """The methods to run for one loop."""
 
     task: Task
     methods: tuple[str, ...]
@@ -41,7 +41,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is done for a spec."""
+    """The loops to tune, and those to skip."""
 
     jobs: tuple[Job, ...]
     skipped: dict[str, str]
@@ -117,11 +117,11 @@ def relay_is_possible(controller: Controller, loop: str) -> bool:
 
 
 def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[str, ...]:
-    """Return the methods to do: those asked for, or all that the spec allows."""
+    """Return the methods to run: those of --method, or all that the spec allows."""
     possible = relay_is_possible(task.controller, task.loop)
     if "relay" in asked and not possible:
         raise Refused(
-            f"Loop {task.loop} does not tune itself: the relay needs `autotune: {{}}` in the loop, "
+            f"Loop {task.loop} cannot tune itself: relay needs `autotune: {{}}` in the loop, "
             "the algorithm pid, and an interface gcode or modbus_rtu that serves it."
         )
     return tuple(each for each in dict.fromkeys(asked or every) if possible or each != "relay")
@@ -130,8 +130,8 @@ def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[
 def _check_output(spec: Spec, name: str, loop: Loop) -> None:
     if spec.controller.outputs[loop.heater].is_on_off:
         raise Refused(
-            f"{spec.file_name}: heater {loop.heater} is switched on and off only, and a PID asks "
-            "for parts of its power. Make it time_proportional or pwm."
+            f"{spec.file_name}: heater {loop.heater} is only switched on and off, and a PID needs "
+            "partial power. Make it time_proportional or pwm."
         )
     if power_of(spec.controller, name) is None:
         raise Refused(
@@ -140,9 +140,9 @@ def _check_output(spec: Spec, name: str, loop: Loop) -> None:
 
 
 def _target(spec: Spec, name: str) -> float:
-    """Choose where to tune: the highest temperature of scenario and programs, or of the start.
+    """Choose where to tune: the highest temperature of scenario and programs, or the initial one.
 
-    A loop that starts at no more than ambient has nothing to hold there: then its highest.
+    If that is not above ambient, the loop would not heat: then its highest setpoint.
     """
     loop, simulation = spec.controller.loops[name], spec.controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
@@ -154,9 +154,9 @@ def _target(spec: Spec, name: str) -> float:
 
 
 def _sent(controller: Controller, name: str) -> Iterator[float]:
-    """Yield what host and master ask of a loop in the scenario, °C.
+    """Yield the setpoints that host and master send to a loop in the scenario, °C.
 
-    A line without a tool is for the one that was chosen last, the first at the beginning.
+    A line without a tool number is for the tool chosen last; at the beginning for the first.
     """
     gcode, simulation = gcode_of(controller), controller.simulation
     served = gcode.loops if gcode else {}
@@ -191,14 +191,16 @@ def _within(loop: Loop, at_c: float) -> float:
 
 
 def warm_s(controller: Controller, name: str, process: Process, target_c: float) -> float:
-    """Return how long full power takes from cold to the target.
+    """Return the time from cold to the target at full power, s.
 
-    Raises Refused where it never gets there.
+    Raises Refused if the target is out of reach.
     """
     simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
     if target_c <= simulation.ambient_c:
-        raise Refused(f"{celsius(target_c)} is no warmer than the ambient: there is nothing to do.")
+        raise Refused(
+            f"{celsius(target_c)} is not above the ambient temperature: name a higher --at."
+        )
     course = at_full_power(controller, name, process.lags_s[0] / STEPS_PER_LAG)
     felt_c = simulation.ambient_c
     for time_s, felt_c in course:
@@ -206,9 +208,7 @@ def warm_s(controller: Controller, name: str, process: Process, target_c: float)
             return time_s + process.late_s
         if time_s > ENDS_LAGS * process.lags_s[0] or time_s > LONGEST_S:
             break
-    raise Refused(
-        f"{celsius(target_c)} is beyond this machine: full power ends at {about(felt_c)} °C."
-    )
+    raise Refused(f"{celsius(target_c)} is out of reach: full power ends at {about(felt_c)} °C.")
 
 
 def _filter_s(process: Process, loop: Loop) -> float:

@@ -1,1 +1,1 @@
-"""The evidence for one spec: gathered, judged, shown."""
+"""Gathers, judges and shows the evidence for one spec."""

@@ -1,4 +1,4 @@
-"""What has to hold: each a line with its limit, what was found, and the verdict."""
+"""The checks of `verify`: each with its limit, the value found, and the verdict."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from heatwright.sim.scenario import stops, unasked
 from heatwright.spec import Expect, Simulation
 
 NOT_COMPARED = ("fault.time_s",)
-"""Variables that are no outcome of a step: the clock's."""
+"""Variables of the clock, which are no result of a control step."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that has to hold."""
+    """One check."""
 
     what: str
     limit: str
@@ -43,11 +43,11 @@ def build_checks(built: BuildResult) -> Iterator[Check]:
 
 
 def chain_checks(chains: Iterable[ChainError]) -> Iterator[Check]:
-    """Compare the errors of analog sensors with what the ADC resolves."""
+    """Compare the errors of analog sensors with the resolution of the ADC."""
     for chain in chains:
         for what, limit, found in (
-            (f"table of {chain.points} points off its curve", TABLE_BOUND_STEPS, chain.table_steps),
-            (f"reading off the {chain.measures}", CHAIN_BOUND_STEPS, chain.chain_steps),
+            (f"error of the {chain.points}-point table", TABLE_BOUND_STEPS, chain.table_steps),
+            (f"error of the {chain.measures} reading", CHAIN_BOUND_STEPS, chain.chain_steps),
         ):
             yield Check(
                 f"sensor {chain.sensor}: {what}",
@@ -72,7 +72,7 @@ def replay_checks(loops: ClosedLoop) -> Iterator[Check]:
 
 
 def upset_checks(outcomes: Sequence[Outcome]) -> Iterator[Check]:
-    """Check the effects of flipped bits, kind by kind; only report those that may do anything."""
+    """Check the effects of flipped bits by kind; those that are not guarded are only reported."""
     for kind in KINDS:
         tried = [each for each in outcomes if each.upset.kind == kind]
         if not tried:
@@ -83,14 +83,14 @@ def upset_checks(outcomes: Sequence[Outcome]) -> Iterator[Check]:
             told += f" (number {', '.join(bad)})"
         yield Check(
             f"upsets: {kind}",
-            "none heats, is too hot, forgets a fault" if guarded else "not guarded: told",
+            "none heats, is too hot, forgets a fault" if guarded else "not guarded: only reported",
             told,
             not guarded or not any(found[each] for each in BAD),
         )
 
 
 def run_checks(loops: ClosedLoop, simulation: Simulation) -> Iterator[Check]:
-    """Compare the closed loop with what the spec expects, and with what is expected of any loop."""
+    """Check the closed loop against the spec's `expect`, and against the limits of every loop."""
     expect = simulation.expect
     for loop, tripped in loops.run.faults.items():
         found = ", ".join(f"{fault_label(code)} at {time_s:.1f} s" for time_s, code in tripped)

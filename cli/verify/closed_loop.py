@@ -1,4 +1,4 @@
-"""The spec's scenario, by the unmodified binary, and the same steps by the reference model."""
+"""Runs the spec's scenario with the unmodified binary, and replays its steps with the model."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from heatwright.spec import Controller
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """The run, and its replay by loop."""
+    """The run of the binary, and the replay of each loop."""
 
     run: Run
     replays: dict[str, ReplayResult]
 
 
 def closed_loop(controller: Controller, elf: Path | Elf, job: Job) -> ClosedLoop:
-    """Run and replay."""
+    """Run the scenario and replay its steps."""
     run = run_binary(long_enough(controller), elf, job)
     return ClosedLoop(run, replay_all(controller, run.trace.steps))

@@ -27,7 +27,7 @@ from heatwright.spec import Spec
 
 
 class Upsets(NamedTuple):
-    """Which upsets are tried: their numbers, drawn from a seed."""
+    """The upsets to try: their numbers, and the seed that they are drawn from."""
 
     numbers: range
     seed: int
@@ -46,10 +46,10 @@ def verify(  # noqa: PLR0913 - what is judged, and how
     upsets: Upsets = NO_UPSETS,
     only: Sequence[str] = (),
 ) -> Evidence:
-    """Gather and judge.
+    """Gather the evidence and judge it.
 
-    core -- whose core runs the instructions; elf -- a binary that was built elsewhere; upsets --
-    the drawn ones that are tried; only -- the faults that are tried, empty: all.
+    core -- the simulator core that runs the instructions; elf -- a binary that was built elsewhere;
+    upsets -- the bit flips to try; only -- the faults to try, empty: all.
 
     Raises Refused for a spec without simulation, a binary that is not of this spec or a fault that
     it does not have, ToolMissing, BuildFailed, SimulatorMissing.

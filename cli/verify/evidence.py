@@ -20,14 +20,14 @@ from heatwright.spec import Spec
 
 @dataclass(frozen=True)
 class Evidence:
-    """What was found, and what has to hold."""
+    """All results, and the checks on them."""
 
     file: str
     spec: Spec
     core: Core
-    """Whose core ran the instructions."""
+    """The simulator core that ran the instructions."""
     elf: Path | None
-    """The binary, where it was built elsewhere."""
+    """The binary, if it was built elsewhere."""
     built: BuildResult
     chains: tuple[ChainError, ...]
     """Errors of the analog sensors' measuring chains."""
@@ -43,17 +43,17 @@ class Evidence:
 
     @property
     def count(self) -> int:
-        """How many things had to hold."""
+        """Number of checks."""
         return len(self.checks) + len(self.trials.timing.figures) + len(self.trials.faults)
 
     @property
     def left_out(self) -> int:
-        """How many faults were not tried, because others were asked for."""
+        """Number of faults that were not tried, because --fault names others."""
         return self.trials.known - len(self.trials.faults)
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """What does not hold, a line each."""
+        """The checks that fail, one line each."""
         return (
             *(
                 f"{check.what}: {check.found} (limit: {check.limit})"
@@ -80,10 +80,10 @@ class Evidence:
 
     @property
     def unusual(self) -> tuple[str, ...]:
-        """What was not done as it is done unasked, a line each."""
+        """Everything in which this run differs from the default, one line each."""
         return (
             *([] if self.elf is None else [f"The binary was built elsewhere: {self.elf}."]),
-            *([] if self.core == "own" else ["The instructions were run by simavr's core."]),
+            *([] if self.core == "own" else ["simavr's core ran the instructions."]),
             *([f"Faults that were not tried: {self.left_out}."] if self.left_out else []),
         )
 
@@ -97,7 +97,7 @@ class Evidence:
         )
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for machines; temperatures in °C, differences in K."""
+        """Return the evidence as JSON data; temperatures in °C, differences in K."""
         return {
             "spec": self.file,
             "digest": self.spec.digest,

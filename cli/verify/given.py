@@ -1,4 +1,4 @@
-"""A binary that was built elsewhere, and whether it is one of this spec."""
+"""Reads a binary that was built elsewhere, and checks that it belongs to the spec."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from heatwright.spec.loading.user_file import read_file
 
 
 def given_binary(spec: Spec, path: Path) -> BuildResult:
-    """Measure it.
+    """Measure the binary.
 
-    Raises Refused for what is no AVR program, not for this chip, or not from this spec, and for
-    what cannot be verified because names or debug information were left out.
+    Raises Refused if it is no AVR program, not for this chip or not from this spec, or if it cannot
+    be verified because names or debug information are missing.
     """
-    read_file(path, 0)  # a pipe would be waited for
+    read_file(path, 0)  # refuses a pipe, which might never end
     try:
         program = Elf(path)
         refuse_other_chip(path, spec.controller.board)
         if DIGEST not in program.symbols:
             raise Refused(
-                f"{path} has no {DIGEST}: it was not built from what heatwright generates,"
-                " or its symbols were taken out."
+                f"{path} has no {DIGEST}: it was not built from sources of heatwright,"
+                " or its symbols were removed."
             )
         check_digest(program, spec.digest)
         measured = given(path, spec.controller.board)

@@ -43,7 +43,7 @@ def chain_cells(chains: Iterable[ChainError]) -> list[tuple[str, ...]]:
 
 def fault_cells(result: FaultResult) -> tuple[str, ...]:
     """Return a fault's row in the order of FAULT_COLUMNS."""
-    nothing = "nothing, as it must" if result.calm else "no rule is met"
+    nothing = "nothing, as it must be" if result.calm else "no rule is met"
     if not result.passed:
         nothing = "nothing"
     others = [rule for rule in result.counting if rule != result.rule]

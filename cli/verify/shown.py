@@ -37,10 +37,10 @@ def print_evidence(evidence: Evidence) -> None:
     show(table(("loop", *COLUMNS), [(loop, *cells(each)) for loop, each in run.figures.items()]))
     if loads := load_cells(run.figures):
         show(table(LOAD_COLUMNS, loads, text_columns=LOAD_TEXTS))
-    heading("What has to hold")
+    heading("Checks")
     _print_judged(CHECK_COLUMNS, CHECK_TEXTS, [(check_cells(c), c.passed) for c in evidence.checks])
     if evidence.chains:
-        heading("Analog sensors, from the tip to the loop, against their exact curves")
+        heading("Analog sensors, from the tip to the reading, compared with their exact curves")
         show(table(CHAIN_COLUMNS, chain_cells(evidence.chains)))
     timing = evidence.trials.timing
     heading(f"Timing, over {duration(round(timing.seconds))} cycle by cycle")
@@ -73,4 +73,4 @@ def _print_verdict(evidence: Evidence) -> None:
     click.secho(f"FAILED: {count} checks do not hold.", fg="red", bold=True)
     failed = [f"--fault {each.fault}" for each in evidence.trials.faults if not each.passed]
     if failed and not evidence.left_out:
-        click.echo(f"To try them again alone: {' '.join(failed)}")
+        click.echo(f"To repeat only these faults: {' '.join(failed)}")

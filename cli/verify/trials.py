@@ -1,4 +1,4 @@
-"""What is tried on the binary: its closed loop, its timing, and every fault."""
+"""Trials of the binary: its closed loop, its timing, and every fault."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from heatwright.spec.loading.suggest import advice
 
 @dataclass(frozen=True)
 class Trials:
-    """What was found."""
+    """The results of the trials."""
 
     loops: ClosedLoop
     timing: Timing
@@ -41,9 +41,9 @@ class _Piece:
     elf: Path
     stack_bytes: int
     what: int | Literal["closed loop", "timing"]
-    """A fault's number in the catalogue, or something else."""
+    """A fault's number in the catalogue, or one of the other trials."""
     core: Core
-    """The choice of the core: each worker is a process of its own, so it has to be passed on."""
+    """The simulator core: each worker is a process of its own and must be told."""
 
 
 def try_all(
@@ -51,8 +51,8 @@ def try_all(
 ) -> Trials:
     """Run the closed loop, measure the timing and try every fault, on all cores.
 
-    only -- the ids of the faults that are tried; empty: all. Raises Refused for one that the
-    machine does not have, and what `closed_loop` does.
+    only -- ids of the faults to try; empty: all. Raises Refused for a fault that the machine does
+    not have, and all that `closed_loop` raises.
     """
     _prepare(controller, built.elf)
     known = [each.id for each in _faults(controller, built.elf)]
@@ -73,7 +73,7 @@ def try_all(
 
 
 def _prepare(controller: Controller, elf: Path) -> None:
-    """Import and read what every worker needs: they are forked from this process."""
+    """Import and read all that workers need, once: they are forked from this process."""
     AvrDevice(controller, program_of(elf))
     if controller.simulation is not None:
         plant_module(controller.simulation.plant.kind)
@@ -82,7 +82,7 @@ def _prepare(controller: Controller, elf: Path) -> None:
 def try_upsets(  # noqa: PLR0913, PLR0917 - what is tried, and on what
     controller: Controller, built: BuildResult, core: Core, numbers: range, seed: int, shown: Talk
 ) -> tuple[Outcome, ...]:
-    """Try drawn upsets of these numbers, on all cores."""
+    """Try the random upsets of these numbers, on all cores."""
     counter = Counter(shown.begin("Flipping bits"), len(numbers))
     pieces = [(controller, built.elf, core, number, seed) for number in numbers]
     return tuple(spread(_upset, pieces, [counter] * len(pieces)))
@@ -113,5 +113,5 @@ def _try(piece: _Piece, job: Job) -> ClosedLoop | Timing | FaultResult:
 
 @lru_cache(maxsize=1)
 def _faults(controller: Controller, elf: Path) -> tuple[Fault, ...]:
-    """Make the faults, once: they hold the binary, and workers have them from who forked them."""
+    """Make the faults once: they hold the binary, and forked workers share them."""
     return catalogue(controller, program_of(elf))

@@ -29,8 +29,8 @@ def test_a_port_that_is_taken_is_told(heatwright: Any) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         found = heatwright(f"bench chamber.yaml --port {port}", status=2)
-    assert f"Port {port} cannot be had" in found.err
-    assert "Leave --port out" in found.err
+    assert f"Port {port} cannot be opened" in found.err
+    assert "Leave out --port" in found.err
 
 
 def test_without_a_machine_there_is_nothing_to_run(heatwright: Any) -> None:

@@ -143,7 +143,7 @@ def test_a_refusal_of_the_slave_is_told() -> None:
     seat.run(2.0)
     assert seat.board.do(
         {"do": "at", "interface": 0, "name": "nozzle.setpoint", "value": 5000}
-    ).endswith("no room for this.")
+    ).endswith("out of its register's range.")
     seat.at("modbus_rtu", name="nozzle.setpoint", value=2000)
     seat.run(2.0)
     assert seat.of("modbus_rtu")["refused"][0]["name"] == "nozzle.setpoint"
@@ -467,7 +467,7 @@ def test_too_many_events_are_no_scenario() -> None:
     recorded = Recorded()
     for at in range(100):
         recorded.event(at, {"press": "up"})
-    with pytest.raises(Unsaid, match="100 events were done: a scenario has at most 99"):
+    with pytest.raises(Unsaid, match="100 events are too many: a scenario has at most 99"):
         recorded.text("chamber.yaml", 200.0)
 
 

@@ -106,7 +106,7 @@ def test_the_line_is_for_own_pages_that_know_the_token(bench: Bench) -> None:
 
 
 def test_whoever_comes_from_elsewhere_stays_outside(bench: Bench) -> None:
-    """A script of another page; a name of somebody else's that is made to lead here."""
+    """A script of another page; a foreign name that resolves to this computer."""
     port = urlsplit(bench.address).port or 0
     for headers in (
         {"Origin": HOSTILE}, {"Origin": "null"}, {"Origin": f"{bench.origin}0"},

@@ -99,7 +99,7 @@ def test_runs_of_another_campaign_are_not_mixed(heatwright: Heatwright) -> None:
     Path("other").mkdir()
     Path("other/mine.txt").write_text("mine", encoding="utf-8")
     told = heatwright(f"{line.replace('kept', 'other')} --runs 1", status=2).err
-    assert "other: holds other files and no campaign. Name another folder" in told
+    assert "other: has other files and no campaign. Name another folder" in told
     assert Path("kept/runs.jsonl").read_bytes() == before
 
 
@@ -109,7 +109,7 @@ def test_what_does_not_go_together_and_what_is_missing(
     told = heatwright("campaign chamber.yaml --plot x.png", status=2).err
     assert told == "--plot draws a single run: give --only, too.\n"
     told = heatwright("campaign chamber.yaml --only 1 --report x.html", status=2).err
-    assert told == "--only goes with --vary, --seed, --plot and --json only.\n"
+    assert told == "--only can be combined with --vary, --seed, --plot and --json only.\n"
     with monkeypatch.context() as bare:
         bare.setattr("heatwright.cli.commands.campaign.find_spec", lambda _: None)
         told = heatwright("campaign chamber.yaml", status=3).err
@@ -164,7 +164,7 @@ def test_processes_that_are_killed_again_and_again_end_it(
         os.kill(os.getpid(), signal.SIGKILL)
 
     monkeypatch.setattr("heatwright.cli.campaign.work.run_one", die)
-    with pytest.raises(Refused, match=r"ended from outside: try fewer --processes"):
+    with pytest.raises(Refused, match=r"if memory is short, try fewer --processes"):
         run_here(task({}, {"for": "1 s"}).pack(), [0, 1], 2, Mock(), Mock())
 
 

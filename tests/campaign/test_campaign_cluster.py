@@ -94,7 +94,7 @@ def test_what_is_done_is_kept_where_the_command_or_the_scheduler_ends(
     assert "Traceback" not in told
     assert (process.returncode, told.splitlines()[-1]) == (
         (130, "Interrupted.") if number is signal.SIGINT else
-        (2, f"{cluster.address}: the scheduler has gone. {GOES_ON}")
+        (2, f"{cluster.address}: the connection is lost. {GOES_ON}")
     )  # fmt: skip
     there = kept("there")
     assert 2 <= there < 300

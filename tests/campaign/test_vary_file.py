@@ -25,12 +25,12 @@ capacities: {air: []}  #capacities.air: there is nothing to choose from. Write [
 resistances: {air-wall: ± 5 %}  #resistances.air-wall: there is no air-wall in the spec. Did you mean air-walls?
 ambient: ± 5 %  #ambient: '5 %' does not have the unit of a temperature difference. Use K, as in 2 K.
 supply: ± 100 %  #supply: ± 100 % goes down to 0 %. Let it stay at 1 % or above.
-errors: {air: ± 2 %}  #errors.air: ± 2 % is a share of nothing: an error is about 0 K. Write it in K, such as ± 0.5 K.
+errors: {air: ± 2 %}  #errors.air: ± 2 % is a share, and an error of a temperature has the unit K. Write it in K, such as ± 0.5 K.
 noise: {air: ± 0.1 K}  #noise.air: ± 0.1 K goes down to -0.1 K. Let it stay at 0 K or above.
 late: ± 5 s  #late: ± 5 s is about nothing: there is no value of its own here. Write both ends, such as 1 s .. 1 s.
 asks: [{loop: sky, at: 1 s, setpoint: 30 °C}]  #asks[0].loop: there is no loop sky in the spec. Use air.
 asks: [{loop: air, at: 1 h, setpoint: 30 °C}]  #asks[0].at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.
-asks: [{loop: air, at: 1 s, setpoint: 80 °C}]  #asks[0].setpoint: 80 °C goes beyond the loop's setpoints, 10 °C .. 70 °C. Stay within them.
+asks: [{loop: air, at: 1 s, setpoint: 80 °C}]  #asks[0].setpoint: 80 °C exceeds the loop's range of setpoints, 10 °C .. 70 °C. Stay within them.
 upsets: [{at: 1 s, node: air}]  #upsets[0]: a node jumps by something. Write {at: …, node: …, by: …}.
 upsets: [{at: 1 s}]  #upsets[0]: an upset is either a jump of a node or a power cut. Write {at: …, node: …, by: …} or {at: …, power_cut: …}.
 upsets: [{at: 1 s, node: sky, by: 1 K}]  #upsets[0].node: there is no node sky in the plant. Use element, air or walls.
@@ -38,7 +38,7 @@ upsets: [{at: 1 h, power_cut: 1 s}]  #upsets[0].at: 1 h is not before the end of
 faults: {chance: 120 %}  #faults.chance: 120 % is too large. Use at most 100 %.
 faults: {chance: 20 %, at: 1 h}  #faults.at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.
 faults: {chance: 20 %, of: [heater_opn]}  #faults.of[0]: there is no fault heater_opn. Did you mean heater_open?
-faults: {chance: 20 %, of: [fan_stalled]}  #faults.of[0]: fan_stalled can happen to no loop of the spec: it has no such part. Delete it.
+faults: {chance: 20 %, of: [fan_stalled]}  #faults.of[0]: no loop of the spec has the part that fan_stalled breaks. Delete it.
 faults: {}  #faults.chance: this key is missing. Add it: share of the runs with it.
 colour: red  #colour: there is no such key here. Use capacities, resistances, ambient, supply, errors, noise, late, asks, upsets or faults.
 """  # noqa: E501 - whole messages
@@ -60,13 +60,13 @@ def test_a_current_is_wrong_by_a_share(heatwright: Heatwright) -> None:
     Path("vary.yaml").write_text("errors: {current: ± 1 K}\n", encoding="utf-8")
     spec = EXAMPLES / "fabricator.yaml"
     told = heatwright(f"campaign {spec} --vary vary.yaml", status=2).err
-    assert "is no share, and current measures a current. Write a share, such as ± 2 %." in told
+    assert "and ± 1 K is not a share of it. Write a share, such as ± 2 %." in told
 
 
 def test_nothing_to_vary_and_no_machine_are_told(heatwright: Heatwright) -> None:
     Path("vary.yaml").write_text("\n", encoding="utf-8")
     told = heatwright("campaign chamber.yaml --vary vary.yaml", status=2).err
-    assert told.startswith("vary.yaml:1:1: this file says nothing. Write what varies, such as ")
+    assert told.startswith("vary.yaml:1:1: this file is empty. Write what varies, such as ")
     spec = Path("chamber.yaml").read_text("utf-8").partition("simulation:")[0]
     Path("bare.yaml").write_text(spec, encoding="utf-8")
     assert "has no `simulation`" in heatwright("campaign bare.yaml", status=2).err

@@ -331,7 +331,7 @@ def test_verify_says_what_failed(
     done = heatwright("verify chamber.yaml --report v.html", status=bool(expected))
     lines = done.out.splitlines()
     if expected.startswith("fault "):
-        assert lines.pop(-2) == f"To try them again alone: --fault {GOOD_FAULT.fault}"
+        assert lines.pop(-2) == f"To repeat only these faults: --fault {GOOD_FAULT.fault}"
     *_, reason, verdict, page_name = lines
     page = Path("v.html").read_text(encoding="utf-8")
     said = "Failed: 1 of " if expected else "Passed: all "

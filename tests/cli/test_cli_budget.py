@@ -24,14 +24,14 @@ def test_check_warns_of_parts_that_cost_too_much(heatwright: Heatwright) -> None
     assert "3.07 K at 250 °C, 1.15 K as root" in told
     assert warnings(heatwright, FEEDER.replace("within: 1 K", "within: 3.1 K")) == []
     (told,) = warnings(heatwright, FEEDER.replace("within: 1 K", "within: 3.06 K"))
-    assert "3.06 K is asked for" in told
+    assert "3.06 K is required" in told
     assert warnings(heatwright, FEEDER.replace(ASKED, "")) == []
 
 
 def test_check_warns_of_what_cannot_be_told(heatwright: Heatwright) -> None:
     text = FEEDER.replace("within: 1 K", "within: 9 K").replace("element: A, ", "")
     (told,) = warnings(heatwright, text)
-    assert told == "whether 9 K is kept cannot be told"
+    assert told == "whether 9 K is kept cannot be judged"
 
 
 def test_a_worst_case_without_a_part_is_called_so(heatwright: Heatwright) -> None:
@@ -39,7 +39,7 @@ def test_a_worst_case_without_a_part_is_called_so(heatwright: Heatwright) -> Non
     for told, name in (("element: A, ", "worst case"), ("", "worst case of what is told")):
         text = FEEDER.replace("element: A, ", told)
         (said,) = warnings(heatwright, text)
-        assert said.startswith(f"in the {name} the parts cost")
+        assert said.startswith(f"in the {name} the parts add")
         assert re.search(rf"^ {name}  ", heatwright("check --quick feeder.yaml").out, re.MULTILINE)
         assert f"| {name} |" in files_of(text)["README.md"]
 
@@ -59,7 +59,7 @@ def test_lines_json_and_readme_have_the_same_numbers(heatwright: Heatwright, lab
 
 
 def test_a_controller_without_an_adc_has_no_budget(heatwright: Heatwright) -> None:
-    assert "what its parts cost" not in heatwright("check --quick chamber.yaml").out
+    assert "errors from its parts" not in heatwright("check --quick chamber.yaml").out
     assert "## Accuracy" not in files_of((EXAMPLES / "chamber.yaml").read_text())["README.md"]
 
 

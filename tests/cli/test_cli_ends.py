@@ -51,7 +51,7 @@ def failing(error: BaseException) -> click.Command:
         (OSError(errno.ENOSPC, "No space", "a.png"), 2, "a.png: cannot be used: no space.\n"),
         (OSError(errno.ENOSPC, "No space left on device"), 2, "The output cannot be written"),
         (OSError(errno.EPIPE, "Broken pipe"), 141, ""),
-        (OSError(errno.EACCES, "Denied"), 2, "not let heatwright go on (_execute_mock_call): d"),
+        (OSError(errno.EACCES, "Denied"), 2, "refused a call (_execute_mock_call): d"),
         (ZeroDivisionError("oh"), 70, "heatwright has failed (ZeroDivisionError: oh)"),
     ],
 )

@@ -85,7 +85,7 @@ def test_an_example_is_written_whole(heatwright: Heatwright) -> None:
         ("--machine kiln --sensor ds18b20", "no such machine with ds18b20. Use max31856, "),
         ("--board nano --interface lcd_keypad", "machine with lcd_keypad. Use modbus_rtu, "),
         ("--example toaster", "--example: there is no toaster. Use barrel, chamber, "),
-        ("--example kiln --board uno", "leave out --board, or it."),
+        ("--example kiln --board uno", "leave out --board or --example."),
     ],
 )
 def test_what_does_not_go_is_told(heatwright: Heatwright, words: str, said: str) -> None:

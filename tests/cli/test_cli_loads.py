@@ -20,7 +20,7 @@ def test_the_fabricators_wire_draws_five_amperes_and_three_rms() -> None:
     assert load["mean_a"] == pytest.approx(load["full_w"] / SUPPLY_V)
     assert load["dead_w"] == pytest.approx(SUPPLY_V**2 / WIRE_OHM, rel=1e-3)
     assert told(load).startswith(
-        "heater: supply and switch bear 5.04 A while it is on; at full duty"
+        "heater: supply and switch carry 5.04 A while it is on; at full duty"
     )
 
 

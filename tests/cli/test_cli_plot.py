@@ -193,13 +193,13 @@ def test_identify_records_a_line_first(heatwright: Heatwright) -> None:
     with board(oven) as port:
         done = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s --json").json
         again = heatwright(f"identify step.csv --spec oven.yaml --port {port} --for 3s", status=2)
-    assert "step.csv: is there already" in again.err
+    assert "step.csv: exists already" in again.err
     assert done["steps"]
     head, *rows = Path("step.csv").read_text().splitlines()
     assert head == "time_s,temperature_c,setpoint_c,duty_percent"
     assert done["readings"] == len(rows) > 20
     assert {row.split(",", 2)[2] for row in rows} == {"60,0", "60,100"}
-    assert "--for how long" in heatwright(f"identify a.csv --port {port}", status=2).err
+    assert "--for, how long" in heatwright(f"identify a.csv --port {port}", status=2).err
 
 
 def test_a_damaged_line_does_not_end_a_recording(heatwright: Heatwright) -> None:
@@ -281,7 +281,7 @@ def test_a_line_that_is_gone_at_once_ends_it(
     monkeypatch.setattr(listener, "opened", lambda *_: Unplugged())
     with ends_within(60):
         found = heatwright("plot oven.yaml --port /dev/ttyUSB9", status=2)
-    assert "/dev/ttyUSB9: the line is gone: " in found.err
+    assert "/dev/ttyUSB9: the serial line was lost: " in found.err
 
 
 @pytest.mark.parametrize("whose", ["hotend", "bed"])
@@ -305,8 +305,8 @@ def test_a_log_is_drawn_as_its_live_line(
     [
         ("oven.yaml --port /dev/nowhere", "/dev/nowhere: cannot be opened: "),
         ("oven.yaml --loop door", "has no loop door; there are air."),
-        ("oven.yaml --log a.csv --port COM3", "leave out --port and --record, or it."),
-        ("mute.yaml", "no line tells the course; add an interface"),
+        ("oven.yaml --log a.csv --port COM3", "leave out --log, or --port and --record."),
+        ("mute.yaml", "no interface sends the readings; add one"),
     ],
 )
 def test_what_cannot_be_is_told(heatwright: Heatwright, words: str, said: str) -> None:

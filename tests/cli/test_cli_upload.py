@@ -104,8 +104,8 @@ def test_what_avrdude_says_is_told(
 ) -> None:
     (tmp_path / "fails").touch()
     told = heatwright("upload chamber.yaml", status=2).err
-    assert "look whether it is plugged in" in told
-    assert told.endswith("It said:\n  not in sync\n")
+    assert "Is it plugged in" in told
+    assert told.endswith("avrdude said:\n  not in sync\n")
 
 
 def test_without_avrdude_it_is_one_line(
@@ -198,7 +198,7 @@ def test_the_port_is_found_or_asked_for(
     told = heatwright(f"{command} chamber.yaml", status=2).err
     assert "name one with --port: /dev/ttyACM0, /dev/ttyUSB0." in told
     del plugged[1:]
-    assert "No board is plugged in" in heatwright(f"{command} chamber.yaml", status=2).err
+    assert "No board was found" in heatwright(f"{command} chamber.yaml", status=2).err
 
 
 def test_the_monitor_speaks_as_the_spec_says(

@@ -169,7 +169,7 @@ def test_what_the_page_names_is_generated(generated: dict[str, str]) -> None:
     assert f"takes about {busy_s}" in ini
     assert f"MAX_UPDATE_RATE = {rate_hz}\n" in ini
     heard = re.search(r"-heard.width (\S+)", generated["fabricator.hal"])[1]
-    assert f"{heard} s of it allow a speed of about 5" in DOCS
+    assert f"with {heard} s the speed can be about 5" in DOCS
 
 
 def test_every_signal_has_one_writer_and_nobody_waits_for_one_that_is_not_there(

@@ -47,8 +47,8 @@ REFUSED = {
     "a folder": (lambda folder: folder, "is a directory"),
     "for another chip": (lambda _: whole("press").path, "for the atmega2560; the spec's chip is"),
     "from another spec": (lambda _: whole("oven").path, "was generated from another spec"),
-    "something else": (lambda _: compiled(MAIN).path, "was not built from what heatwright"),
-    "without symbols": (lambda folder: objcopied(folder, "-S"), "its symbols were taken out"),
+    "something else": (lambda _: compiled(MAIN).path, "was not built from sources"),
+    "without symbols": (lambda folder: objcopied(folder, "-S"), "its symbols were removed"),
     "without debug information": (lambda folder: objcopied(folder, "-g"), "-gdwarf-2"),
 }
 

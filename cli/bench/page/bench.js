@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The page: takes from the live line what is new, shows it, and sends what a hand does.
+// The page: shows the news that come over the WebSocket, and sends the user's actions as orders.
 
 import { Chart } from "./chart.js";
 import { connect, element, figuresOf, moment, panelOf, roll } from "./panels.js";
@@ -11,7 +11,7 @@ const MOST_VARIABLES = 200;
 let line = null;
 let about = null;
 let number = 0;
-let speed = "1"; // the one to go back to after a pause
+let speed = "1"; // the speed after a pause
 let panels = [];
 let charts = {};
 let sliders = [];
@@ -27,7 +27,7 @@ function refused(error) {
   find("refused").hidden = !error;
 }
 
-// ---- what there is, once -------------------------------------------------------------------
+// ---- built once, from the data that never change -------------------------------------------
 
 function build(what) {
   about = what;
@@ -90,18 +90,18 @@ function faultItem(fault) {
 function buildAround() {
   sliders = [
     slider("Surroundings", "°C", -40, 80, 1, (now) => now.ambient_c, (ambient_c) => ({ do: "ambient", ambient_c })),
-    slider("Supply of the heaters, of its voltage", "%", 0, 130, 1, (now) => now.supply_percent, (percent) => ({ do: "supply", percent })),
-    ...Object.entries(about.heaters_w).map(([heater, power]) => slider(`Load: heat taken away at ${heater}`, "W", 0, power, power / 100,
+    slider("Voltage of the heaters’ supply", "%", 0, 130, 1, (now) => now.supply_percent, (percent) => ({ do: "supply", percent })),
+    ...Object.entries(about.heaters_w).map(([heater, power]) => slider(`Load: heat removed at ${heater}`, "W", 0, power, power / 100,
       (now) => now.taken_w[heater], (watts) => ({ do: "load", heater, watts }))),
   ];
   if (about.feeds) {
-    sliders.push(slider("Load: filament that is fed", "mm/s", 0, 20, 0.1, (now) => now.feed_mm_per_s, (mm_per_s) => ({ do: "feed", mm_per_s })));
+    sliders.push(slider("Load: feed of filament", "mm/s", 0, 20, 0.1, (now) => now.feed_mm_per_s, (mm_per_s) => ({ do: "feed", mm_per_s })));
   }
   find("around").replaceChildren(...sliders.map(({ place }) => place));
 }
 
 function slider(text, unit, min, max, step, read, write) {
-  let touched = -Infinity; // a page that is just loaded has a clock near 0
+  let touched = -Infinity; // not 0: the clock of a page begins at 0
   let waiting = null;
   const id = `slider-${++number}`;
   const output = element("output", { for: id });
@@ -124,7 +124,7 @@ function slider(text, unit, min, max, step, read, write) {
   };
 }
 
-// ---- what is new ---------------------------------------------------------------------------
+// ---- news ----------------------------------------------------------------------------------
 
 function show(fresh) {
   state = { ...state, ...fresh };
@@ -166,7 +166,7 @@ function showLoop(loop) {
     if (cells[key].textContent !== text) cells[key].textContent = text;
   }
   const heater = about.loops[loop].heater;
-  // Pulses are too quick to read: what they amount to is said instead.
+  // Pulses are too quick to read: show the duty instead.
   const pulses = now.heater_on ? now.duty_percent < 100 : now.missing[0].id === "pause";
   const on = now.heater_on || pulses;
   const head = pulses ? `${heater} is on for ${now.duty_percent.toFixed(0)} % of the time.` :
@@ -230,7 +230,7 @@ function took(what) {
   if (what.error !== undefined) refused(what.error);
 }
 
-// ---- the line ------------------------------------------------------------------------------
+// ---- the WebSocket -------------------------------------------------------------------------
 
 function watch() {
   order({ do: "watch", variables: find("variables").open });

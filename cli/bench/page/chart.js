@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The course of one loop: it scrolls with the time, until somebody looks closer or further back.
+// The chart of one loop: it scrolls with the time, unless the user has zoomed or moved back.
 
 const CURVES = [
   { label: "measured", color: "--measured", width: 2, scale: "c" },
@@ -22,12 +22,12 @@ function clock(seconds) {
   return `${sign}${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
 }
 
-// A chart in an element; draw() takes what has come since the last frame.
+// A chart in an element; draw() draws the points that were added since the last frame.
 export class Chart {
   constructor(place, loop) {
     this.columns = [[], [], [], [], []];
-    this.span = 600; // seconds that are shown
-    this.end = null; // the last of them; null: now
+    this.span = 600; // length of the shown time, s
+    this.end = null; // end of the shown time; null: now
     this.now = 0;
     this.changed = true;
     this.place = place;
@@ -42,7 +42,7 @@ export class Chart {
     const hint = document.createElement("p");
     hint.className = "soft";
     hint.textContent =
-      "Drag to look closer, double click to follow. Keys: + and − zoom, ← and → move, End follows.";
+      "Drag to zoom in, double-click to follow. Keys: + and − zoom, ← and → move, End follows.";
     place.append(hint);
     this.plot = new window.uPlot(this.options(), this.columns, this.frame);
     new ResizeObserver(() => this.resize()).observe(this.frame);
@@ -96,7 +96,7 @@ export class Chart {
     };
   }
 
-  // Takes points; fresh: instead of all that were there.
+  // Adds points; fresh: they replace all earlier ones.
   add({ fresh, points }) {
     if (fresh) this.columns = [[], [], [], [], []];
     for (const point of points) point.forEach((value, place) => this.columns[place].push(value));
@@ -117,13 +117,13 @@ export class Chart {
     }
     const last = this.columns[0].length - 1;
     const said = (place) => this.columns[place][last]?.toFixed(1) ?? "nothing";
-    this.frame.setAttribute("aria-label", last < 0 ? `${this.loop}: no course yet` :
+    this.frame.setAttribute("aria-label", last < 0 ? `${this.loop}: no readings yet` :
       `${this.loop}: measured ${said(1)} °C, setpoint ${said(3)} °C, duty ${said(4)} %`);
   }
 
   range() {
     const first = this.columns[0][0] ?? 0;
-    const least = this.span === Infinity ? LEAST_S : first + this.span; // there is nothing before
+    const least = this.span === Infinity ? LEAST_S : first + this.span; // start at the first point
     const end = this.end ?? Math.max(this.now, least);
     return [this.span === Infinity ? first : end - this.span, end];
   }
@@ -164,7 +164,7 @@ export class Chart {
   }
 }
 
-// Below this the chart is the duty's.
+// Lower end of the temperatures' part of the chart: below it the duty is drawn.
 function floor(plot) {
   const { min, max } = plot.scales.c;
   return min + (max - min) / 3;

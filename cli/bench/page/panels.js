@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One panel for each kind of interface: what it shows, and what a hand can do there.
+// One panel for each kind of interface: what it shows, and its controls.
 
 export function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
@@ -12,7 +12,7 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-// A list of figures, and the cell of each by its key. A curve: its key, name, color, and more.
+// Makes a list of figures; cells: each value's element by its key. A curve: key, name, color, …
 export function figuresOf(curves) {
   const list = element("dl", { class: "figures" });
   const cells = {};
@@ -25,7 +25,7 @@ export function figuresOf(curves) {
   return { list, cells };
 }
 
-// Keeps a line to the server: calls began(line) for each one, and took(what) with what it brings.
+// Keeps a WebSocket to the server: calls began(line) for each new one, took(data) for each message.
 export function connect(took, began = () => {}) {
   const lost = document.getElementById("lost");
   const line = new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
@@ -38,8 +38,8 @@ export function connect(took, began = () => {}) {
   });
 }
 
-// Calls down(event) as a finger, or down() as Enter or Space, goes down on a button, and up(seconds)
-// as it leaves, wherever that is.
+// Calls down(event) when a finger presses a button, down() for Enter or Space, and up(seconds) on
+// release, wherever the finger is then.
 export function holdable(button, down, up) {
   let since = null;
   const begin = (event) => {
@@ -67,7 +67,7 @@ export function holdable(button, down, up) {
   });
   button.addEventListener("blur", end);
   button.addEventListener("click", (event) => {
-    if (event.detail !== 0 || event.pointerId > 0) return; // a finger has done it already
+    if (event.detail !== 0 || event.pointerId > 0) return; // the pointer events have handled it
     begin();
     end();
   });
@@ -172,7 +172,7 @@ function nextion(about, order) {
 
 const MOST_SHOWN = 500;
 
-// Puts lines at the end of a list that is scrolled to its end, unless somebody reads further up.
+// Appends lines to a list, and scrolls to its end, unless the user has scrolled up.
 export function roll(list, lines, write) {
   const follows = list.scrollTop + list.clientHeight >= list.scrollHeight - 4;
   for (const line of lines.slice(-MOST_SHOWN)) {
@@ -217,7 +217,7 @@ function terminal(title, about, order) {
     parts.push(form);
   }
   if (about.polls) {
-    parts.push(element("label", { class: "check soft" }, polls, "Show what the host asks by itself"));
+    parts.push(element("label", { class: "check soft" }, polls, "Show the requests that the host repeats by itself"));
   }
   return {
     panel: section(title, ...parts),
@@ -305,7 +305,7 @@ const KINDS = {
   indicators,
 };
 
-// The panel of an interface: {panel, show(state)}, and perhaps took(lines) and pictured(version).
+// The panel of an interface: {panel, show(state)}; some kinds also have took(lines), pictured(version).
 export function panelOf(about, order) {
   return KINDS[about.kind](about, order);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The page of one loop's course, from a serial line or a log.
+// The page of `plot`: the readings of one loop, from a serial line or a log.
 
 import { Chart } from "./chart.js";
 import { connect, element, figuresOf, roll } from "./panels.js";

@@ -10,7 +10,7 @@ from heatwright.spec.registry import module_of
 
 
 def seats_of(controller: Controller) -> tuple[Seat, ...]:
-    """Return somebody at each interface of a controller, in the order of the spec."""
+    """Return a seat for each interface of a controller, in the order of the spec."""
     found = []
     for number, interface in enumerate(controller.interfaces):
         module = import_module(module_of("interface", "seat", interface.kind))

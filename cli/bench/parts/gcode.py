@@ -1,4 +1,4 @@
-"""A terminal on the line of a G-code host: what is typed is sent as it is, without numbers."""
+"""A terminal on the line of a G-code host: typed lines are sent without line numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from heatwright.cli.bench.world import LiveWorld
 from heatwright.spec import Controller
 
 MOST_TYPED = 1000
-"""Lines that wait for the board."""
+"""Most lines that may wait for the board."""
 
 
 class Terminal(Seat):
@@ -25,12 +25,12 @@ class Terminal(Seat):
         self._polling = False
 
     def about(self) -> dict[str, Any]:
-        """Return what can be typed to begin with."""
+        """Return lines that the terminal suggests."""
         hints = ["M105", "M115", "M503", "M112", "M999"]
         return {"types": True, "polls": True, "hints": hints}
 
     def lines(self, world: LiveWorld) -> list[Line]:
-        """Return what was sent both ways."""
+        """Return the new lines of both directions."""
         host, since_s = self.part(world), world.device.powered_s
         host.numbers = False
         found = [Line(since_s + each.time_s, True, each.text) for each in host.lines]
@@ -40,7 +40,7 @@ class Terminal(Seat):
         return [self._marked(line) for line in sorted(found, key=lambda line: line.time_s)]
 
     def _marked(self, line: Line) -> Line:
-        """Mark the host's own questions, and what follows each up to its `ok`."""
+        """Mark the host's own requests, and the answer to each up to its `ok`."""
         if not line.sent:
             self._polling = not (self._typed and self._typed[0] == line.text)
             if not self._polling:

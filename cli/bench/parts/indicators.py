@@ -1,4 +1,4 @@
-"""LEDs, as somebody in front of them sees them."""
+"""LEDs, as a person in front of them sees them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from heatwright.cli.bench.world import LiveWorld
 
 
 class Lights(Seat):
-    """Somebody who looks at LEDs."""
+    """A person who looks at LEDs."""
 
     kind = "indicators"
 

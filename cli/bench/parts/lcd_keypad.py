@@ -1,4 +1,4 @@
-"""The display shield: two lines, and fingers on five keys."""
+"""The display shield: two lines of text, and five keys."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from heatwright.spec import Controller
 
 KEYS = tuple(key for key in CODES if key is not None)
 BRISK_S = 0.4
-"""A press that is shorter, s of the board, is one of a scenario's; the firmware takes a longer one
-for a hold."""
+"""Longest press, in s of board time, that counts as a scenario's `press`; the firmware takes a
+longer one for a hold."""
 LONGEST_HOLD_S = 60.0
 
 
 class Shield(Seat):
-    """Somebody at the display shield."""
+    """A person at the display shield."""
 
     kind = "lcd_keypad"
 
@@ -27,24 +27,24 @@ class Shield(Seat):
         self._down: tuple[str, float] | None = None
         self._free_s = 0.0
         self._lifted: set[str] = set()
-        """Keys that a hand still holds, let go for another one."""
+        """Keys still held on the page, but released on the board because another was pressed."""
 
     def about(self) -> dict[str, Any]:
         """Return the keys."""
         return {"keys": list(KEYS)}
 
     def state(self, world: LiveWorld) -> dict[str, Any]:
-        """Return both lines, and the key that is held."""
+        """Return both lines of the display, and the key that is held."""
         shield = self.part(world)
         del shield.lcd.history[:-1]
         return {"rows": list(shield.lcd.text), "held": shield.keypad.held}
 
     def act(self, live: Live, order: Order) -> None:
-        """Press a key or let it go.
+        """Press a key or release it.
 
-        At more than real time a finger is too slow: the key goes down when it is let go, for as
-        long as it was held. A key waits until the one before has been up for as long as a
-        scenario leaves it up: the firmware sees each.
+        Above real time a finger is too slow: the press reaches the board on release, and lasts as
+        long in board time as the finger held it. A press waits until the key before was up as
+        long as between two presses of a scenario, so that the firmware sees both.
         """
         key = order.get("key")
         if key not in KEYS:
@@ -62,7 +62,7 @@ class Shield(Seat):
         self._let_go(live, finger_s if live.is_quick else 0.0)
 
     def _press(self, live: Live, key: str) -> None:
-        if self._down is not None and self._down[0] != key:  # one finger: the other key goes up
+        if self._down is not None and self._down[0] != key:  # one finger: release the other key
             self._lifted.add(self._down[0])
         self._lifted.discard(key)
         self._let_go(live)

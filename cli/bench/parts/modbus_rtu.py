@@ -1,4 +1,4 @@
-"""A master on the Modbus line: all registers, to read and to write."""
+"""A master on the Modbus line, which reads and writes all registers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WRITABLE = ("coil", "holding_register")
 
 
 class Master(Seat):
-    """Somebody at a master."""
+    """A person at a Modbus master."""
 
     kind = "modbus_rtu"
 
@@ -31,7 +31,7 @@ class Master(Seat):
         self._values: dict[str, float] = {}
 
     def about(self) -> dict[str, Any]:
-        """Return all registers."""
+        """Return the list of all registers."""
         return {
             "registers": [
                 {
@@ -47,7 +47,7 @@ class Master(Seat):
         }
 
     def state(self, world: LiveWorld) -> dict[str, Any]:
-        """Return the values that are known, and what was refused last."""
+        """Return the known values, and the request that was refused last."""
         master = self.part(world)
         self._asked = [each for each in self._asked if not self._took(*each)]
         self._values |= master.values
@@ -70,18 +70,18 @@ class Master(Seat):
             return
         name = text_of(order, "name", 80)
         if name not in self._registers or self._registers[name].table not in WRITABLE:
-            raise BadOrder(f"The slave has no {name} to write.")
+            raise BadOrder(f"The slave has no register {name} that can be written.")
         what = {"write": {name: with_unit(name, order.get("value"))}}
         for write in event_of(what).write or ():
             try:
                 self._registers[write.name].raw(write.value)
             except (struct.error, OverflowError):
-                raise BadOrder(f"{write.name}: its register has no room for this.") from None
+                raise BadOrder(f"{write.name}: the value is out of its register's range.") from None
             live.world.device.write(*write)
         live.record(what)
 
     def _took(self, exchange: Exchange, found: list[Register]) -> bool:
-        """Fetch the answer to a read, if there is one."""
+        """Read the values of an answer, if it has come; return whether the exchange is over."""
         if exchange.answer is None or exchange.refusal:
             return exchange.done
         first = found[0].address

@@ -1,4 +1,4 @@
-"""The touch display: its page as a picture, and fingers on its components."""
+"""The touch display: its page as a picture, and touches of its components."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class TouchDisplay(Seat):
-    """Somebody at the touch display."""
+    """A person at the touch display."""
 
     kind = "nextion"
 
@@ -38,7 +38,7 @@ class TouchDisplay(Seat):
         return {"width": WIDTH, "height": HEIGHT}
 
     def state(self, world: LiveWorld) -> dict[str, Any]:
-        """Return the page that is shown, what can be touched on it, and what it says."""
+        """Return the current page, the components that can be touched, and the texts."""
         display = self.part(world)
         del display.errors[:-1]
         display.history.clear()
@@ -73,7 +73,7 @@ class TouchDisplay(Seat):
         return draw(display.display)
 
     def act(self, live: Live, order: Order) -> None:
-        """Touch a component or a place, or take it off, wherever it has gone."""
+        """Touch a component or a place, or release the touch, wherever the finger is now."""
         display = self.part(live.world)
         display.said.clear()
         if flag_of(order, "down") and "x" in order:

@@ -1,4 +1,4 @@
-"""What is the same for whoever sits at an interface."""
+"""The base class of the seats: a seat is the person or program that uses one interface."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 Order = Mapping[str, Any]
-"""What the page asks for, as it came; each value is looked at before it is used."""
+"""An order as the page sent it; each value is checked before it is used."""
 
 
 class BadOrder(ValueError):
-    """What the page asks for cannot be done; says why."""
+    """The order cannot be executed; the text says why."""
 
 
 class Line(NamedTuple):
     """A line of a console: when it ended (s), whether the board sent it, and its text.
 
-    by_itself -- whether it belongs to what a host asks by itself, over and over.
+    by_itself -- whether it belongs to the requests that a host repeats by itself.
     """
 
     time_s: float
@@ -32,26 +32,26 @@ class Line(NamedTuple):
 
 
 class Live(Protocol):
-    """The running board, as an order finds it."""
+    """The part of `Board` that an order needs."""
 
     world: LiveWorld
 
     @property
     def is_quick(self) -> bool:
-        """Whether it runs faster than the clock on the wall, or stands: a hand is too slow."""
+        """Whether the board is faster than real time, or paused: a key then acts on release."""
 
     def later(self, in_s: float, act: Callable[[], None]) -> None:
-        """Do something in so long, s of the board."""
+        """Schedule an action in `in_s` seconds of board time."""
 
     def record(self, event: Mapping[str, Any]) -> None:
-        """Note an event of a scenario that has been done now."""
+        """Record an event of a scenario."""
 
     def remark(self, text: str) -> None:
-        """Note what no scenario can say."""
+        """Record an action that a scenario cannot express."""
 
 
 class Seat:
-    """Somebody at one interface, who finds its simulation anew after each loss of power."""
+    """The user of one interface; it looks up the simulated interface again after a power cut."""
 
     kind: str
 
@@ -63,52 +63,52 @@ class Seat:
         return world.device.interfaces[self.number]
 
     def about(self) -> dict[str, Any]:
-        """Return what the page has to know once."""
+        """Return the data that the page needs once."""
         return {}
 
     def state(self, world: LiveWorld) -> dict[str, Any]:
-        """Return what it shows now. What the pins have done is fed up to now."""
+        """Return what the interface shows now; all pin changes up to now have been processed."""
         del world
         return {}
 
     def lines(self, world: LiveWorld) -> list[Line]:
-        """Return what went over the line since the last call, and have the part forget it."""
+        """Return the lines since the last call, and drop them from the simulated interface."""
         del world
         return []
 
     def picture(self, world: LiveWorld) -> Image | None:
-        """Draw what it shows, if that is another than at the last call."""
+        """Draw what the interface shows, if it has changed since the last call."""
         del world
         return None
 
     def act(self, live: Live, order: Order) -> None:
-        """Do what the page asks for. Raises BadOrder."""
+        """Execute an order of the page. Raises BadOrder."""
         del live, order
-        raise BadOrder(f"Nobody can do anything at {self.kind}.")
+        raise BadOrder(f"The interface {self.kind} accepts no orders.")
 
 
 def text_of(order: Order, key: str, longest: int = 500) -> str:
-    """Return a text of an order: plain characters, and not too many of them."""
+    """Return a text of an order: printable ASCII, of at most `longest` characters."""
     value = order.get(key)
     if not isinstance(value, str) or not value.isprintable() or not value.isascii():
-        raise BadOrder(f"{key}: plain characters are needed.")
+        raise BadOrder(f"{key}: only printable ASCII characters are allowed.")
     if not value.strip() or len(value) > longest:
         raise BadOrder(f"{key}: 1 to {longest} characters are needed.")
     return value
 
 
 def number_of(order: Order, key: str, least: float, most: float) -> float:
-    """Return a number of an order, within its ends."""
+    """Return a number of an order, from `least` to `most`."""
     value = order.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise BadOrder(f"{key}: a number is needed.")
-    if not least <= value <= most:  # NaN is not, either
+    if not least <= value <= most:  # also true for NaN
         raise BadOrder(f"{key}: {value:g} is not from {least:g} to {most:g}.")
     return float(value)
 
 
 def flag_of(order: Order, key: str) -> bool:
-    """Return a yes or no of an order."""
+    """Return a boolean of an order."""
     value = order.get(key)
     if not isinstance(value, bool):
         raise BadOrder(f"{key}: true or false is needed.")

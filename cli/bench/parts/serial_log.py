@@ -9,7 +9,7 @@ from heatwright.cli.bench.world import LiveWorld
 
 
 class LogTerminal(Seat):
-    """Somebody who reads the log out."""
+    """A person who reads the log."""
 
     kind = "serial_log"
 
@@ -18,11 +18,11 @@ class LogTerminal(Seat):
         self._typed: list[Line] = []
 
     def about(self) -> dict[str, Any]:
-        """Return what can be typed."""
+        """Return the commands that can be typed."""
         return {"types": True, "hints": ["log", "help", "clear"]}
 
     def lines(self, world: LiveWorld) -> list[Line]:
-        """Return what was typed, and what came."""
+        """Return the new lines of both directions."""
         reader, since_s = self.part(world), world.device.powered_s
         found = [*self._typed, *(Line(since_s + at_s, True, text) for at_s, text in reader.lines)]
         self._typed.clear()

@@ -1,4 +1,4 @@
-"""The computer that plots: its lines as they come."""
+"""The computer that plots: it shows the lines of the plotter."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from heatwright.cli.bench.world import LiveWorld
 
 
 class Plotter(Seat):
-    """Somebody who watches a plotter's lines."""
+    """A person who watches a plotter's lines."""
 
     kind = "serial_plotter"
 
     def lines(self, world: LiveWorld) -> list[Line]:
-        """Return the numbers that came."""
+        """Return the lines of numbers since the last call."""
         plotter, since_s = self.part(world), world.device.powered_s
         found = [
             Line(since_s + each.time_s, True, " ".join(f"{value:g}" for value in each.values))

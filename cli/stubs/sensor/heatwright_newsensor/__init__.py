@@ -1,3 +1,3 @@
 """A newsensor, for heatwright."""
 
-import heatwright.spec  # noqa: F401 - the language first: it is what imports the model
+import heatwright.spec  # noqa: F401 - import the language first: it imports the model

@@ -10,15 +10,15 @@ from heatwright.sim.faults.world import Site, World
 
 
 def cut(world: World) -> None:
-    """Take the sensor from the controller: `world.device.sensors[world.site.loop.sensor]`."""
+    """Disconnect the sensor, `world.device.sensors[world.site.loop.sensor]`."""
     raise NotImplementedError
 
 
 def mend(world: World) -> None:
-    """Give it back."""
+    """Connect it again."""
     raise NotImplementedError
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield what applies to the loop's sensor."""
+    """Yield the faults of the loop's sensor."""
     yield no_reading(site, "unplugged", cut, mend)

@@ -1,4 +1,4 @@
-"""A newsensor: its keys, and what is known of it."""
+"""A newsensor: its keys in a spec, and its properties."""
 
 from typing import ClassVar, Literal
 
@@ -12,12 +12,12 @@ class Newsensor(Averaged):
     """A newsensor on a pin."""
 
     kind: Literal["newsensor"]
-    pin: PinName = Field(description="Pin at its line.")
-    least: ClassVar[Least] = Least(200, 5)  # 15 % below what `heatwright build` tells of it
+    pin: PinName = Field(description="Pin of its line.")
+    least: ClassVar[Least] = Least(200, 5)  # flash, RAM: 15 % below those of `heatwright build`
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
-    reading_bits: ClassVar[int] = 16  # of the signed number that holds a reading
+    reading_bits: ClassVar[int] = 16  # bits of the signed number that holds a reading
     clips_c: ClassVar[tuple[float, float] | None] = None  # lowest and highest reading it can show
     selectable: ClassVar[tuple[str, ...]] = ()
 
@@ -28,11 +28,11 @@ class Newsensor(Averaged):
 
     @property
     def step_k(self) -> float:
-        """Largest difference that a step of its readings stands for, K."""
+        """Largest temperature difference of one step of its readings, K."""
         raise NotImplementedError
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings about a temperature, K."""
+        """Temperature difference of one step of the readings at a temperature, K."""
         raise NotImplementedError
 
     def error_k(self, temperature_c: float) -> float:
@@ -46,19 +46,19 @@ class Newsensor(Averaged):
 
     @property
     def free_running_s(self) -> float:
-        """Time between conversions that nobody asked for, s; 0 if each is asked for."""
+        """Time between conversions that the sensor starts by itself, s; 0 if it starts none."""
         raise NotImplementedError
 
     @property
     def read_s(self) -> float:
-        """From the end of a conversion to the reading, with what comes before the conversion, s."""
+        """Time to start a conversion and to read its result, s."""
         raise NotImplementedError
 
     @property
     def first_s(self) -> float:
-        """From the power-up to the first reading, s; 0 if it begins with the first period."""
+        """Time from power-up to the first reading, s; 0 if it comes with the first period."""
         raise NotImplementedError
 
     def fitting(self, period_s: float) -> str:
-        """Name keys of its own that would have it fit into a period; nothing if there are none."""
+        """Name the sensor's keys that would make it fit into a period; "" if there are none."""
         raise NotImplementedError

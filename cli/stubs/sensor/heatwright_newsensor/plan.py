@@ -1,4 +1,4 @@
-"""A newsensor: what the firmware needs to know of it."""
+"""A newsensor: its files, constants, pins and calls in the firmware."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from heatwright_newsensor.model import Newsensor
 
 
 def plan(source: Source, name: str, sensor: Newsensor, use: UseOfSensor) -> Part:
-    """Plan its files, constants, pins, calls and wires.
+    """Plan the sensor's files, constants, pins, calls and wires.
 
     Args:
-        source: where in the spec it stands; `source.at(key)` is where a key of it stands.
-        name: as the spec calls it.
-        sensor: its keys.
-        use: what the firmware does with it, such as how often it is read.
+        source: the sensor's place in the spec; `source.at(key)` is the place of one of its keys.
+        name: the sensor's name in the spec.
+        sensor: the sensor's keys.
+        use: how the firmware uses it, such as how often it is read.
 
     """
     pin = source.controller.board.pins[sensor.pin]
@@ -35,5 +35,5 @@ def plan(source: Source, name: str, sensor: Newsensor, use: UseOfSensor) -> Part
 
 
 def _constants(use: UseOfSensor) -> tuple[()]:
-    """Give the constants of config.h, each with its derivation."""
+    """Return the constants for config.h, each with its derivation."""
     raise NotImplementedError

@@ -8,7 +8,7 @@ from heatwright_newsensor.model import Newsensor
 
 
 def converter(sensor: Newsensor, board: Board) -> Callable[[int], Single]:
-    """Return what makes °C of a raw reading, in the same single precision as the firmware."""
+    """Return the conversion of a raw reading to °C, in the firmware's single precision."""
     raise NotImplementedError
 
 
@@ -16,7 +16,7 @@ class IdealSensor:
     """A sensor without any fault."""
 
     def __init__(self, sensor: Newsensor, board: Board) -> None:
-        """Prepare: `sampled_before_step_s` is the age of what a step reads, s."""
+        """Set `sampled_before_step_s`, the age of a reading at its control step, s."""
         self.sampled_before_step_s = sensor.conversion_s
 
     def read(self, temperature_c: float) -> tuple[int, int]:

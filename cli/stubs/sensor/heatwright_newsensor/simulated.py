@@ -11,12 +11,12 @@ class Newsensor:
     """A chip on a pin of a processor."""
 
     def sense(self, temperature_c: float) -> None:
-        """Give it this temperature from now on, °C."""
+        """Set the temperature of its tip from now on, °C."""
         raise NotImplementedError
 
     @property
     def violations(self) -> dict[str, int]:
-        """How often its wires were outside the data sheet, by phase."""
+        """Count the violations of the data sheet on its wires, by phase."""
         raise NotImplementedError
 
 

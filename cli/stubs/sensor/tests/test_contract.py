@@ -1,4 +1,4 @@
-"""All of the kind is there: heatwright says what is missing, and in which file."""
+"""The kind is complete: heatwright lists missing pieces with their files."""
 
 from heatwright.cli.contract import lacking
 
