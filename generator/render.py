@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from dataclasses import fields
 from functools import cache
 from importlib.resources import files
 from pathlib import Path, PurePosixPath
@@ -13,6 +14,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 
 from heatwright.generator.compiled import CompiledTemplates
 from heatwright.generator.plan import Plan
+from heatwright.generator.plan.parts import Told
 from heatwright.spec.registry import KindIncomplete
 
 _STATEMENT_LINE = re.compile(r"^[ \t]*//% (.*)$", re.MULTILINE)
@@ -67,12 +69,21 @@ def _begun(suffix: str, banner: str) -> str:
     return _COMMENTS.get(suffix, "// {}\n").format(inside)
 
 
+def names(told: Told) -> dict[str, object]:
+    """Return a template's variables by name; dataclasses within are not taken apart."""
+    if isinstance(told, Mapping):
+        return dict(told)
+    if isinstance(told, tuple):
+        return {name: value for each in told for name, value in names(each).items()}
+    return {each.name: getattr(told, each.name) for each in fields(told)}
+
+
 def render(plan: Plan) -> Mapping[str, str]:
     """Return the text of every file by its path in the project, in the order of the paths."""
     environment = _environment()
     texts = {
         file.path: _begun(PurePosixPath(file.path).suffix, plan.banner)
-        + environment.get_template(file.template).render(file.context)
+        + environment.get_template(file.template).render(names(file.told))
         for file in plan.files
     }
     _compiled().save()

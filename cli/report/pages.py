@@ -46,9 +46,11 @@ def picture(png: bytes | None) -> str | None:
 def wiring(spec: Spec) -> Markup:
     """Draw how the board is wired, as in the README of its project."""
     from heatwright.generator import plan_firmware  # noqa: PLC0415 - not every page has a wiring
+    from heatwright.generator.plan.documents.readme import ReadmeNames  # noqa: PLC0415
 
-    drawn = {file.path: file for file in plan_firmware(spec).files}["wiring.svg"]
-    return Markup(drawn.context["wires"])  # noqa: S704 - an SVG
+    told = {file.path: file.told for file in plan_firmware(spec).files}["wiring.svg"]
+    assert isinstance(told, ReadmeNames)  # noqa: S101 - the README shows it, too
+    return Markup(told.wires)  # noqa: S704 - an SVG
 
 
 def data(value: object) -> Markup:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage
@@ -37,28 +38,76 @@ def channel_macro(sensor: str) -> str:
     return f"ADC_SENSOR_{sensor.upper()}"
 
 
+@dataclass(frozen=True, slots=True)
+class AdcNames:
+    """The values for the templates of a sensor on the ADC."""
+
+    pin: str
+    circuit: str
+    channel: str
+    oversample: int
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A conversion of the scan."""
+
+    macro: str
+    name: str
+    where: str
+    mux: str
+    far: str = "0"
+
+
+@dataclass(frozen=True, slots=True)
+class KnownVoltage:
+    """The chip's own voltage, and within which codes it is measured."""
+
+    name: str
+    where: str
+    mux: str
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, slots=True)
+class ScanNames:
+    """The values for the templates of the scan."""
+
+    channels: list[Channel]
+    interrupts: bool
+    far: bool
+    mixed: bool
+    has_mux5: bool
+    known: KnownVoltage | None
+    enabled: str
+    clock_khz: str
+    reference: str
+    reference_is: str
+    digital_inputs_off: list[str]
+
+
 def scan(root: Source) -> Part:
     """Plan the scan: the same part for each component that uses it, so it is printed once."""
     controller = root.controller
     board = controller.board
     channels = _channels(root)
-    fars = [channel["far"] != "0" for channel in channels]
+    fars = [channel.far != "0" for channel in channels]
     code = next(code for code in range(1, 8) if board.clock_hz / (1 << code) <= FASTEST_HZ)
     reference, reference_is = REFERENCES[_reference(controller)]
-    known = _known(root)
-    context = {
-        "channels": channels,
-        "interrupts": has_sensors(controller),
-        "far": any(fars),
-        "mixed": len(set(fars)) > 1,
-        "has_mux5": board.adc.has_mux5,
-        "known": known,
-        "enabled": "(1u << ADEN)" + _bits("ADPS", code),
-        "clock_khz": f"{board.clock_hz / (1 << code) / 1000:g}",
-        "reference": reference,
-        "reference_is": reference_is,
-        "digital_inputs_off": _digital_inputs_off(controller),
-    }
+    context = ScanNames(
+        channels=channels,
+        interrupts=has_sensors(controller),
+        far=any(fars),
+        mixed=len(set(fars)) > 1,
+        has_mux5=board.adc.has_mux5,
+        known=_known(root),
+        enabled="(1u << ADEN)" + _bits("ADPS", code),
+        clock_khz=f"{board.clock_hz / (1 << code) / 1000:g}",
+        reference=reference,
+        reference_is=reference_is,
+        digital_inputs_off=_digital_inputs_off(controller),
+    )
     return Part(
         files=(
             File("src/adc.h", "peripherals/adc.h.j2", context),
@@ -74,12 +123,12 @@ def known_limits(root: Source) -> tuple[Constant, ...]:
     known = _known(root)
     if known is None:
         return ()
-    told = f"{known['where']}: {known['name']}"
+    told = f"{known.where}: {known.name}"
     wrong = quantity(TICK_MS * WRONG_TICKS / 1000, "s")
     return (
-        Constant("ADC_KNOWN_LOW", f"{known['low']}u", f"{told}, 25 % less"),
-        Constant("ADC_KNOWN_HIGH", f"{known['high']}u", f"{told}, 25 % more"),
-        Constant("ADC_WRONG_TICKS", f"{WRONG_TICKS}u", f"{known['where']}: {wrong}"),
+        Constant("ADC_KNOWN_LOW", f"{known.low}u", f"{told}, 25 % less"),
+        Constant("ADC_KNOWN_HIGH", f"{known.high}u", f"{told}, 25 % more"),
+        Constant("ADC_WRONG_TICKS", f"{WRONG_TICKS}u", f"{known.where}: {wrong}"),
     )
 
 
@@ -95,7 +144,7 @@ def channel_of(controller: Controller, pin: str) -> int:
     return channel
 
 
-def _channels(root: Source) -> list[dict[str, str]]:
+def _channels(root: Source) -> list[Channel]:
     """Sensors first, in the order of the file, then the keys."""
     controller = root.controller
     channels = [
@@ -110,11 +159,14 @@ def _channels(root: Source) -> list[dict[str, str]]:
     known = _known(root)
     if known is None:
         return channels
-    first, last = (known | {"macro": macro} for macro in ("ADC_KNOWN", "ADC_KNOWN_IS_NEXT"))
+    first, last = (
+        Channel(macro, known.name, known.where, known.mux)
+        for macro in ("ADC_KNOWN", "ADC_KNOWN_IS_NEXT")
+    )
     return [first, *channels, last]  # a whole tick to settle: its source is weak
 
 
-def _known(root: Source) -> dict[str, str] | None:
+def _known(root: Source) -> KnownVoltage | None:
     """The chip's own voltage, which the self-checks measure in addition to the sensors."""
     board = root.controller.board
     if not measures_known_voltage(root.controller):
@@ -122,25 +174,19 @@ def _known(root: Source) -> dict[str, str] | None:
     first = next(iter(root.controller.adc_sensors.values()))
     code, known_v = board.adc.band_gap_code, board.adc.band_gap_v
     share = known_v / reference_v(first, board.mcu)
-    return {
-        "name": f"{known_v} V of the chip's own",
-        "where": root.at("safety", "self_checks").where,
-        "mux": _bits("MUX", code),
-        "far": "0",
-        "low": f"{math.floor(CODES * share * (1 - KNOWN_TOLERANCE))}",
-        "high": f"{min(CODES - 1, math.ceil(CODES * share * (1 + KNOWN_TOLERANCE)))}",
-    }
+    return KnownVoltage(
+        name=f"{known_v} V of the chip's own",
+        where=root.at("safety", "self_checks").where,
+        mux=_bits("MUX", code),
+        low=math.floor(CODES * share * (1 - KNOWN_TOLERANCE)),
+        high=min(CODES - 1, math.ceil(CODES * share * (1 + KNOWN_TOLERANCE))),
+    )
 
 
-def _channel(controller: Controller, macro: str, pin: str, source: Source) -> dict[str, str]:
+def _channel(controller: Controller, macro: str, pin: str, source: Source) -> Channel:
     number = channel_of(controller, pin)
-    return {
-        "macro": macro,
-        "name": f"ADC{number}",
-        "where": source.where,
-        "mux": _bits("MUX", number % FAR),
-        "far": "(1u << MUX5)" if number >= FAR else "0",
-    }
+    far = "(1u << MUX5)" if number >= FAR else "0"
+    return Channel(macro, f"ADC{number}", source.where, _bits("MUX", number % FAR), far)
 
 
 def _bits(name: str, code: int) -> str:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from heatwright.generator.plan.adc import channel_macro, scan
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from heatwright.generator.plan.adc import AdcNames, channel_macro, scan
 from heatwright.generator.plan.core import rule_macro
 from heatwright.generator.plan.numbers import c_float, quantity
 from heatwright.generator.plan.parts import (
@@ -26,6 +29,26 @@ from heatwright.spec.sensing.conversion import Conversion, conversion
 RULE = {rule.id: rule_macro(rule) for rule in RULES.values()}
 
 
+class Point(NamedTuple):
+    """A line of the table; the last has no slope."""
+
+    raw: int
+    celsius: str
+    slope: str
+
+
+@dataclass(frozen=True, slots=True)
+class AnalogNames:
+    """Further values for the templates of an analog thermometer."""
+
+    kind: str
+    range_where: str
+    at_low: str
+    at_high: str
+    points: list[Point]
+    segments: int
+
+
 def plan_analog(
     source: Source,
     name: str,
@@ -41,28 +64,20 @@ def plan_analog(
     at_low, at_high = RULE["sensor_short"], RULE["sensor_open"]
     if not table.limits.open_is_high:
         at_low, at_high = at_high, at_low
-    context = {
-        "name": name,
-        "NAME": name.upper(),
-        "kind": sensor.kind,
-        "pin": label(pin),
-        "where": source.where,
-        "circuit": circuit[0].upper() + circuit[1:],
-        "channel": channel_macro(name),
-        "at_low": at_low,
-        "at_high": at_high,
-        "oversample": sensor.oversample,
-        "range": source.at("range").where,
-        "points": _points(table),
-        "segments": len(table.points) - 1,
-    }
+    words = circuit[0].upper() + circuit[1:]
+    points, within = _points(table), source.at("range").where
+    told = (
+        source.named(name),
+        AdcNames(label(pin), words, channel_macro(name), sensor.oversample),
+        AnalogNames(sensor.kind, within, at_low, at_high, points, len(points) - 1),
+    )
     shared = scan(Source(source.spec, ()))
     return Part(
         files=(
             *shared.files,
-            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", context),
-            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", context),
-            File(f"src/celsius_{name}.c", "sensors/celsius.c.j2", context),
+            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", told),
+            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", told),
+            File(f"src/celsius_{name}.c", "sensors/celsius.c.j2", told),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, table, use)),),
         start_calls=shared.start_calls,
@@ -103,11 +118,11 @@ def divider_words(element: str, divider: Divider | None) -> str:
     return f"{element} to {supply}, {divider.pull_down_ohm:g} ohm to ground"
 
 
-def _points(table: Conversion) -> list[dict[str, str]]:
-    """The points as lines of the table; the last has no slope."""
+def _points(table: Conversion) -> list[Point]:
+    """The points as lines of the table."""
     slopes = [c_float(slope) for slope in table.slopes]
     return [
-        {"raw": str(point.raw), "celsius": c_float(point.celsius), "slope": slope}
+        Point(point.raw, c_float(point.celsius), slope)
         for point, slope in zip(table.points, [*slopes, ""], strict=True)
     ]
 

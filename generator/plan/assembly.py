@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from itertools import chain
+from typing import TypeVar
 
 from heatwright.generator.plan import core
 from heatwright.generator.plan.checks import plan_checks
@@ -13,7 +15,7 @@ from heatwright.generator.plan.loop.loops import plan_loop
 from heatwright.generator.plan.loop.names import summary
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import UseOfOutput, cools, watched
-from heatwright.generator.plan.parts import MARK, Call, File, Header, Part, Plan
+from heatwright.generator.plan.parts import MARK, Call, File, Group, Header, Part, PinPlan, Plan
 from heatwright.generator.plan.programs import program
 from heatwright.generator.plan.programs.programs import programs as plan_programs
 from heatwright.generator.plan.protection import relay
@@ -29,6 +31,8 @@ from heatwright.spec.commands import gcode_of
 from heatwright.spec.problems import Path
 from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import self_checked
+
+_T = TypeVar("_T")
 
 
 def plan_firmware(spec: Spec) -> Plan:
@@ -52,7 +56,10 @@ def plan_firmware(spec: Spec) -> Plan:
         plan_loop(root.at("loops", name), name, loop) for name, loop in controller.loops.items()
     ]
     owned: list[tuple[Path, Part]] = [
-        *(((), part) for part in (core.start(root, _each("reset_lines", outputs)), clock, gate)),
+        *(
+            ((), part)
+            for part in (core.start(root, _each(part.reset_lines for part in outputs)), clock, gate)
+        ),
         ((), core.fault(root, loops)),
         *((("safety", "self_checks"), part) for part in plan_checks(root)),
         *zip((("outputs", name) for name in controller.outputs), outputs, strict=True),
@@ -94,46 +101,77 @@ def _owners(owned: list[tuple[Path, Part]]) -> dict[str, tuple[Path, ...]]:
     return {path: () if () in keys else keys for path, keys in found.items()}
 
 
+@dataclass(frozen=True, slots=True)
+class ConfigNames:
+    """The values for the template of config.h."""
+
+    spec_file: str
+    digest: str
+    clock_hz: int
+    clock_mhz: str
+    mcu_macro: str
+    mcu_name: str
+    groups: list[Group]
+
+
+@dataclass(frozen=True, slots=True)
+class PinsNames:
+    """The values for the template of pins.h."""
+
+    pins: list[PinPlan]
+    atomic_pins: bool
+
+
+@dataclass(frozen=True, slots=True)
+class MainNames:
+    """The values for the template of main.c."""
+
+    title: str
+    tick_ms: int
+    main_includes: list[Header]
+    start_calls: list[Call]
+    tick_calls: list[Call]
+    checked: bool
+    watchdog: str
+
+
 def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
     """The files to which several parts add: config.h, pins.h, main.c."""
     board = spec.controller.board
-    config = {
-        "spec_file": c_comment(spec.file_name),
-        "digest": spec.digest,
-        "clock_hz": board.clock_hz,
-        "clock_mhz": f"{board.clock_hz / 1e6:g}",
-        "mcu_macro": board.macro,
-        "mcu_name": board.mcu,
-        "groups": _each("groups", parts),
-    }
-    pins = _each("pins", parts)
-    pin_context = {
-        "pins": pins,
-        "atomic_pins": any(function.atomic for pin in pins for function in pin.functions),
-    }
-    start, tick = (
-        sorted(_each(f"{when}_calls", parts), key=lambda call: call.stage)
-        for when in ("start", "tick")
+    config = ConfigNames(
+        spec_file=c_comment(spec.file_name),
+        digest=spec.digest,
+        clock_hz=board.clock_hz,
+        clock_mhz=f"{board.clock_hz / 1e6:g}",
+        mcu_macro=board.macro,
+        mcu_name=board.mcu,
+        groups=_each(part.groups for part in parts),
     )
-    main = {
-        "title": c_comment(spec.controller.identity.title or spec.controller.identity.name),
-        "tick_ms": TICK_MS,
-        "main_includes": _includes([*start, *tick]),
-        "start_calls": start,
-        "tick_calls": tick,
-        "checked": self_checked(spec.controller),
-        "watchdog": f"WDTO_{core.WATCHDOG_NAMES[spec.controller.safety.watchdog_s]}",
-    }
+    pins = _each(part.pins for part in parts)
+    atomic = any(function.atomic for pin in pins for function in pin.functions)
+    start, tick = (
+        sorted(_each(calls), key=lambda call: call.stage)
+        for calls in ((part.start_calls for part in parts), (part.tick_calls for part in parts))
+    )
+    main = MainNames(
+        title=c_comment(spec.controller.identity.title or spec.controller.identity.name),
+        tick_ms=TICK_MS,
+        main_includes=_includes([*start, *tick]),
+        start_calls=start,
+        tick_calls=tick,
+        checked=self_checked(spec.controller),
+        watchdog=f"WDTO_{core.WATCHDOG_NAMES[spec.controller.safety.watchdog_s]}",
+    )
     return (
         File("src/config.h", "core/config.h.j2", config),
-        File("src/pins.h", "core/pins.h.j2", pin_context),
+        File("src/pins.h", "core/pins.h.j2", PinsNames(pins, atomic)),
         File("src/main.c", "core/main.c.j2", main),
     )
 
 
-def _each(attribute: str, parts: list[Part]) -> list[Any]:
-    """Return this attribute's entries of all parts, each once: several parts may share a helper."""
-    return list(dict.fromkeys(each for part in parts for each in getattr(part, attribute)))
+def _each(added: Iterable[tuple[_T, ...]]) -> list[_T]:
+    """Return the entries of all parts, each once: several parts may share a helper."""
+    return list(dict.fromkeys(chain.from_iterable(added)))
 
 
 def _includes(calls: list[Call]) -> list[Header]:

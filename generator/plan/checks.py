@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.adc import known_limits
 from heatwright.generator.plan.core import WATCHDOG_NAMES
 from heatwright.generator.plan.numbers import TICK_MS
@@ -23,6 +25,21 @@ NEAR_BYTES = 0x10000
 """Bytes of flash that a 16-bit address can reach."""
 
 
+@dataclass(frozen=True, slots=True)
+class CheckNames:
+    """The values for the templates of the self-checks."""
+
+    where: str
+    adc: bool
+    proves: bool
+    far: bool
+    loops: list[str]
+    read_back: tuple[str, ...]
+    pulses: bool
+    watchdog: str
+    released: list[str]
+
+
 def plan_checks(root: Source) -> tuple[Part, ...]:
     """Plan the self-checks, if the controller has them."""
     if not self_checked(root.controller):
@@ -30,17 +47,17 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
     where = root.at("safety", "self_checks").where
     controller = root.controller
     lets_go = {controller.safety.relay, *(loop.heater for loop in controller.loops.values())}
-    context = {
-        "where": where,
-        "adc": measures_known_voltage(controller),
-        "proves": proves_watchdog(controller),
-        "far": controller.board.flash_bytes > NEAR_BYTES,
-        "loops": list(controller.loops),
-        "read_back": read_back(controller),
-        "pulses": any(controller.switches[name].is_windowed for name in read_back(controller)),
-        "watchdog": f"WDTO_{WATCHDOG_NAMES[controller.safety.watchdog_s]}",
-        "released": [name for name in controller.outputs if name in lets_go],
-    }
+    context = CheckNames(
+        where=where,
+        adc=measures_known_voltage(controller),
+        proves=proves_watchdog(controller),
+        far=controller.board.flash_bytes > NEAR_BYTES,
+        loops=list(controller.loops),
+        read_back=read_back(controller),
+        pulses=any(controller.switches[name].is_windowed for name in read_back(controller)),
+        watchdog=f"WDTO_{WATCHDOG_NAMES[controller.safety.watchdog_s]}",
+        released=[name for name in controller.outputs if name in lets_go],
+    )
     watchdog = (
         Constant(
             "WATCHDOG_LEAST",

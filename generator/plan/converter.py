@@ -38,6 +38,17 @@ class Chip:
     """The level shifter, if its levels differ from the board's."""
 
 
+@dataclass(frozen=True, slots=True)
+class ConverterNames:
+    """The values for the templates of a converter, in addition to its name."""
+
+    chip: str
+    select: str
+    clock: str
+    data: str
+    step: str
+
+
 def plan_converter(
     source: Source, name: str, sensor: Max6675 | Max31855, use: UseOfSensor, chip: Chip
 ) -> Part:
@@ -46,23 +57,16 @@ def plan_converter(
     select, clock, data = (
         pins[each] for each in (sensor.chip_select, sensor.clock, sensor.data_out)
     )
-    context = {
-        "name": name,
-        "NAME": name.upper(),
-        "chip": chip.name,
-        "select": label(select),
-        "clock": label(clock),
-        "data": label(data),
-        "where": source.where,
-        "step": quantity(sensor.step_k, "K"),
-    }
+    step = quantity(sensor.step_k, "K")
+    wires = ConverterNames(chip.name, label(select), label(clock), label(data), step)
+    told = source.named(name), wires
     of_sensor = f"of sensor {name}"
     return Part(
         files=(
-            File(f"src/spi_{name}.h", "peripherals/spi.h.j2", context),
-            File(f"src/spi_{name}.c", "peripherals/spi.c.j2", context),
-            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", context),
-            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", context),
+            File(f"src/spi_{name}.h", "peripherals/spi.h.j2", told),
+            File(f"src/spi_{name}.c", "peripherals/spi.c.j2", told),
+            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", told),
+            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", told),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, use, chip)),),
         pins=(

@@ -37,19 +37,31 @@ WATCHDOG_NAMES = {
 }  # fmt: skip
 
 
+@dataclass(frozen=True, slots=True)
+class ResetNames:
+    """The values for the templates of the reset."""
+
+    reset_lines: list[str]
+    causes: str
+    has_usb: bool
+    locks_power: bool
+    proves: bool
+    checked_where: str
+
+
 def start(root: Source, reset_lines: list[str]) -> Part:
     """Plan the first and last calls of main, and the first instructions after a reset."""
     controller = root.controller
     period = WATCHDOG_NAMES[controller.safety.watchdog_s]
     watchdog = root.at("safety", "watchdog").where
-    context = {
-        "reset_lines": reset_lines,
-        "causes": "MCUCSR" if controller.board.is_old else "MCUSR",
-        "has_usb": controller.board.mcu == "atmega32u4",
-        "locks_power": lockout_of(controller) is not None and keypad_of(controller) is None,
-        "proves": proves_watchdog(controller),
-        "checked_where": root.at("safety", "self_checks").where,
-    }
+    context = ResetNames(
+        reset_lines=reset_lines,
+        causes="MCUCSR" if controller.board.is_old else "MCUSR",
+        has_usb=controller.board.mcu == "atmega32u4",
+        locks_power=lockout_of(controller) is not None and keypad_of(controller) is None,
+        proves=proves_watchdog(controller),
+        checked_where=root.at("safety", "self_checks").where,
+    )
     proves = (Call(Stage.GUARD, "reset.h", "reset_prove_watchdog();"),)
     return Part(
         files=(
@@ -63,6 +75,20 @@ def start(root: Source, reset_lines: list[str]) -> Part:
             Call(Stage.GO, "", "sei();"),
         ),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class ClockNames:
+    """The values for the templates of the clock."""
+
+    timer: int
+    vector: str
+    divider: int
+    once: list[str]
+    kept: list[str]
+    tick_ms: int
+    modbus: bool
+    counted: list[str]
 
 
 def clock(root: Source, timer: int) -> Part:
@@ -81,20 +107,16 @@ def clock(root: Source, timer: int) -> Part:
         )
     names = registers(board, timer)
     setup, once = compare_match(names, interval, "CLOCK_COMPARE"), (names.counter, "TIFR")
-    tick = {
-        "timer": timer,
-        "vector": names.vector(),
-        "divider": interval.divider,
-        "once": [line for line in setup if line.startswith(once)],
-        "kept": [line for line in setup if not line.startswith(once)],
-        "shared": names.shared,
-    }
-    context = {
-        "tick": tick,
-        "tick_ms": TICK_MS,
-        "modbus": modbus_of(root.controller) is not None,
-        "counted": [name for name, each in proofs(root.controller).items() if each.tachometer],
-    }
+    context = ClockNames(
+        timer=timer,
+        vector=names.vector(),
+        divider=interval.divider,
+        once=[line for line in setup if line.startswith(once)],
+        kept=[line for line in setup if not line.startswith(once)],
+        tick_ms=TICK_MS,
+        modbus=modbus_of(root.controller) is not None,
+        counted=[name for name, each in proofs(root.controller).items() if each.tachometer],
+    )
     return Part(
         files=(
             File("src/clock.h", "core/clock.h.j2", context),
@@ -105,6 +127,25 @@ def clock(root: Source, timer: int) -> Part:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class GateNames:
+    """The values for the templates of the gate."""
+
+    loops: list[LoopSummary]
+    steppers: list[str]
+    driven: list[str]
+    relay: str | None
+    relay_where: str
+    checked: bool
+    wanting: list[str]
+    plain: list[str]
+    inputs: list[str]
+    inputs_where: str
+    input_trips: bool
+    counted: list[str]
+    pins: list[str]
+
+
 def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
     """Plan the heater gate and its permits; it also stops steppers and switches the relay."""
     proven = proofs(root.controller)
@@ -112,28 +153,28 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
     driven = {root.controller.safety.relay}
     for loop in root.controller.loops.values():
         driven |= {loop.heater, loop.cooler}
-    context = {
-        "loops": loops,
-        "steppers": steppers,
-        "driven": [name for name in root.controller.outputs if name in driven],
-        "relay": root.controller.safety.relay,
-        "relay_where": root.at("safety", "relay").where,
-        "checked": self_checked(root.controller),
-        "wanting": [loop.name for loop in loops if loop.wants_relay],
-        "plain": [
+    context = GateNames(
+        loops=loops,
+        steppers=steppers,
+        driven=[name for name in root.controller.outputs if name in driven],
+        relay=root.controller.safety.relay,
+        relay_where=root.at("safety", "relay").where,
+        checked=self_checked(root.controller),
+        wanting=[loop.name for loop in loops if loop.wants_relay],
+        plain=[
             name
             for name, each in root.controller.switches.items()
             if each.is_on_off and not each.is_held
         ],
-        "inputs": list(root.controller.safety.inputs),
-        "inputs_where": root.at("safety", "inputs").where,
-        "input_trips": bool(tripping(root.controller)),
-        "counted": [name for name, each in proven.items() if each.tachometer],
-        "pins": ["pin_output_*_drive"]
+        inputs=list(root.controller.safety.inputs),
+        inputs_where=root.at("safety", "inputs").where,
+        input_trips=bool(tripping(root.controller)),
+        counted=[name for name, each in proven.items() if each.tachometer],
+        pins=["pin_output_*_drive"]
         + [f"pin_output_{name}_is_on" for name in dict.fromkeys(filter(None, fans))]
         + [f"pin_proof_{name}_is_high" for name, each in proven.items() if not each.tachometer]
         + [f"pin_input_{name}_is_high" for name in root.controller.safety.inputs],
-    }
+    )
     return Part(
         files=(
             File("src/gate.h", "protection/gate.h.j2", context),
@@ -175,10 +216,19 @@ def permits(source: Source, loop: Loop, prefix: str) -> list[Constant]:
     ]
 
 
+@dataclass(frozen=True, slots=True)
+class FaultNames:
+    """The values for the templates of the fault."""
+
+    loops: list[LoopSummary]
+    rules: tuple[Rule, ...]
+    lockout: LockoutNames | None
+
+
 def fault(root: Source, loops: list[LoopSummary]) -> Part:
     """Plan the latched fault and its codes."""
     lockout, constants = _lockout(root)
-    context = {"loops": loops, "rules": rules_of(root.controller), "lockout": lockout}
+    context = FaultNames(loops, rules_of(root.controller), lockout)
     cooling = Constant(
         "FAULT_COOLING_ABOVE_C",
         c_float(FAULT_COOLING_ABOVE_C),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage, Wiring
 from heatwright.generator.plan.pins import driven
@@ -23,17 +25,23 @@ CONSTANTS = (
 """Constants of config.h."""
 
 
+DATA_LINES = (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
+"""With the bit that each has of a byte's upper half."""
+
+
+@dataclass(frozen=True, slots=True)
+class LcdNames:
+    """The values for the template of the screen."""
+
+    where: str
+    resync_s: str
+    data_lines: tuple[tuple[str, int], ...]
+
+
 def plan(source: Source) -> Part:
     """Plan the screen."""
     pins = source.controller.board.pins
-    lcd = {
-        "where": source.where,
-        "resync_s": f"{RESYNC_S:g}",
-        "data_lines": [
-            {"name": name, "mask": mask}
-            for name, mask in (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
-        ],
-    }
+    lcd = LcdNames(source.where, f"{RESYNC_S:g}", DATA_LINES)
     return Part(
         files=(
             File("src/lcd.h", "interfaces/lcd/lcd.h"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
@@ -15,6 +17,23 @@ LATE = ("a setpoint", "a maximum", "a type of thermocouple", "a number")
 """Settings that are saved only some time after a change."""
 
 
+@dataclass(frozen=True, slots=True)
+class SettingsNames:
+    """The values for the templates of the settings."""
+
+    loops: list[LoopSummary]
+    types: list[str]
+    """The sensors whose type of thermocouple the operator chooses."""
+    any_stored: bool
+    any_tunable: bool
+    adjustable: list[str]
+    any_limits: bool
+    any_later: bool
+    any_sealed_kept: bool
+    any_kept: bool
+    save_delay: str
+
+
 def settings(root: Source, loops: list[LoopSummary]) -> Part:
     """Plan the settings and the latched fault in EEPROM."""
     stored = any(loop.stored for loop in loops)
@@ -22,11 +41,7 @@ def settings(root: Source, loops: list[LoopSummary]) -> Part:
     adjustable = [
         name for name, loop in root.controller.loops.items() if loop.protection.maximum_adjustable
     ]
-    types = [
-        {"name": name, "prefix": f"SENSOR_{name.upper()}"}
-        for name, sensor in root.controller.thermometers.items()
-        if sensor.selectable
-    ]
+    types = [name for name, sensor in root.controller.thermometers.items() if sensor.selectable]
     constants = _layout(root)
     numbers = any(loop.numbers for loop in loops)
     if stored or adjustable or types or numbers:
@@ -42,19 +57,19 @@ def settings(root: Source, loops: list[LoopSummary]) -> Part:
         constants.append(
             Constant("GAIN_MAXIMUM", c_float(LARGEST_GAIN), "the largest gain that can be set")
         )
-    constants += [constant for each in types for constant in types_of(root, each["name"])]
-    context = {
-        "loops": loops,
-        "types": types,
-        "any_stored": stored,
-        "any_tunable": tunable,
-        "adjustable": adjustable,
-        "any_limits": any(loop.limits_adjustable for loop in loops),
-        "any_later": stored or bool(adjustable or types or numbers),
-        "any_sealed_kept": stored or bool(adjustable or types),
-        "any_kept": stored or tunable or bool(adjustable or types or numbers),
-        "save_delay": quantity(SETTINGS_DELAY_S, "s"),
-    }
+    constants += [constant for name in types for constant in types_of(root, name)]
+    context = SettingsNames(
+        loops=loops,
+        types=types,
+        any_stored=stored,
+        any_tunable=tunable,
+        adjustable=adjustable,
+        any_limits=any(loop.limits_adjustable for loop in loops),
+        any_later=stored or bool(adjustable or types or numbers),
+        any_sealed_kept=stored or bool(adjustable or types),
+        any_kept=stored or tunable or bool(adjustable or types or numbers),
+        save_delay=quantity(SETTINGS_DELAY_S, "s"),
+    )
     return Part(
         files=(
             File("src/settings.h", "core/settings.h.j2", context),

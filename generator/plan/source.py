@@ -12,6 +12,15 @@ from heatwright.spec.board.uart import baud_setting
 
 
 @dataclass(frozen=True, slots=True)
+class Named:
+    """What something is called, in C too, and where in the spec it stands."""
+
+    name: str
+    NAME: str
+    where: str
+
+
+@dataclass(frozen=True, slots=True)
 class Source:
     """One place in the spec; every constant made from it names file, line and key."""
 
@@ -33,6 +42,10 @@ class Source:
         keys = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in self.path)
         left_out = "" if self.path in self.spec.tree.positions else " (default)"
         return c_comment(f"{self.spec.file_name}:{self.spec.line(self.path)} {keys[1:]}{left_out}")
+
+    def named(self, name: str) -> Named:
+        """Name what stands here, for its templates."""
+        return Named(name, name.upper(), self.where)
 
     def count(self, name: str, value: int, derivation: str) -> Constant:
         """An unsigned constant and how it was derived."""

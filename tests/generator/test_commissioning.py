@@ -18,8 +18,8 @@ NAMES = sorted(path.stem for path in Path(EXAMPLES).glob("*.yaml"))
 
 
 def stages(spec: Spec) -> list[Stage]:
-    files = {file.path: file.context for file in plan_firmware(spec).files}
-    found: list[Stage] = files["README.md"]["commissioning"]
+    files = {file.path: file.told for file in plan_firmware(spec).files}
+    found: list[Stage] = files["README.md"].commissioning
     return found
 
 

@@ -24,7 +24,7 @@ PLAIN = changed("chamber").partition("simulation:")[0]
 
 def test_an_undefined_name_is_an_error() -> None:
     file = File("src/clock.c", "core/clock.c.j2", {"tick_ms": 10})
-    with pytest.raises(UndefinedError, match="'tick' is undefined"):
+    with pytest.raises(UndefinedError, match="'timer' is undefined"):
         render(Plan("name", "banner", (file,)))
 
 

@@ -18,7 +18,7 @@ from suite import SEED, amount
 
 from heatwright.generator import plan_firmware
 from heatwright.generator.plan.core import WATCHDOG_NAMES
-from heatwright.generator.render import _load
+from heatwright.generator.render import _load, names
 from heatwright.generator.stack import worst_stack
 from heatwright.generator.toolchain.build import ANY_SIZE
 from heatwright.generator.toolchain.result import sizes
@@ -99,7 +99,7 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
     random = Random(f"conditions {SEED}")  # noqa: S311 - no secret
     for each in islice(drawings(random, seldom=3), amount("drawn_planned")):
         for file in plan_firmware(each.spec).files:
-            noting.get_template(file.template).render(file.context)
+            noting.get_template(file.template).render(names(file.told))
         found |= kinds_in(each.spec.controller)
         if noting.loaded == templates and not noting.unseen and found == every:
             break  # more of them would show no more

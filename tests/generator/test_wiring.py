@@ -55,9 +55,9 @@ def overlapping(found: list[Text]) -> list[tuple[str, str]]:
 
 def pins(spec: Spec) -> set[str]:
     """Return the pins that the firmware has functions for, and those in the table of the README."""
-    files = {file.path: file.context for file in plan_firmware(spec).files}
-    used = {pin.label.partition(" = ")[0] for pin in files["src/pins.h"]["pins"]}
-    told = {word for row in files["README.md"]["wiring"] for word in row.pin.split()}
+    files = {file.path: file.told for file in plan_firmware(spec).files}
+    used = {pin.label.partition(" = ")[0] for pin in files["src/pins.h"].pins}
+    told = {word for row in files["README.md"].wiring for word in row.pin.split()}
     assert used <= told, "a pin is missing in the README's table"
     return used
 

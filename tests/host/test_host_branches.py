@@ -14,6 +14,7 @@ from heatwright.generator.plan.loop.features import FEATURES
 from heatwright.generator.plan.loop.names import loop_names
 from heatwright.generator.plan.loop.steps import always
 from heatwright.generator.plan.source import Source
+from heatwright.generator.render import names
 
 TEMPLATES = (
     "loop/step/cooler.c.j2", "loop/public/hosted.c.j2", "loop/public/hosted_mode.c.j2",
@@ -35,8 +36,8 @@ def planned():
     found = defaultdict(list)
     for name in host_specs.NAMES:
         for file in plan_firmware(host_specs.spec_of(name)).files:
-            loops = file.context.get("loops") or [{}]
-            context = {**file.context, "control": loops[0]}
+            context = names(file.told)
+            context["control"] = (context.get("loops") or [{}])[0]
             for template in (file.template, *pieces_of(context)):
                 found[template].append(context)
     return found

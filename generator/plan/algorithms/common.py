@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import filter_share, quantity, told_period
-from heatwright.generator.plan.parts import Constant
+from heatwright.generator.plan.parts import Constant, Told
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, OnOff, ThreePosition
 from heatwright.spec.adjusted import numbers_of
@@ -19,8 +19,7 @@ class AlgorithmPlan:
     """Templates, their names, and constants of one algorithm in one loop."""
 
     template: str
-    told: object
-    """See `parts.names`."""
+    told: Told
     constants: tuple[Constant, ...]
     full_duty: Constant
     """The duty that counts as full heat for the rule heating_failed, %."""

@@ -11,7 +11,7 @@ from heatwright.generator.plan.documents.commissioning import Stage, commissioni
 from heatwright.generator.plan.documents.lines import LineRow, lines
 from heatwright.generator.plan.numbers import quantity, told_period
 from heatwright.generator.plan.parts import Part, Wiring
-from heatwright.generator.plan.programs.programs import in_words
+from heatwright.generator.plan.programs.programs import ProgramsInWords, in_words
 from heatwright.generator.plan.protection.hazards import HazardRow, hazards
 from heatwright.generator.plan.protection.limits import limit
 from heatwright.generator.plan.text import c_comment, markdown
@@ -71,7 +71,7 @@ class ReadmeNames:
     menu: bool
     host: ReadmeHost | None
     modbus: ReadmeMaster | None
-    programs: dict[str, str] | None
+    programs: ProgramsInWords | None
     touch: Nextion | None
     plotters: list[int]
     lockout: ReadmeLockout | None

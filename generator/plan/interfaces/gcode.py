@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends
-from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
+from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -144,7 +144,6 @@ class HostNames:
     keyed: bool
     """True if such a loop also has keys."""
     temperature_pieces: list[Piece]
-    tick_ms: int
     uart: UartRegisters
     setup: list[str]
     output: str | None
@@ -182,7 +181,6 @@ def _context(source: Source, interface: Gcode) -> HostNames:
         minded=bool(minded),
         keyed=any(facts[name].keyed for name in minded),
         temperature_pieces=_temperature_pieces(interface, source.controller.monitors),
-        tick_ms=TICK_MS,
         uart=uart,
         setup=uart.setup("HOST_DIVISOR", receives=True),
         output=output,

@@ -2,8 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import TICK_MS, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Symbol, Wiring
+from heatwright.generator.plan.parts import (
+    Call,
+    Constant,
+    File,
+    Group,
+    Header,
+    Part,
+    Stage,
+    Symbol,
+    Wiring,
+)
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Indicators, Loop
@@ -26,25 +38,41 @@ SHOWS = {
 """What each LED shows, for the README."""
 
 
+@dataclass(frozen=True, slots=True)
+class IndicatorNames:
+    """The values for the templates of the LEDs."""
+
+    where: str
+    loop_name: str
+    LOOP: str
+    heater: str
+    cooler: str | None
+    limited: bool
+    meanings: list[str]
+    headers: list[Header]
+    leds: list[tuple[str, list[str]]]
+    """What lights the LEDs of a meaning, and their pins, in C."""
+
+
 def plan(source: Source, interface: Indicators) -> Part:
     """Plan the LEDs of one loop."""
     name = shown_loop(source.controller, interface)
     loop = source.controller.loops[name]
     pins = _pins(name, interface)
-    context = {
-        "where": source.where,
-        "loop_name": name,
-        "LOOP": name.upper(),
-        "heater": loop.heater,
-        "cooler": loop.cooler,
-        "limited": _limited(source, loop),
-        "meanings": list(pins),
-        "headers": _headers(source, name, loop, set(pins)),
-        "leds": [
-            {"light": "latched" if meaning == "fault" else meaning, "pins": list(named)}
+    context = IndicatorNames(
+        where=source.where,
+        loop_name=name,
+        LOOP=name.upper(),
+        heater=loop.heater,
+        cooler=loop.cooler,
+        limited=_limited(source, loop),
+        meanings=list(pins),
+        headers=_headers(source, name, loop, set(pins)),
+        leds=[
+            ("latched" if meaning == "fault" else meaning, list(named))
             for meaning, named in pins.items()
         ],
-    }
+    )
     header = f"indicators_{name}.h"
     board_pins = source.controller.board.pins
     leds = [
@@ -95,7 +123,7 @@ def _limited(source: Source, loop: Loop) -> bool:
     return current is not None and current.limit_a is not None
 
 
-def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[dict[str, str]]:
+def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[Header]:
     """The headers that the LEDs need, with the names for which they are included."""
     symbols: dict[str, list[str]] = {}
 
@@ -114,10 +142,7 @@ def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[
     ask("cooling", f"output_{loop.cooler}.h", f"output_{loop.cooler}_is_on")
     ask("communicating", "modbus.h", "modbus_silent_ticks", "modbus_was_heard")
     symbols["pins.h"] = [f"pin_led_{name}_*"]
-    return [
-        {"name": header, "symbols": ", ".join(dict.fromkeys(symbols[header]))}
-        for header in sorted(symbols)
-    ]
+    return [Header(header, ", ".join(dict.fromkeys(symbols[header]))) for header in sorted(symbols)]
 
 
 def _groups(source: Source, name: str, loop: Loop, meanings: set[str]) -> tuple[Group, ...]:

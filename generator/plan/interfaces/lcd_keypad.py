@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan import lcd
 from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.loop import adjusted
@@ -18,10 +20,21 @@ from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import lockout_of, minds_host, must_release
 from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
+from heatwright.spec.rules import Rule
 
 MINUTE_S = 60.0
 COARSE = 10
 """Steps per repeat of a key that is held for long."""
+
+
+@dataclass(frozen=True, slots=True)
+class KeypadNames:
+    """The values for the templates of the keys."""
+
+    where: str
+    shared_adc: bool
+    lockout: bool
+    repeats: bool
 
 
 def plan(source: Source, interface: LcdKeypad) -> Part:
@@ -31,12 +44,12 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     by_program = facts_of(controller, interface.loop).programmed
     shown = (plan_menu if by_program else _plan_panel)(source, interface)
     warning_files, warning_constants = plan_warning(Source(source.spec, ()), interface.loop)
-    keypad = {
-        "where": source.where,
-        "shared_adc": has_sensors(controller),
-        "lockout": lockout_of(controller) is not None,
-        "repeats": by_program or interface.countdown is not None,
-    }
+    keypad = KeypadNames(
+        where=source.where,
+        shared_adc=has_sensors(controller),
+        lockout=lockout_of(controller) is not None,
+        repeats=by_program or interface.countdown is not None,
+    )
     constants = (
         *lcd.CONSTANTS,
         source.at("step").given("PANEL_STEP_K", interface.step_k, "K"),
@@ -77,27 +90,57 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class PanelNames:
+    """The values for the template of the panel."""
+
+    where: str
+    loop_name: str
+    told_between_steps: bool
+    prefix: str
+    heater: str
+    step: str
+    rules: tuple[Rule, ...]
+    hosted: bool
+    minds_host: bool
+    must_release: bool
+    countdown: bool
+    numbers: list[adjusted.NumberNames]
+    monitors: bool
+    lockout: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CountdownNames:
+    """The values for the templates of the countdown."""
+
+    where: str
+    loop_name: str
+    must_release: bool
+    at_once: bool
+    counts_where: str
+
+
 def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     """Plan the display of a loop without programs: temperature and setpoint."""
     controller = source.controller
     loop = controller.loops[interface.loop]
-    panel = {
-        "where": source.where,
-        "loop_name": interface.loop,
-        "told_between_steps": told_between_steps(controller, loop),
-        "prefix": prefix_of(interface.loop),
-        "heater": loop.heater,
-        "step": quantity(interface.step_k, "K"),
-        "rules": rules_of(controller),
-        "hosted": not facts_of(controller, interface.loop).switched,
-        "minds_host": minds_host(controller, interface.loop),
-        "must_release": must_release(controller),
-        "countdown": interface.countdown is not None,
-        "numbers": adjusted.named(source, interface.loop, prefix_of(interface.loop)),
-        "adjust_where": source.at("adjust").where,
-        "monitors": bool(controller.monitors),
-        "lockout": lockout_of(controller) is not None,
-    }
+    panel = PanelNames(
+        where=source.where,
+        loop_name=interface.loop,
+        told_between_steps=told_between_steps(controller, loop),
+        prefix=prefix_of(interface.loop),
+        heater=loop.heater,
+        step=quantity(interface.step_k, "K"),
+        rules=rules_of(controller),
+        hosted=not facts_of(controller, interface.loop).switched,
+        minds_host=minds_host(controller, interface.loop),
+        must_release=must_release(controller),
+        countdown=interface.countdown is not None,
+        numbers=adjusted.named(source, interface.loop, prefix_of(interface.loop)),
+        monitors=bool(controller.monitors),
+        lockout=lockout_of(controller) is not None,
+    )
     whole = all(
         value.is_integer()
         for value in (
@@ -117,12 +160,13 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     if interface.countdown is None:
         return Shown(files, constants)
     at = source.at("countdown")
-    counted = {
-        **panel,
-        "where": at.where,
-        "at_once": interface.countdown.counts == "at once",
-        "counts_where": at.at("counts").where,
-    }
+    counted = CountdownNames(
+        where=at.where,
+        loop_name=interface.loop,
+        must_release=panel.must_release,
+        at_once=interface.countdown.counts == "at once",
+        counts_where=at.at("counts").where,
+    )
     return Shown(
         (
             *files,

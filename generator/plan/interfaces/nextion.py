@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends, rule_macro
-from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.nextion.documents import documents
 from heatwright.generator.plan.nextion.shown import Begin, Placed, What, components, whats
 from heatwright.generator.plan.nextion.words import words
@@ -112,7 +111,6 @@ class DisplayNames:
     where: str
     turn_ms: int
     loop_name: str
-    prefix: str
     sensor: str
     lockout: str
     programs: bool
@@ -146,7 +144,6 @@ def _context(source: Source, interface: Nextion) -> DisplayNames:
         where=source.where,
         turn_ms=round(TURN_S * 1000),
         loop_name=name,
-        prefix=prefix_of(name),
         sensor=facts.sensor,
         lockout=lockout_ends(controller),
         programs=facts.programmed,

@@ -2,33 +2,51 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import quantity, ticks
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.uart import registers
+from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import SerialLog
 from heatwright.spec.board.eeprom import layout
 from heatwright.spec.facts import facts_of
+
+
+@dataclass(frozen=True, slots=True)
+class LogNames:
+    """The values for the templates of the log."""
+
+    where: str
+    keep_where: str
+    loop_name: str
+    programs: bool
+    response: bool
+    response_where: str
+    programmed: bool
+    monitors: bool
+    uart: UartRegisters
+    setup: list[str]
 
 
 def plan(source: Source, interface: SerialLog) -> Part:
     """Plan the ring, its entries, and the commands that read it."""
     board = source.controller.board
     kept = interface.keep == "eeprom"
-    context = {
-        "where": source.where,
-        "keep_where": source.at("keep").where,
-        "loop_name": interface.loop,
-        "programs": source.controller.programs is not None,
-        "response": source.controller.loops[interface.loop].response is not None,
-        "response_where": Source(source.spec, ("loops", interface.loop, "response")).where,
-        "programmed": facts_of(source.controller, interface.loop).programmed,
-        "monitors": bool(source.controller.monitors),
-        "uart": registers(board, interface.port),
-        "setup": registers(board, interface.port).setup("LOG_DIVISOR", receives=True),
-    }
+    context = LogNames(
+        where=source.where,
+        keep_where=source.at("keep").where,
+        loop_name=interface.loop,
+        programs=source.controller.programs is not None,
+        response=source.controller.loops[interface.loop].response is not None,
+        response_where=Source(source.spec, ("loops", interface.loop, "response")).where,
+        programmed=facts_of(source.controller, interface.loop).programmed,
+        monitors=bool(source.controller.monitors),
+        uart=registers(board, interface.port),
+        setup=registers(board, interface.port).setup("LOG_DIVISOR", receives=True),
+    )
     start = [Call(Stage.OPERATE, "log_port.h", "log_port_start();")]
     tick = [Call(Stage.SHOW, "log.h", "log_tick();")]
     ring = [File("src/log_ring.h", "interfaces/serial_log/log_ring.h.j2", context)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import TICK_MS, in_periods, quantity, steps
 from heatwright.generator.plan.parts import Constant, File, Group, Part
 from heatwright.generator.plan.source import Source
@@ -30,6 +32,19 @@ IDLE_CODES = 3
 sheets, ADC characteristics)."""
 
 
+@dataclass(frozen=True, slots=True)
+class CurrentNames:
+    """The values for the templates of a heater's current."""
+
+    name: str
+    heater: str
+    HEATER: str
+    sensor: str
+    limited: bool
+    where: str
+    limit_where: str
+
+
 def plan_current(source: Source, name: str, loop: Loop) -> Part:
     """Plan limit and rules for the current of loop `name`'s heater, if it is measured."""
     current = source.controller.outputs[loop.heater].current
@@ -37,16 +52,15 @@ def plan_current(source: Source, name: str, loop: Loop) -> Part:
         return Part()
     at = Source(source.spec, ("outputs", loop.heater)).at("current")
     prefix = f"CURRENT_{loop.heater.upper()}"
-    context = {
-        "name": name,
-        "heater": loop.heater,
-        "HEATER": loop.heater.upper(),
-        "PREFIX": prefix,
-        "sensor": current.sensor,
-        "limited": current.limit_a is not None,
-        "where": at.where,
-        "limit_where": at.at("limit").where,
-    }
+    context = CurrentNames(
+        name=name,
+        heater=loop.heater,
+        HEATER=loop.heater.upper(),
+        sensor=current.sensor,
+        limited=current.limit_a is not None,
+        where=at.where,
+        limit_where=at.at("limit").where,
+    )
     return Part(
         files=tuple(
             File(f"src/current_{loop.heater}.{end}", f"protection/current.{end}.j2", context)

@@ -15,7 +15,7 @@ from heatwright.generator.plan.loop.features import FEATURES
 from heatwright.generator.plan.loop.names import LoopNames, loop_names, prefix_of
 from heatwright.generator.plan.loop.steps import put_together
 from heatwright.generator.plan.numbers import quantity, told_period
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Told
 from heatwright.generator.plan.protection.guard import EffortNames, effort_names, guard_constants
 from heatwright.generator.plan.protection.monitors import plan_monitors
 from heatwright.generator.plan.source import Source
@@ -149,7 +149,7 @@ def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterato
         yield from _pair(f"response_{name}", "loop/response", (told, response), "response")
 
 
-def _pair(path: str, template: str, told: object, key: str) -> tuple[File, File]:
+def _pair(path: str, template: str, told: Told, key: str) -> tuple[File, File]:
     return (
         File(f"src/{path}.h", f"{template}.h.j2", told, (key,)),
         File(f"src/{path}.c", f"{template}.c.j2", told, (key,)),

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from heatwright.generator.plan.loop import adjusted
 from heatwright.generator.plan.loop.adjusted import NumberNames
-from heatwright.generator.plan.parts import names
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop
@@ -79,8 +78,9 @@ class LoopNames(LoopSummary):
 
 def summary(source: Source, name: str) -> LoopSummary:
     """Return a loop's values for gate, fault, settings and program."""
+    facts = facts_of(source.controller, name)
     return LoopSummary(
-        **names(facts_of(source.controller, name)),
+        **{each.name: getattr(facts, each.name) for each in fields(facts)},
         prefix=prefix_of(name),
         where=source.at("heater").where,
         fan_where=source.at("fan").where,
@@ -95,7 +95,7 @@ def loop_names(source: Source, name: str, ready_within: str) -> LoopNames:
     told = summary(source, name)
     root, heater = Source(source.spec, ()), Source(source.spec, ("outputs", told.heater))
     return LoopNames(
-        **{**names(told), "where": source.where},
+        **{each.name: getattr(told, each.name) for each in fields(told)} | {"where": source.where},
         NAME=name.upper(),
         SENSOR=told.sensor.upper(),
         raw=raw_type(source.controller.thermometers[told.sensor]),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from heatwright.generator.plan.loop.names import LoopNames
-from heatwright.generator.plan.parts import Header, names
+from heatwright.generator.plan.parts import Header
 
 STAGES = ("begin", "read", "program", "guard", "decide", "limit", "drive", "report")
 """The stages of a control step, in order."""
@@ -77,7 +77,7 @@ class LoopFile:
 def put_together(loop: LoopNames, features: Iterable[Feature]) -> LoopFile:
     """Collect what the loop's features add, in their order."""
     had = [each for each in features if each.when(loop)]
-    known = names(loop)
+    known = {each.name: getattr(loop, each.name) for each in fields(loop)}
     named = {key: text.format(**known) for each in had for key, text in each.names.items()}
     known |= named
     symbols = defaultdict[str, list[str]](list)

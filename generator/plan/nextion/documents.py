@@ -38,24 +38,20 @@ def documents(source: Source, interface: Nextion) -> Iterable[File]:
     identity = source.controller.identity
     pages = display_pages(source.controller)
     made = makings(pages)
-    context = {
-        "title": markdown(identity.title or identity.name),
-        "digest": source.spec.digest,
-        "baud": interface.baud,
-        "width": WIDTH,
-        "height": HEIGHT,
-        "fonts": [{"number": number, "height": height} for number, height in enumerate(FONTS)],
-        "pages": [_page(making) for making in made],
-        "typed": sum(step.typed for making in made for step in making.steps),
-        "in_all": sum(_all(page) for page in pages),
-    }
-    yield File("nextion/pages.md", "interfaces/nextion/nextion_pages.md.j2", context)
-    lines = [json.dumps(_data(page), ensure_ascii=False) for page in pages]
-    yield File(
-        "nextion/pages.json",
-        "interfaces/nextion/nextion_pages.json.j2",
-        context | {"lines": ",\n".join(lines)},
+    context = PagesDocument(
+        title=markdown(identity.title or identity.name),
+        digest=source.spec.digest,
+        baud=interface.baud,
+        width=WIDTH,
+        height=HEIGHT,
+        fonts=list(enumerate(FONTS)),
+        pages=[_page(making) for making in made],
+        typed=sum(step.typed for making in made for step in making.steps),
+        in_all=sum(_all(page) for page in pages),
+        lines=",\n".join(json.dumps(_data(page), ensure_ascii=False) for page in pages),
     )
+    yield File("nextion/pages.md", "interfaces/nextion/nextion_pages.md.j2", context)
+    yield File("nextion/pages.json", "interfaces/nextion/nextion_pages.json.j2", context)
 
 
 def _all(page: Page) -> int:
@@ -104,6 +100,24 @@ class PageDocument:
     of: str
     blocks: list[Block]
     codes: list[Code]
+
+
+@dataclass(frozen=True, slots=True)
+class PagesDocument:
+    """The values for the templates of both documents."""
+
+    title: str
+    digest: str
+    baud: int
+    width: int
+    height: int
+    fonts: list[tuple[int, int]]
+    """Their numbers in the editor, and how high they are."""
+    pages: list[PageDocument]
+    typed: int
+    in_all: int
+    lines: str
+    """The pages as JSON, one a line."""
 
 
 def _page(making: Making) -> PageDocument:

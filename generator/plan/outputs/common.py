@@ -15,6 +15,7 @@ from heatwright.generator.plan.parts import (
     Group,
     Part,
     Symbol,
+    Told,
     Wiring,
     along,
     pulled,
@@ -99,7 +100,7 @@ def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
     )
 
 
-def output_files(name: str, template: str, told: object, header: str = "") -> tuple[File, ...]:
+def output_files(name: str, template: str, told: Told, header: str = "") -> tuple[File, ...]:
     """Header and source of an output."""
     return (
         File(f"src/output_{name}.h", f"{header or template}.h.j2", told),
@@ -116,7 +117,7 @@ def output_part(  # noqa: PLR0913 - all values of one part
     *,
     header: str = "",
     constants: tuple[Constant, ...] = (),
-    told: object = (),
+    told: Told = (),
     start_calls: tuple[Call, ...] = (),
     tick_calls: tuple[Call, ...] = (),
     wired: str = "",

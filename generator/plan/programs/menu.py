@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.loop.loops import told_between_steps
-from heatwright.generator.plan.loop.names import prefix_of
+from heatwright.generator.plan.loop.names import CodedType, prefix_of
 from heatwright.generator.plan.numbers import c_float, quantity, told_period
 from heatwright.generator.plan.parts import Call, Constant, File
 from heatwright.generator.plan.protection.fault_log import fault_log
@@ -15,6 +16,7 @@ from heatwright.spec import LcdKeypad
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.facts import facts_of
 from heatwright.spec.loops import Loop
+from heatwright.spec.rules import Rule
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 PARTS = ("run", "edit", "values")
@@ -36,6 +38,26 @@ class Shown(NamedTuple):
     tick_calls: tuple[Call, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class MenuNames:
+    """The values for the templates of the menu."""
+
+    where: str
+    loop_name: str
+    told_between_steps: bool
+    prefix: str
+    sensor: str
+    rules: tuple[Rule, ...]
+    lockout: str
+    keeps: bool
+    decimals: int
+    tunable: bool
+    adjustable: bool
+    types: list[CodedType]
+    energy: bool
+    monitors: bool
+
+
 def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     """Plan the menu of one loop with programs."""
     controller = source.controller
@@ -43,24 +65,22 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     loop = controller.loops[name]
     sensor = controller.thermometers[loop.sensor]
     power_w = getattr(controller.outputs[loop.heater], "power_w", None)
-    context = {
-        "where": source.where,
-        "loop_name": name,
-        "told_between_steps": told_between_steps(controller, loop),
-        "prefix": prefix_of(name),
-        "sensor": loop.sensor,
-        "rules": rules_of(controller),
-        "lockout": lockout_ends(controller),
-        "keeps": controller.programs is not None and controller.programs.on_fault == "pause",
-        "decimals": int(loop.protection.maximum_c < WIDE_C),
-        "tunable": facts_of(controller, name).tunable,
-        "adjustable": loop.protection.maximum_adjustable,
-        "types": [
-            {"code": TYPE_CODES.index(letter), "letter": letter} for letter in sensor.selectable
-        ],
-        "energy": power_w is not None,
-        "monitors": bool(controller.monitors),
-    }
+    context = MenuNames(
+        where=source.where,
+        loop_name=name,
+        told_between_steps=told_between_steps(controller, loop),
+        prefix=prefix_of(name),
+        sensor=loop.sensor,
+        rules=rules_of(controller),
+        lockout=lockout_ends(controller),
+        keeps=controller.programs is not None and controller.programs.on_fault == "pause",
+        decimals=int(loop.protection.maximum_c < WIDE_C),
+        tunable=facts_of(controller, name).tunable,
+        adjustable=loop.protection.maximum_adjustable,
+        types=[CodedType(letter, TYPE_CODES.index(letter)) for letter in sensor.selectable],
+        energy=power_w is not None,
+        monitors=bool(controller.monitors),
+    )
     log = fault_log()
     files = (
         *log.files,

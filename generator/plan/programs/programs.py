@@ -48,22 +48,34 @@ class StoredProgram:
     segments: list[CodedSegment]
 
 
+@dataclass(frozen=True, slots=True)
+class ProgramsNames:
+    """The values for the templates of the programs."""
+
+    where: str
+    places: int
+    places_where: str
+    points: int
+    points_where: str
+    stored: list[StoredProgram]
+
+
 def programs(root: Source) -> Part:
     """Plan where programs are stored, and where the running one saves its progress."""
     given = root.controller.programs
     if given is None:
         return Part()
     source = root.at("programs")
-    context = {
-        "where": source.where,
-        "places": given.places,
-        "places_where": source.at("places").where,
-        "points": given.points,
-        "points_where": source.at("points").where,
-        "stored": [
+    context = ProgramsNames(
+        where=source.where,
+        places=given.places,
+        places_where=source.at("places").where,
+        points=given.points,
+        points_where=source.at("points").where,
+        stored=[
             _program(source.at("stored", index), each) for index, each in enumerate(given.stored)
         ],
-    }
+    )
     return Part(
         files=(
             File("src/programs.h", "programs/programs.h.j2", context),
@@ -80,22 +92,36 @@ def programs(root: Source) -> Part:
     )
 
 
-def in_words(controller: Controller) -> dict[str, str] | None:
+@dataclass(frozen=True, slots=True)
+class ProgramsInWords:
+    """The values for the README about programs."""
+
+    loop: str
+    places: int
+    points: int
+    names: str
+    on_fault: str
+    after_power_loss: str
+    save_every: str
+    years: int
+
+
+def in_words(controller: Controller) -> ProgramsInWords | None:
     """The README's values about programs; None if there are none."""
     given = controller.programs
     if given is None:
         return None
     years = math.floor(layout(controller).progress.years(given.save_every_s))
-    return {
-        "loop": given.loop,
-        "places": str(given.places),
-        "points": str(given.points),
-        "names": ", ".join(markdown(program.name) for program in given.stored),
-        "on_fault": _on_fault(given),
-        "after_power_loss": _after_power_loss(given.after_power_loss),
-        "save_every": duration(given.save_every_s),
-        "years": str(years),
-    }
+    return ProgramsInWords(
+        loop=given.loop,
+        places=given.places,
+        points=given.points,
+        names=", ".join(markdown(program.name) for program in given.stored),
+        on_fault=_on_fault(given),
+        after_power_loss=_after_power_loss(given.after_power_loss),
+        save_every=duration(given.save_every_s),
+        years=years,
+    )
 
 
 def _on_fault(programs: Programs) -> str:

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.parts import Call, File, Group, Part, Stage, Symbol, Wiring
 from heatwright.generator.plan.pins import contact, label
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Input
 from heatwright.spec.inputs import tripping
+
+
+@dataclass(frozen=True, slots=True)
+class InputNames:
+    """The values for the templates of the inputs."""
+
+    where: str
+    inputs: list[str]
+    tripping: list[str]
 
 
 def plan_inputs(root: Source) -> list[Part]:
@@ -15,7 +26,7 @@ def plan_inputs(root: Source) -> list[Part]:
     if not inputs:
         return []
     section, trips = root.at("safety", "inputs"), tripping(root.controller)
-    context = {"where": section.where, "inputs": list(inputs), "tripping": list(trips)}
+    context = InputNames(section.where, list(inputs), list(trips))
     constants = [
         section.at(name, "for").ticks(f"INPUT_{name.upper()}_TICKS", each.for_s)
         for name, each in trips.items()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.sensors.common import raw_type
@@ -11,6 +13,28 @@ from heatwright.spec import Loop, Monitor, monitors_of
 MOST_TURN_STEPS = 128
 TURN_S = 2.0
 """Least time for which a small display shows a warning, and its other text, in turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class MonitorNames:
+    """The values for the templates of a monitor, in addition to its name."""
+
+    sensor: str
+    raw: str
+    loop: str
+    warning_where: str
+    limit_where: str
+    stale_where: str
+
+
+@dataclass(frozen=True, slots=True)
+class MonitorsNames:
+    """The values for the templates that show monitors."""
+
+    where: str
+    monitors: list[str]
+    loop_name: str = ""
+    """The loop beside which they are shown."""
 
 
 def plan_monitors(root: Source, loop_name: str, loop: Loop) -> Part:
@@ -33,18 +57,15 @@ def plan_monitors(root: Source, loop_name: str, loop: Loop) -> Part:
 
 def _files(root: Source, name: str, monitor: Monitor, loop_name: str) -> list[File]:
     at = root.at("monitors", name)
-    context = {
-        "name": name,
-        "NAME": name.upper(),
-        "prefix": f"MONITOR_{name.upper()}",
-        "sensor": monitor.sensor,
-        "raw": raw_type(root.controller.thermometers[monitor.sensor]),
-        "loop": loop_name,
-        "where": at.where,
-        "warning_where": at.at("warning").where,
-        "limit_where": at.at("limit").where,
-        "stale_where": at.at("stale_after").where,
-    }
+    own = MonitorNames(
+        sensor=monitor.sensor,
+        raw=raw_type(root.controller.thermometers[monitor.sensor]),
+        loop=loop_name,
+        warning_where=at.at("warning").where,
+        limit_where=at.at("limit").where,
+        stale_where=at.at("stale_after").where,
+    )
+    context = at.named(name), own
     return [
         File(f"src/monitor_{name}.{end}", f"protection/monitor.{end}.j2", context) for end in "hc"
     ]
@@ -68,7 +89,7 @@ def told(root: Source) -> tuple[File, ...]:
     names = list(root.controller.monitors)
     if not names:
         return ()
-    context = {"monitors": names, "where": root.at("monitors").where}
+    context = MonitorsNames(root.at("monitors").where, names)
     return (
         File("src/monitors.h", "protection/monitors.h"),
         File("src/monitors.c", "protection/monitors.c.j2", context),
@@ -79,7 +100,7 @@ def shown(root: Source, loop_name: str) -> tuple[tuple[File, ...], tuple[Constan
     """Plan the warning on a display of two lines that shows a loop."""
     if not root.controller.monitors:
         return (), ()
-    context = {"loop_name": loop_name, "where": root.at("monitors").where}
+    context = MonitorsNames(root.at("monitors").where, list(root.controller.monitors), loop_name)
     loop, turn = root.controller.loops[loop_name], 1
     while loop.periods_s(turn) < TURN_S and turn < MOST_TURN_STEPS:
         turn *= 2

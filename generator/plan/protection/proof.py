@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import (
@@ -26,6 +27,14 @@ CLOSES = Symbol("down", "contact", "vane in its air")
 TACHOMETER = "the fan's tachometer: an open collector, with 4.7 kΩ to the supply at the board"
 
 
+@dataclass(frozen=True, slots=True)
+class ProofNames:
+    """The values for the templates of a proof, in addition to its name."""
+
+    counted: bool
+    counted_where: str
+
+
 def plan_proofs(root: Source) -> list[Part]:
     """Plan the proof of each fan that has one."""
     return [_proof(root.at("outputs", name, "proof"), name) for name in proofs(root.controller)]
@@ -36,17 +45,11 @@ def _proof(source: Source, name: str) -> Part:
     proof = proofs(controller)[name]
     pin = controller.board.pins[proof.pin]
     fan = proof.tachometer
-    context = {
-        "name": name,
-        "NAME": name.upper(),
-        "where": source.where,
-        "counted": fan is not None,
-        "counted_where": source.at("tachometer").where,
-    }
+    told = source.named(name), ProofNames(fan is not None, source.at("tachometer").where)
     within = source.at("within").ticks(f"PROOF_{name.upper()}_TICKS", proof.within_s)
     return Part(
         files=tuple(
-            File(f"src/proof_{name}.{end}", f"protection/proof.{end}.j2", context) for end in "hc"
+            File(f"src/proof_{name}.{end}", f"protection/proof.{end}.j2", told) for end in "hc"
         ),
         groups=(Group(f"Proof of {name}", (within, *_counts(source, name, fan))),),
         pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import wiring
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Symbol, Wiring
@@ -16,6 +18,16 @@ CONTACT_TICKS = 10
 """The next larger contactor, of 25 A, closes within 90 ms (3RT202)."""
 
 
+@dataclass(frozen=True, slots=True)
+class RelayNames:
+    """The values for the templates of the relay."""
+
+    name: str
+    where: str
+    feedback: bool
+    feedback_where: str
+
+
 def plan(root: Source, name: str) -> Part:
     """Plan the relay; `name` is its output."""
     controller = root.controller
@@ -23,12 +35,7 @@ def plan(root: Source, name: str) -> Part:
     source = root.at("outputs", name)
     relay, contact = root.at("safety", "relay"), root.at("safety", "relay_feedback")
     feedback = controller.safety.relay_feedback
-    context = {
-        "name": name,
-        "where": relay.where,
-        "feedback": feedback is not None,
-        "feedback_where": contact.where,
-    }
+    context = RelayNames(name, relay.where, feedback is not None, contact.where)
     pin = controller.board.pins[output.pin]
     checked, what = self_checked(controller), "the safety relay"
     pins = [

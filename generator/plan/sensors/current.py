@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from heatwright.generator.plan.adc import channel_macro, scan
+from heatwright.generator.plan.adc import AdcNames, channel_macro, scan
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
 from heatwright.generator.plan.pins import label
@@ -22,23 +22,15 @@ def plan(source: Source, name: str, sensor: CurrentSensor, use: UseOfSensor) -> 
     controller = source.controller
     pin = controller.board.pins[sensor.pin]
     circuit = f"{quantity(sensor.scale_v_per_a, 'V/A')}, {quantity(sensor.offset_v, 'V')} at 0 A"
-    context = {
-        "name": name,
-        "NAME": name.upper(),
-        "prefix": f"SENSOR_{name.upper()}",
-        "pin": label(pin),
-        "where": source.where,
-        "circuit": circuit,
-        "channel": channel_macro(name),
-        "oversample": sensor.oversample,
-    }
+    own = AdcNames(label(pin), circuit, channel_macro(name), sensor.oversample)
+    told = source.named(name), own
     shared = scan(Source(source.spec, ()))
     return Part(
         files=(
             *shared.files,
-            File(f"src/sensor_{name}.h", "sensors/current.h.j2", context),
-            File(f"src/sensor_{name}.c", "sensors/current.c.j2", context),
-            File(f"src/amperes_{name}.c", "sensors/amperes.c.j2", context),
+            File(f"src/sensor_{name}.h", "sensors/current.h.j2", told),
+            File(f"src/sensor_{name}.c", "sensors/current.c.j2", told),
+            File(f"src/amperes_{name}.c", "sensors/amperes.c.j2", told),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, use)),),
         start_calls=shared.start_calls,

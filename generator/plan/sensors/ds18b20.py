@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pulled
@@ -23,6 +24,22 @@ TRANSFER_TICKS = 5
 """Ticks of a period besides the conversion: set-up, command, its end, reading, checking."""
 
 
+@dataclass(frozen=True, slots=True)
+class OneWireNames:
+    """The values for the templates of the sensor and of its line, in addition to its name."""
+
+    pin: str
+    step: str
+    timer: int
+    slot_us: str
+    reset_us: str
+    vector: str
+    counter: str
+    start: list[str]
+    shared: bool
+    stop: list[str]
+
+
 def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     """Plan the sensor, on a timer of its own."""
     timer = use.timer
@@ -34,25 +51,19 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     slot_us = interval.counts / counts_per_us
     names = registers(board, timer)
     prefix, bus = f"SENSOR_{name.upper()}", f"ONE_WIRE_{name.upper()}"
-    bus_context = {
-        "name": name,
-        "NAME": name.upper(),
-        "timer": timer,
-        "slot_us": f"{slot_us:g}",
-        "reset_us": f"{8 * slot_us:g}",
-        "vector": names.vector(),
-        "counter": names.counter,
-        "start": compare_match(names, interval, f"{bus}_COMPARE"),
-        "shared": names.shared,
-        "stop": halted(names),
-    }
-    context = {
-        "name": name,
-        "NAME": name.upper(),
-        "pin": label(pin),
-        "where": source.where,
-        "step": quantity(1 / 16, "K"),
-    }
+    line = OneWireNames(
+        pin=label(pin),
+        step=quantity(1 / 16, "K"),
+        timer=timer,
+        slot_us=f"{slot_us:g}",
+        reset_us=f"{8 * slot_us:g}",
+        vector=names.vector(),
+        counter=names.counter,
+        start=compare_match(names, interval, f"{bus}_COMPARE"),
+        shared=names.shared,
+        stop=halted(names),
+    )
+    told = source.named(name), line
     bus_constants = (
         Constant(
             f"{bus}_COMPARE",
@@ -67,10 +78,10 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     )
     return Part(
         files=(
-            File(f"src/one_wire_{name}.h", "peripherals/one_wire.h.j2", bus_context),
-            File(f"src/one_wire_{name}.c", "peripherals/one_wire.c.j2", bus_context),
-            File(f"src/sensor_{name}.h", "sensors/ds18b20.h.j2", context),
-            File(f"src/sensor_{name}.c", "sensors/ds18b20.c.j2", context),
+            File(f"src/one_wire_{name}.h", "peripherals/one_wire.h.j2", told),
+            File(f"src/one_wire_{name}.c", "peripherals/one_wire.c.j2", told),
+            File(f"src/sensor_{name}.h", "sensors/ds18b20.h.j2", told),
+            File(f"src/sensor_{name}.c", "sensors/ds18b20.c.j2", told),
         ),
         groups=(
             Group(

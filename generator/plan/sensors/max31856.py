@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from heatwright.generator.plan.converter import shifted
+from heatwright.generator.plan.converter import ConverterNames, shifted
 from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
 from heatwright.generator.plan.parts import (
     Call,
@@ -35,6 +36,17 @@ SHIFT = " through a level shifter to 3.3 V"
 SUPPLY = "3.3 V, with 100 nF; T+ and T- with 100 nF between them and 10 nF each to ground"
 
 
+@dataclass(frozen=True, slots=True)
+class RegisterNames:
+    """Further values for the templates of a MAX31856."""
+
+    told: str
+    selectable: bool
+    selectable_where: str
+    users: list[str]
+    programmed: bool
+
+
 def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
     """Plan the sensor and the wires to its registers."""
     pins = source.controller.board.pins
@@ -42,20 +54,16 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
     select, clock, told, data = (pins[each] for each in names)
     loops = source.controller.loops
     users = [user for user, loop in loops.items() if loop.sensor == name]
-    context = {
-        "name": name,
-        "NAME": name.upper(),
-        "select": label(select),
-        "clock": label(clock),
-        "told": label(told),
-        "data": label(data),
-        "where": source.where,
-        "step": quantity(sensor.step_k, "K"),
-        "selectable": bool(sensor.selectable),
-        "selectable_where": source.at("selectable").where,
-        "users": users,
-        "programmed": any(facts_of(source.controller, user).programmed for user in users),
-    }
+    step = quantity(sensor.step_k, "K")
+    wires = ConverterNames("MAX31856", label(select), label(clock), label(data), step)
+    registers = RegisterNames(
+        told=label(told),
+        selectable=bool(sensor.selectable),
+        selectable_where=source.at("selectable").where,
+        users=users,
+        programmed=any(facts_of(source.controller, user).programmed for user in users),
+    )
+    context = source.named(name), wires, registers
     of_sensor = f"of sensor {name}"
     return Part(
         files=(
