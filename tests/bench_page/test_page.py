@@ -175,7 +175,7 @@ def test_a_register_is_written(opened: Open) -> None:
         expect(page.locator(".leds")).to_contain_text("enabled (PB0): lit")
         field.fill("5000")
         field.press("Enter")
-        expect(page.locator("#refused")).to_contain_text("no room")
+        expect(page.locator("#refused")).to_contain_text("out of its register's range")
         field.fill("1000")
         field.press("Enter")
         expect(page.locator(".soft[role=status]")).to_contain_text("refused nozzle.setpoint")
