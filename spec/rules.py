@@ -1,4 +1,4 @@
-"""The protections' rules: one code and one id on the display, in the EEPROM, in every report."""
+"""The rules of the protections: each has one code and one id, the same wherever it appears."""
 
 from __future__ import annotations
 

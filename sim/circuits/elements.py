@@ -55,7 +55,7 @@ def steinhart_hart_ohm(kelvin: Array, a: float, b: float, c: float) -> Array:
 
 
 def interpolated_ohm(kelvin: Array, points: tuple[tuple[float, float], ...]) -> Array:
-    """Return ln R interpolated linearly in 1/T; the outermost pieces go on beyond the ends.
+    """Return R: ln R is linear in 1/T between points, and the end pieces extend beyond them.
 
     points -- pairs of temperature, °C, and resistance, Ω.
     """

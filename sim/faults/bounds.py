@@ -22,7 +22,7 @@ from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, proves_watchdog, sel
 
 TICK_S = 0.010
 MAIN_PERMIT_S = 0.100
-"""Time without the main loop after which the gate closes."""
+"""Time since the main loop last renewed its permit after which the gate closes."""
 CYCLES_A_BIT = 24
 """At most, to read one byte of the EEPROM and add it to a CRC, divided by the byte's 8 bits."""
 RAM_CYCLES_A_BYTE = 100

@@ -73,7 +73,7 @@ class Below:
         return world.sensed_c < self.limit_c
 
     def stop(self, world: World) -> Stop:
-        """Return this condition as a stop of the machine."""
+        """Return the `Stop` that ends a run when this condition is met."""
         return Stop(below=(world.site.loop.sensor, self.limit_c))
 
 
@@ -86,7 +86,7 @@ class Spread:
         return not world.peaks.spreads
 
     def stop(self, world: World) -> Stop:
-        """Return this condition as a stop of the machine."""
+        """Return the `Stop` that ends a run when this condition is met."""
         del world
         return Stop(spread=True)
 
@@ -103,7 +103,7 @@ class Given:
         return bool(world.device.read(self.variable) > 0)
 
     def stop(self, world: World) -> Stop:
-        """Return this condition as a stop of the machine."""
+        """Return the `Stop` that ends a run when this condition is met."""
         return Stop(changed=(world.device.variables[self.variable],))
 
 
@@ -130,7 +130,7 @@ class Switched:
         return world.device.outputs[world.site.loop.heater].on == self.on
 
     def stop(self, world: World) -> Stop:
-        """Return this condition as a stop of the machine."""
+        """Return the `Stop` that ends a run when this condition is met."""
         return Stop(turned=world.site.loop.heater)
 
 

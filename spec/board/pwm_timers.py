@@ -104,7 +104,7 @@ def _by_timers(board: Board, outputs: Mapping[str, PwmOutput]) -> Iterator[tuple
 def _by_interrupts(
     board: Board, outputs: Mapping[str, PwmOutput], taken: set[int]
 ) -> tuple[dict[str, PwmChannel], list[str]]:
-    """Put the outputs on channels of 16-bit timers, the highest first; and list those left over."""
+    """Put outputs on channels of 16-bit timers, highest number first; list those left over."""
     free = [
         number
         for number, timer in sorted(board.timers.items(), reverse=True)

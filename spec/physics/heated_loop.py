@@ -148,7 +148,7 @@ class HeatedLoop:
 
     @property
     def late_s(self) -> float:
-        """Longest time from asking for heat to reading it: dead time, pause, two steps."""
+        """Longest time from asking for heat to reading it: dead time, forced pause, two steps."""
         rest_s = max(self._heater.stays_off_s, self._heater.cycle_s)
         return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
 

@@ -26,7 +26,7 @@ struct kept {
 
 struct record {
     uint16_t crc; /* of all members behind it */
-    uint8_t size; /* of all members behind it */
+    uint8_t size; /* of itself and all members behind it */
     uint32_t digest;
     uint16_t sequence;
     struct fault_state fault;

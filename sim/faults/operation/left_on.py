@@ -18,7 +18,7 @@ together are more than the longest time."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield the faults of a loop's longest time on, if it has one."""
+    """Yield the faults that test `on_for_at_most`, if the loop has it."""
     most_s = site.loop.protection.on_for_at_most_s
     if most_s is None:
         return

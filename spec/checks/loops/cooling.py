@@ -77,8 +77,8 @@ def coolers_cool(controller: Controller) -> Findings:
         if cooler in controller.outputs and cooler not in fans:
             yield Finding(
                 (*_PLANT, "fans") if fans else _PLANT,
-                f"no entry of fans says what {cooler}, the cooler of the loop {name}, changes",
-                f"Write fans: {{{cooler}: {{link: […, ambient], factor: …}}}}",
+                f"fans needs an entry for {cooler}, the cooler of the loop {name}",
+                f"Write {cooler}: {{link: […, ambient], factor: …}} under fans",
                 (("loops", name), ("outputs", str(cooler)), _PLANT),
             )
 

@@ -57,8 +57,7 @@ def on_times_end_last(controller: Controller) -> Findings:
         if longest_s >= most_s:
             yield Finding(
                 ("loops", name, "protection", "on_for_at_most"),
-                f"{duration(most_s)} would be over before {what}, which takes "
-                f"{duration(longest_s)}",
+                f"{duration(most_s)} is not longer than {what}, which takes {duration(longest_s)}",
                 f"Use more than {duration(longest_s)}",
                 (path,),
             )

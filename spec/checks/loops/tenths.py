@@ -11,7 +11,7 @@ from heatwright.spec.quantity import number
 LARGEST = 32767
 """Most tenths that 16 bits hold; -32768 means that there is no temperature."""
 
-_REGISTER = ("a register", "a master writes this value to one")
+_REGISTER = ("a register", "the master writes this value")
 _PROGRAM = ("a program", "programs move this setpoint")
 
 
@@ -46,7 +46,7 @@ def fits(path: Path, value: float, unit: str, by: tuple[str, str] = _REGISTER) -
     elif round(value, 1) != value:
         yield Finding(
             path,
-            f"{number(value)} {unit} is finer than the 0.1 {unit} of {what}, and {why}",
+            f"{number(value)} {unit} is finer than the steps of {what}, 0.1 {unit}, and {why}",
             f"Use {number(round(value, 1))} {unit}",
             because_of,
         )

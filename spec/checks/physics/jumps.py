@@ -28,9 +28,9 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     if needed > loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
-            f"beyond its rise a healthy reading of this plant may jump by {about(jump_k)} K in a "
-            f"period, including {about(noise_k)} K of noise and {about(pulse_k)} K of one pulse of "
-            "the heater",
+            f"a healthy reading of this plant may jump by {about(jump_k)} K in a period on top of "
+            f"its mean rise, including {about(noise_k)} K of noise and {about(pulse_k)} K of one "
+            "heater pulse",
             f"Use at least {rounded_up(needed)} K/s",
             machine.because_of,
         )

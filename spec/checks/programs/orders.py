@@ -49,7 +49,7 @@ def orders_find_their_place(controller: Controller) -> Findings:
 def _startable(filled: int) -> str:
     if filled == 0:
         return "Store a program, and write start 1"
-    return "Write start 1" if filled == 1 else f"Write start 1 to start {filled}"
+    return "Write start 1" if filled == 1 else f"Write start with a number from 1 to {filled}"
 
 
 def _place(path: Path, asked: ProgramOrder, programs: Programs, edited: bool) -> Findings:
@@ -66,7 +66,7 @@ def _place(path: Path, asked: ProgramOrder, programs: Programs, edited: bool) ->
     elif asked.order == "jump" and asked.number > programs.points:
         yield Finding(
             path,
-            f"no program has a segment {asked.number}",
-            f"Write jump 1 to jump {programs.points}",
+            f"a program has at most {programs.points} segments, not {asked.number}",
+            f"Write jump with a number from 1 to {programs.points}",
             _PROGRAMS,
         )

@@ -80,8 +80,8 @@ def programs_have_room(controller: Controller) -> Findings:
         if len(program.segments) > programs.points:
             yield Finding(
                 (*STORED, index, "segments"),
-                f"this program has {len(program.segments)} segments, and points is "
-                f"{programs.points}",
+                f"this program has {len(program.segments)} segments, and points "
+                f"allows {programs.points}",
                 f"Join some, or write points: {len(program.segments)}",
                 (("programs", "points"),),
             )
