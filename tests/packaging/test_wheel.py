@@ -164,10 +164,10 @@ def test_its_firmware_verifies_and_its_own_tests_pass(beside: Path, tmp_path: Pa
 
 
 PIECES = {
-    "plan.py": "the plan of its firmware: it gives plan",
-    "simulated.py": "the simulation at its pins: it gives attach",
-    "reference.py": "the reference model: it gives IdealSensor and converter",
-    "faults.py": "the faults: it gives cut and faults and mend",
+    "plan.py": "the plan of its firmware, which gives plan",
+    "simulated.py": "the simulation at its pins, which gives attach",
+    "reference.py": "the reference model, which gives IdealSensor and converter",
+    "faults.py": "the faults, which gives cut and faults and mend",
     "example.yaml": "a spec that uses max31865",
     "templates/max31865.c.j2": "",
 }
