@@ -54,10 +54,10 @@ def watchdog_s(site: Site) -> float:
 
 
 def start_up_s(site: Site) -> float:
-    """Return the time from reset to a latched fault: EEPROM and flash are checked, then one tick.
+    """Return the time from reset to a latched fault: the EEPROM is checked, then one tick.
 
-    A controller with self-checks first tests its RAM, and waits for its watchdog where the
-    bootloader allows that.
+    A controller with self-checks first tests its RAM and flash, and waits for its watchdog where
+    the bootloader allows that.
     """
     board = site.controller.board
     eeprom_s = board.eeprom_bytes * 8 * CYCLES_A_BIT / board.clock_hz

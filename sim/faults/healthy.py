@@ -25,7 +25,7 @@ AMBIENTS_C = (10.0, WARM_DAY_C)
 HOLD_S = 200.0
 """Longer than the usual times of the rules, except `frozen`, which restarts at each switching."""
 HOLD_PERIODS = 1000
-"""Hold for this many periods, and at least twice the longest of those times, if that is less."""
+"""Hold this many periods, or twice the longest time of a rule if longer, but at most HOLD_S."""
 LONGEST_S = 3600.0
 
 
@@ -50,7 +50,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def machines(site: Place) -> Iterator[Healthy]:
-    """Yield machines at the corners of the tolerances, each with its range of setpoints.
+    """Yield machines at the corners of the tolerances, and a noisy one, each with its setpoints.
 
     Each goes up to the highest setpoint it can hold, down to the lowest, and up again. A machine
     that can hold none is too weak for its controller, and is left out.
@@ -86,7 +86,7 @@ def reachable(
 def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
     """Set one setpoint after the other, and hold each for a while.
 
-    A loop with a longest time on is switched off and on between them, which renews that time.
+    A loop with `on_for_at_most` is switched off and on between them, which restarts that time.
     """
     full = world.site.loop.algorithm.full_percent
     most_s = world.site.loop.protection.on_for_at_most_s
