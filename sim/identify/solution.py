@@ -102,7 +102,7 @@ def ordered(solution: Solution) -> Solution:
 
 
 class _Model:
-    """Computes the residuals from parameters and start."""
+    """Computes the plant's readings from parameters and the temperatures at the start."""
 
     def __init__(self, setting: Setting, answer: Answer) -> None:
         self._setting, self._answer = setting, answer
