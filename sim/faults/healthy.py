@@ -21,9 +21,9 @@ from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
 AMBIENTS_C = (10.0, WARM_DAY_C)
-"""A workshop in winter and in summer; limited to where no loop at rest trips."""
+"""A workshop in winter and in summer; limited to where a machine at rest trips no rule."""
 HOLD_S = 200.0
-"""Longer than the usual times of the rules, except `frozen`, which restarts at each switching."""
+"""Longer than rules usually take to trip, except `frozen`, which restarts at each switching."""
 HOLD_PERIODS = 1000
 """Hold this many periods, or twice the longest time of a rule if longer, but at most HOLD_S."""
 LONGEST_S = 3600.0
@@ -139,7 +139,7 @@ def _hold_s(site: Place) -> float:
 
 
 def healthy(site: Site, machine: Healthy) -> Fault:
-    """Try a healthy machine."""
+    """Return the trial of a healthy machine: no rule may trip."""
 
     def make() -> World:
         world = World(site, Weather(machine.start_c, machine.ambient_c, machine.network))

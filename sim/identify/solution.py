@@ -35,7 +35,7 @@ class Solution:
 
     @property
     def cost(self) -> float:
-        """Sum of squares, K²."""
+        """Sum of the squared residuals, K²."""
         return float((self.residuals_k**2).sum())
 
     @property

@@ -85,7 +85,7 @@ class Reference:
         return self._duty_percent
 
     def restore(self, fault_code: int, temperature_c: Single) -> None:
-        """Take over a fault that survived a reset."""
+        """Latch a fault with its temperature, such as one that survived a reset."""
         self.fault_code = fault_code
         self.fault_temperature_c = temperature_c
 

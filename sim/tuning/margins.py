@@ -52,7 +52,7 @@ class OpenLoop:
     """Frequency response of process and controller in series."""
 
     omega: NDArray[np.float64]
-    """rad/s."""
+    """Frequencies, rad/s."""
     response: NDArray[np.complex128]
 
 

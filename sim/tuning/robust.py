@@ -50,7 +50,7 @@ class Machine(NamedTuple):
     process: Process
     """The process near the target."""
     warm_s: float
-    """From cold to the target at full power, s."""
+    """Time from cold to the target at full power, s."""
 
 
 class Outcome(NamedTuple):
