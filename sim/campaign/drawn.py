@@ -106,7 +106,7 @@ class _Draws:
 
 
 def draw(controller: Controller, vary: Vary, seed: int, run: int) -> Drawn:
-    """Draw the machine of a run; the controller has a simulation."""
+    """Draw the machine of a run, and its events; the controller must have a simulation."""
     simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
     draws = _Draws(seed, run)

@@ -52,14 +52,14 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
 
 
 def room_c(controller: Controller, wished_c: float) -> float:
-    """Return the ambient nearest to a wished one at which no loop at rest trips, °C."""
+    """Return the ambient nearest to a wished one at which a machine at rest trips no rule, °C."""
     least_c = max(coldest_c(controller, name) for name in controller.loops)
     most_c = min(most_c for _, most_c in hottest_c(controller))
     return max(least_c, min(most_c, wished_c))
 
 
 def hottest_c(controller: Controller, without: str = "") -> list[tuple[str, float]]:
-    """List the sensors of monitors and loops, each with its highest temperature at rest, °C.
+    """List the sensors of monitors and loops, each with the highest °C that trips nothing at rest.
 
     without -- the name of a loop that is left out.
     """
@@ -104,7 +104,7 @@ def _derived_at_c(
 def _peaks_c(
     controller: Controller, network: ThermalNetwork, name: str, ambient_c: float
 ) -> Temperatures:
-    """Heat at full power until rule over_temperature switches it off, or nothing rises any more."""
+    """Return each node's highest temperature if full power heats until `over_temperature` trips."""
     loop = controller.loops[name]
     cold = network.model_copy(update={"initial_c": ambient_c})
     plant = plant_of(controller, cold, ambient_c=ambient_c, step_s=loop.period_s)

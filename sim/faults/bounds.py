@@ -32,32 +32,32 @@ FLASH_CYCLES_A_BYTE = 72
 
 
 def reading_s(loop: Loop) -> float:
-    """Return the bound for a temperature that passes a limit without a waiting time: 2 P."""
+    """Return the longest time to a trip after a temperature passes a limit without a wait: 2 P."""
     return loop.periods_s(2) + TICK_S
 
 
 def answer_s(loop: Loop) -> float:
-    """Return the bound for a sensor that fails: STEPS(stale_after) steps, and the one under way."""
+    """Return the longest time to a trip after a sensor fails: STEPS(stale_after) steps and one."""
     return lasting_s(loop.protection.stale_after_s, loop)
 
 
 def lasting_s(duration_s: float, loop: Loop) -> float:
-    """Return the bound for a condition that must last: 2 P, then STEPS(duration) - 1 more steps."""
+    """Return the longest time to a trip by a lasting condition: (STEPS(duration) + 1) · P."""
     return loop.periods_s(steps(duration_s, loop) + 1) + TICK_S
 
 
 def watchdog_s(site: Site) -> float:
-    """Return the bound for a main loop that hangs: the watchdog's time, then the start-up."""
+    """Return the longest time to a trip after the main loop hangs: watchdog, then start-up."""
     turns = WATCHDOG_S.index(site.controller.safety.watchdog_s)
     shortest_s = PARTS[site.controller.board.mcu].shortest_watchdog_s
     return shortest_s * (1 << turns) + start_up_s(site)
 
 
 def start_up_s(site: Site) -> float:
-    """Return the time from reset to a latched fault: EEPROM and flash are checked, then one tick.
+    """Return the time from reset to a latched fault: the EEPROM is checked, then one tick.
 
-    A controller with self-checks first tests its RAM, and waits for its watchdog where the
-    bootloader allows that.
+    A controller with self-checks first tests its RAM and flash, and waits for its watchdog where
+    the bootloader allows that.
     """
     board = site.controller.board
     eeprom_s = board.eeprom_bytes * 8 * CYCLES_A_BIT / board.clock_hz
@@ -76,11 +76,11 @@ def checks_s(controller: Controller, program: Elf) -> float:
 
 
 def flash_s(program: Elf) -> float:
-    """Return the bound for a changed byte of flash: the CRC's present round, and the next one."""
+    """Return the longest time to a trip after a byte of flash changes: two rounds of the CRC."""
     ticks = math.ceil(len(program.flash) / FLASH_BYTES_A_TICK)
     return (2 * ticks + 1) * TICK_S
 
 
 def gate_s() -> float:
-    """Return the bound for a main loop that hangs with interrupts on: the main permit's time."""
+    """Return the longest time to heaters off after the main loop hangs with interrupts on."""
     return MAIN_PERMIT_S + TICK_S

@@ -21,11 +21,11 @@ from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
 AMBIENTS_C = (10.0, WARM_DAY_C)
-"""A workshop in winter and in summer; limited to where no loop at rest trips."""
+"""A workshop in winter and in summer; limited to where a machine at rest trips no rule."""
 HOLD_S = 200.0
-"""Longer than the usual times of the rules, except `frozen`, which restarts at each switching."""
+"""Longer than rules usually take to trip, except `frozen`, which restarts at each switching."""
 HOLD_PERIODS = 1000
-"""Hold for this many periods, and at least twice the longest of those times, if that is less."""
+"""Hold this many periods, or twice the longest time of a rule if longer, but at most HOLD_S."""
 LONGEST_S = 3600.0
 
 
@@ -50,7 +50,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def machines(site: Place) -> Iterator[Healthy]:
-    """Yield machines at the corners of the tolerances, each with its range of setpoints.
+    """Yield machines at the corners of the tolerances, and a noisy one, each with its setpoints.
 
     Each goes up to the highest setpoint it can hold, down to the lowest, and up again. A machine
     that can hold none is too weak for its controller, and is left out.
@@ -86,7 +86,7 @@ def reachable(
 def take_through(world: Operated, setpoints_c: Iterable[float]) -> None:
     """Set one setpoint after the other, and hold each for a while.
 
-    A loop with a longest time on is switched off and on between them, which renews that time.
+    A loop with `on_for_at_most` is switched off and on between them, which restarts that time.
     """
     full = world.site.loop.algorithm.full_percent
     most_s = world.site.loop.protection.on_for_at_most_s
@@ -139,7 +139,7 @@ def _hold_s(site: Place) -> float:
 
 
 def healthy(site: Site, machine: Healthy) -> Fault:
-    """Try a healthy machine."""
+    """Return the trial of a healthy machine: no rule may trip."""
 
     def make() -> World:
         world = World(site, Weather(machine.start_c, machine.ambient_c, machine.network))

@@ -71,8 +71,8 @@ def asked_share(site: Place, percent: float) -> float:
 def watch_s(site: Place) -> float:
     """Return how long a broken machine is watched: any rule that sees it trips within this time, s.
 
-    This is the time that full power takes to the maximum, or to where the machine levels out,
-    plus twice the times of all rules.
+    This is the time that full power takes for 95 % of the way to the maximum, or to where the
+    machine levels out, plus twice the times of these rules; at most four hours.
     """
     protection = site.loop.protection
     lasting_s = [

@@ -45,7 +45,7 @@ class Peaks:
         return dict(zip(self._machine.plant.nodes, found, strict=True))
 
     def latest_off_s(self, node: str, bears_c: float) -> float:
-        """Return the latest time at which heaters off keeps a node from becoming too hot, s.
+        """Return by when heaters off would have kept a node from too much heat, s from the start.
 
         Found by bisection over the recorded power; 0 if the node was too hot from the beginning.
         """

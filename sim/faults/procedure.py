@@ -203,7 +203,7 @@ class _Trial:
         return found
 
     def _recorded(self, began_s: float) -> Change | None:
-        """Return the first trip since then; a trip is recorded at the next sleep of the program.
+        """Return the first trip since `began_s`; it is recorded when the program next sleeps.
 
         After a reset this takes a whole start-up, during which the RAM is not valid.
         """
@@ -246,8 +246,8 @@ class _Trial:
     def _may_come_first(self) -> tuple[str, ...]:
         """Return the rules that may trip before the expected one: no readings means no heat.
 
-        A current that is no longer read seems to flow while the heater is off. And the longest
-        time on may end before.
+        A current that is no longer read seems to flow while the heater is off. And
+        `on_for_at_most` may end before.
         """
         limited = self.world.site.loop.protection.on_for_at_most_s is not None
         silent = self.fault.sensor_lies and self.fault.current_lies
@@ -402,7 +402,7 @@ _is_latched = OfState(lambda now: now.fault != 0)
 
 
 def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
-    """Whether a trip came although those before had to lock out; the time is taken 1 s shorter."""
+    """Whether a trip came after those that had to lock out; `within` is taken 1 s shorter."""
     soon, last_s = 0, -math.inf
     for trip in trips:
         if soon == lockout.trips:

@@ -31,7 +31,7 @@ def ambient_c(site: Place) -> float:
 def setpoints_c(site: Place) -> tuple[float, ...]:
     """Return setpoints that the operator can set, °C, ascending; without one, the initial one.
 
-    A host can set any: these are 10 K apart, from the ambient up. Keys go in their own steps from
+    A host can set any: these go down from the maximum in steps of 10 K. Keys go in their own from
     the initial setpoint, or several steps at once in a menu, where they can be held down.
     """
     setpoint, step_k = site.loop.setpoint, site.key_step_k
@@ -125,7 +125,7 @@ def cold(site: Site) -> World:
 
 
 def resting(site: Site, start_c: float) -> World:
-    """Return a world that starts at a temperature, with its initial setpoint."""
+    """Return a world that starts at a temperature, or lower if that trips, with its setpoint."""
     world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
     first_steps(world)
     return world

@@ -111,7 +111,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
 
 
 def _spans(times_s: Numbers, since_s: Numbers, until_s: Numbers) -> NDArray[np.intp]:
-    """Return for each time span the indices of the first value in it and of the end."""
+    """Return the indices from the last value before each time span to behind the first after it."""
     first, last = np.searchsorted(times_s, since_s), np.searchsorted(times_s, until_s)
     return np.stack((np.maximum(0, first - 1), np.minimum(last + 1, len(times_s))), axis=1)
 

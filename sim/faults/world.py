@@ -247,11 +247,11 @@ class World:
         return feel(self.sensed_c) if feel else self.sensed_c
 
     def tips_c(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times, s, and the temperatures of a sensor's tip since then, °C."""
+        """Return times, s, and the temperature of a sensor's tip from each of them on, °C."""
         return self._told(sensor)
 
     def currents_a(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times, s, and the currents that a sensor had to measure since then, A."""
+        """Return times, s, and the current that a sensor had to measure from each of them on, A."""
         return self._told(sensor)
 
     def _told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -301,7 +301,7 @@ class World:
                 left = self._go(left, stop)
 
     def _stop_of(self, condition: Condition) -> Stop | None:
-        """Return what the machine can wait for; None: the condition must be tested at each step."""
+        """Return the condition as a `Stop`; None: it must be tested after each step of time."""
         if isinstance(condition, OfState):
             return Stop(changed=tuple(self.device.looked_at.values()))
         if isinstance(condition, Below | Given | Spread | Switched):

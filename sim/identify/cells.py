@@ -23,7 +23,7 @@ class Dialect(NamedTuple):
     """The delimiter of the fields of a line, and the decimal mark."""
 
     delimiter: str | None
-    """None: blanks."""
+    """What separates the fields; None: blanks."""
     decimal: str
 
 

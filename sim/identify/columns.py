@@ -21,9 +21,9 @@ class Column(NamedTuple):
     """A column of the log, and its unit if the log names it."""
 
     place: int
-    """From 0."""
+    """Number of the column, from 0."""
     unit: str
-    """Empty: unknown."""
+    """The unit, from the column's name or the user; empty: unknown."""
 
 
 class Roles(NamedTuple):

@@ -42,7 +42,7 @@ class Record:
     """Readings, and the power from each row to the next."""
 
     times_s: Series
-    """From 0, ascending."""
+    """Times of the readings, s: from 0, ascending."""
     readings_c: Series
     powers_w: Series
     """Each holds from its row to the next."""

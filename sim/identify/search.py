@@ -29,7 +29,7 @@ DELAYS = (0.0, 0.003, 0.01, 0.03, 0.1)
 """Lags and dead times tried, as shares of the main time constant."""
 
 FEW_LAGS, FEW_DELAYS = (0.0, 0.01, 0.1), (0.0, 0.01)
-"""With two bodies there are more shapes to try."""
+"""Lags and dead times tried with two bodies: fewer, because there are more shapes to try."""
 
 SPLITS = ((0.2, 0.3), (0.2, 1.0), (1.0, 0.3), (1.0, 1.0), (5.0, 0.3), (5.0, 1.0))
 """For two bodies: capacity and resistance of the outer one over those of the inner one."""
@@ -49,7 +49,7 @@ class Setting:
     ambient_c: float | None
     """None: it is fitted."""
     before_w: float = 0.0
-    """Power before the record."""
+    """Power before the record, W."""
     rest: bool = False
     """Whether the machine was at rest under that power when the record began."""
 
@@ -59,7 +59,7 @@ class Setting:
         return np.flatnonzero(np.isfinite(self.record.readings_c))
 
     def thinned(self, most: int) -> NDArray[np.intp]:
-        """Choose about so many of these rows, evenly spaced."""
+        """Choose about `most` of the rows in `seen`, evenly spaced."""
         seen = self.seen
         return seen[:: max(1, len(seen) // most)]
 
@@ -136,7 +136,7 @@ class Search:
 
 
 def _shapes(record: Record, structure: Structure) -> Iterator[Series]:
-    """Yield parameters with a gain of 1 K/W."""
+    """Yield the parameters to try; the resistance of the inner body, or only one, is 1 K/W."""
     span_s = record.duration_s
     shortest_s = span_s / SEARCHED_ROWS
     choices = (LAGS, DELAYS) if structure.bodies == 1 else (FEW_LAGS, FEW_DELAYS)

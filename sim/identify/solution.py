@@ -35,7 +35,7 @@ class Solution:
 
     @property
     def cost(self) -> float:
-        """Sum of squares, K²."""
+        """Sum of the squared residuals, K²."""
         return float((self.residuals_k**2).sum())
 
     @property
@@ -102,7 +102,7 @@ def ordered(solution: Solution) -> Solution:
 
 
 class _Model:
-    """Computes the residuals from parameters and start."""
+    """Computes the plant's readings from parameters and the temperatures at the start."""
 
     def __init__(self, setting: Setting, answer: Answer) -> None:
         self._setting, self._answer = setting, answer

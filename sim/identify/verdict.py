@@ -35,7 +35,7 @@ class Found(NamedTuple):
 def findings(
     structure: Structure, values: Series, halves: Series, record: Record, *, ambient_given: bool
 ) -> tuple[Found, ...]:
-    """Judge every parameter."""
+    """Return every parameter with its interval, and whether the record determines it."""
     moved_k = float(np.ptp(record.readings_c))
     found = []
     for parameter, value, half in zip(
@@ -62,8 +62,8 @@ def _ends(parameter: Parameter, value: float, half: float) -> tuple[float, float
 def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool:
     """Return whether the record determines the parameter.
 
-    Heat capacity and conductance: a change by 100 % is outside the interval. Lag and dead time: 0
-    is outside. Ambient: the interval is narrower than the movement of the record.
+    Heat capacity and resistance: the interval ends within a factor of e. Lag and dead time: 0 is
+    outside it. Ambient: half of it is narrower than the movement of the record.
     """
     if parameter.logarithmic:
         return half < 1

@@ -33,9 +33,9 @@ class Firing:
     overshoot_k: float
     """How far a hold's readings passed its setpoint, in the direction of the ramp before it."""
     steady: StepLog
-    """The steady part of the last hold; the whole program if it has no hold."""
+    """The last third of the last hold, or of all steps if there is no hold."""
     rows: StepLog
-    """All steps in which a program ran."""
+    """All steps with a reading in which a program ran."""
 
 
 def firing_of(log: StepLog, loop: Loop) -> Firing | None:

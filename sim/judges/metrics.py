@@ -62,7 +62,7 @@ class Metrics:
     disturbances: tuple[Disturbance, ...]
     """The disturbances after the last change of the setpoint, and the loop's reactions."""
     tracking_k: float | None = None
-    """Largest distance from the setpoint on a program's ramps; None if none ran."""
+    """Largest distance from the setpoint on a program's ramps; None if no ramp was judged."""
 
 
 def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Metrics:

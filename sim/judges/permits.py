@@ -63,7 +63,7 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
 
 
 def _left(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
-    """Return the reason if all permits are there: the duty, the relay, or the pause of a pulse."""
+    """Return the reason if no other was found: no reading, no duty, the relay, or a pulse's end."""
     if not device.read(f"gate.c:{loop_name}_sensor_ticks"):
         return Missing("step", "No control step with a reading has renewed the loop's permit.")
     duty_percent = float(device.read(f"loop_{loop_name}.duty_percent"))

@@ -106,7 +106,7 @@ def profile_c(
 
 
 def full_power(controller: Controller, loop: str, share: float = 1.0) -> dict[str, float]:
-    """Return the shares of all outputs while a loop heats: its heater and every fan, no others."""
+    """Return the shares of all outputs while a loop heats: coolers and other heaters are off."""
     others = {each.heater for each in controller.loops.values()}
     others |= {each.cooler for each in controller.loops.values() if each.cooler}
     asked = dict.fromkeys(controller.outputs, 1.0) | dict.fromkeys(others, 0.0)

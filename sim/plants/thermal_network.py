@@ -260,7 +260,7 @@ class Plant:
 
 @lru_cache(maxsize=MOST_STEP_MATRICES)
 def _known_matrix(rates: bytes, shape: tuple[int, int], step_s: float) -> Matrix:
-    """Integrate, cached: many machines have the same rates."""
+    """Return the `step_matrix` of these rates, cached: many machines have the same rates."""
     matrix = step_matrix(np.frombuffer(rates).reshape(shape), shape[0], step_s)
     return np.ascontiguousarray(matrix)
 

@@ -98,7 +98,7 @@ class Steering:
     def duty(
         self, look: Look, orders: Orders, top_percent: Single, *, fault: bool, valid: bool
     ) -> Single:
-        """Return the duty in percent, limited to the top."""
+        """Return the duty in percent; `top_percent` limits only the integral, not yet the duty."""
         off = self.is_idle(look.setpoint_c, orders)
         if self._limited and self._pid:
             self._pid.take_limits(orders.limits)

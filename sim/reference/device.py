@@ -174,7 +174,7 @@ class ReferenceDevice:
         self._felt[sensor] = felt
 
     def press(self, key: str | None) -> None:
-        """Hold a key from now on."""
+        """Hold a key, or none, from now on."""
         pressed = key is not None and key != self._key
         meant = self._meant_by_select(key)
         if self._latch.code and meant is not None:

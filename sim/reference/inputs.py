@@ -36,11 +36,11 @@ class Orders(NamedTuple):
     manual_percent: Single = ZERO
     """The manual duty."""
     gains: Gains | None = None
-    """Needed by a tunable loop."""
+    """The gains of the PID; needed by a tunable loop."""
     limits: Limits | None = None
-    """Needed by a tunable loop whose limits are adjustable."""
+    """The limits of the PID; needed by a tunable loop whose limits are adjustable."""
     enabled: int = 1
-    """Switch of a switched loop."""
+    """Whether a switched loop is switched on."""
     master_lost: bool = False
     """Whether the loop's master, or its host, has been silent for too long."""
     current_raw: int = 0

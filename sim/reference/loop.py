@@ -28,7 +28,7 @@ WATCHED_FAULTS = (25, 26, 28, 29, 31)
 """Faults of the relay, fans, memory and inputs, which are detected between two steps."""
 
 FAULT_COOLING_ABOVE_C = Single(50)
-"""While a fault is latched, the cooler runs unless a reading is below this temperature."""
+"""While a fault is latched, the cooler runs unless a valid reading is below this temperature."""
 
 LOOP_MEMBERS: tuple[Member, ...] = (
     ("steps", "u2"),
@@ -85,7 +85,7 @@ class Reference:
         return self._duty_percent
 
     def restore(self, fault_code: int, temperature_c: Single) -> None:
-        """Take over a fault that survived a reset."""
+        """Latch a fault with its temperature, such as one that survived a reset."""
         self.fault_code = fault_code
         self.fault_temperature_c = temperature_c
 
@@ -189,7 +189,7 @@ class Reference:
         )
 
     def _mind_others(self, orders: Orders, setpoint: Single) -> None:
-        """Check the safety relay, the monitors, the master, and how long the loop has been on."""
+        """Check relay, fans, inputs, monitors, the master, and how long the loop has been on."""
         temperature_c = self._readings.mean.temperature_c
         self._trip(orders.watch_fault, temperature_c)
         for name in self._monitors:

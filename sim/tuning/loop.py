@@ -38,7 +38,7 @@ def sampled(process: Process, period_s: float) -> control.StateSpace:
 def sampled_response(
     process: Process, period_s: float, z: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Compute the frequency response of the sampled process, without its delayed duties."""
+    """Compute the frequency response of the sampled process, without states for delayed duties."""
     whole, transition, fresh, old = _held(process, period_s)
     given = fresh * z[:, None] ** -whole + old * z[:, None] ** -(whole + 1)
     free = z[:, None, None] * np.eye(len(transition)) - transition

@@ -52,7 +52,7 @@ class OpenLoop:
     """Frequency response of process and controller in series."""
 
     omega: NDArray[np.float64]
-    """rad/s."""
+    """Frequencies, rad/s."""
     response: NDArray[np.complex128]
 
 
@@ -97,7 +97,7 @@ def _at_the_end(response: np.complex128) -> float:
 
 
 def _growth(gains: NDArray[np.float64], stable: bool) -> float:
-    """Return the gain factor to instability; of an unstable loop, the least one to stability."""
+    """Return the gain factor to instability; of an unstable loop, the largest to stability."""
     if stable:
         return float(gains[gains > 1].min(initial=math.inf))
     return float(gains[gains < 1].max(initial=0.0))

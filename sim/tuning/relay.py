@@ -17,7 +17,7 @@ RESULTS = {
     5: "the machine became too hot",
     6: "its results are not usable",
 }
-"""Codes of autotune.result (docs/control.md, "Autotune")."""
+"""Why there are no gains, by autotune.result (docs/control.md, "Autotune")."""
 
 AFTERWARDS_S = 10.0
 """Time after the time-out within which the result must be there."""

@@ -29,7 +29,7 @@ BETTER = 0.999
 """A new cost must be below this share of the old one; else the search keeps the old gains."""
 GENERATIONS = 12
 FIRST, LAST = 1.0, 1 / 8
-"""Steps of the search, in powers of two."""
+"""First and least size of the search's steps, in octaves of a gain or time."""
 _KEPT = ("temperature_c", "setpoint_c", "has_reading", "enabled", "fault.code")
 
 
@@ -50,7 +50,7 @@ class Machine(NamedTuple):
     process: Process
     """The process near the target."""
     warm_s: float
-    """From cold to the target at full power, s."""
+    """Time from cold to the target at full power, s."""
 
 
 class Outcome(NamedTuple):
@@ -169,7 +169,7 @@ def worst_cost(outcomes: Iterable[Outcome]) -> float:
 
 
 def is_sound(gains: Gains, machines: Iterable[Machine], period_s: float) -> bool:
-    """Return whether gains have sound margins on each of the machines."""
+    """Return whether the open loop stays as far from −1 as `SOUND` demands on every machine."""
     return all(
         np.abs(1 + open_loop(each.process, gains, period_s).response).min() >= 1 / SOUND
         for each in machines

@@ -19,7 +19,7 @@ TIGHT = 1.70
 """Largest Ms of tight SIMC control on the reduced model (Skogestad 2003, table 2)."""
 
 HALVINGS = 6
-"""Number of halvings, to 1 % of the time constant."""
+"""Number of halvings, to less than 2 % of the time constant."""
 
 
 def simc(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gains:

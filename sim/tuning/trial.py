@@ -43,7 +43,7 @@ def try_gains(  # noqa: PLR0913 - all but two are names
     length_s: float,
     progress: Progress | None = None,
 ) -> Trace:
-    """Heat from cold to a temperature and hold it."""
+    """Return the trace of a loop that heats from cold to a temperature and holds it."""
     tuned = at_setpoint(with_gains(controller, loop, gains), loop, target_c)
     scenario = (*heat(tuned, loop, target_c), ending(length_s))
     return bench(tuned, ReferenceDevice(tuned), scenario, progress=progress)
@@ -60,5 +60,5 @@ def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controlle
 
 
 def ending(length_s: float) -> Event:
-    """Return the end of a scenario."""
+    """Return the event that ends a scenario at `length_s`."""
     return Event.model_validate({"for": f"{length_s!r} s"})

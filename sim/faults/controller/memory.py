@@ -34,10 +34,10 @@ BYTES = 7
 """How many bytes of a record are written before the power cut: half of the shortest record."""
 REFERENCE_OFF = 0.6
 WRONG_S = 1.0 + 2 * TICK_S
-"""The ADC is checked once a second; plus one tick before and after."""
+"""Longest time to a trip: the ADC is checked once a second; plus one tick before and after."""
 LOOKS = 3
 HELD_S = (LOOKS + 2) * TICK_S
-"""Three reads of a pin, the first at its switching, and one tick before and after."""
+"""Longest time to a trip: LOOKS reads of a pin, the first at its switching, and two ticks."""
 SLOW = 0.5
 """Factor of the clock frequency: for example a crystal of 8 MHz instead of 16 MHz."""
 REST_S = 2.0
@@ -140,7 +140,7 @@ def flip_flash(world: World) -> None:
 
 
 def leave_out_duty(world: World) -> None:
-    """Flip a bit of the mark of the step's done duties: one seems done though no step has begun."""
+    """Flip a bit of what a control step has done so far: a part seems done before it begins."""
     world.device.avr.flip(_place(world, f"loop_{world.site.loop_name}.c:done"), LOWEST_BIT)
 
 
@@ -199,7 +199,7 @@ def _held_pins(site: Site) -> Iterator[Fault]:
 
 
 def _asked_within_s(output: Any) -> float:
-    """Return the time until the output has asked for one level in three ticks in all, s."""
+    """Return how long an output takes to ask for one level in LOOKS ticks, not in a row, s."""
     if not output.is_windowed:
         return 0.0
     pulse_ticks = round(output.resolution_s / TICK_S) if output.distribution == "spread" else LOOKS

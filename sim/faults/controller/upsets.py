@@ -36,7 +36,7 @@ RECORDS_BYTES = 256
 WATCH_S = 30.0
 WATCH_PERIODS = 10
 PERIODS = 2
-"""How long the decision of the last step may last, in periods."""
+"""How long the last decision before the upset may keep the heater on, in periods."""
 
 HEATS, TOO_HOT, FORGETS = "heats", "too hot", "forgets"
 """Bad outcomes: a heater on beyond its bound, a node hotter than it bears, a fault that is no

@@ -6,7 +6,7 @@ from heatwright.sim.faults.world import World
 from heatwright.sim.reference.loop import FAULT_COOLING_ABOVE_C
 
 COOLED_ABOVE_C = float(FAULT_COOLING_ABOVE_C)
-"""With a latched fault the cooler is on unless a reading is below (docs/control.md, "Cooler")."""
+"""Under a fault the cooler is off only if a valid reading is below (docs/control.md, "Cooler")."""
 
 
 def complaint(world: World) -> str:

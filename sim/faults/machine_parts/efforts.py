@@ -26,7 +26,7 @@ SLOW = 4.0
 STANDING_K = 1.0
 """How far above the setpoint and its hysteresis the reading stands."""
 FILTERS, TIMES = 4.0, 2.0
-"""How long it is watched: in times of the filter, plus times of the rule."""
+"""How long a machine is watched: so many filter times, plus so many times the rule's `for`."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -51,7 +51,7 @@ def _held(site: Site, setpoint_c: float) -> World:
 
 
 def _setpoints_c(site: Site) -> list[float]:
-    """List the setpoints that need more than the loop's least duty, the highest first."""
+    """List the setpoints that need more than the loop's least duty, the highest setpoint first."""
     highest_c, ambient_c = starts.highest_c(site), starts.ambient_c(site)
     least_c = steady_c(site, asked_share(site, _duties(site)[0]), ambient_c=ambient_c)
     reached = [each for each in starts.setpoints_c(site) if each <= highest_c]

@@ -61,7 +61,7 @@ def _wanted(site: Site) -> World:
 
 
 def _weak_share(site: Site) -> float:
-    """Return the share of full power that gives a quarter of the rise that the rule demands."""
+    """Return the share of full power for a quarter of the rise that `heating_failed` demands."""
     rule = site.loop.protection.heating
     return rule.rise_k / rise_k(site, rule.within_s) / 4 if rule else WEAK_SHARE
 

@@ -64,7 +64,7 @@ def faults(site: Site) -> Iterator[Fault]:
         watched = Watched(name, monitor, sensor, controller.loops[loop], step_k)
         yield from _broken(site, watched)
         yield _over_limit(site, watched)
-        if site.controller.loops[loop].also != name:  # else the loop would disagree with it
+        if site.controller.loops[loop].also != name:  # else `sensors_disagree` would trip
             yield _warned(site, watched)
 
 

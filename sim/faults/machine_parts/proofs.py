@@ -15,8 +15,8 @@ from heatwright.sim.native.relay import Wire
 from heatwright.spec import Proof, Tachometer, proven_in
 
 SLOW, FAST = 0.88, 1.1
-"""Speeds just outside a tachometer's limits, as shares of these: two pulses of a window with 16
-or more."""
+"""Speeds just outside a tachometer's limits, as shares of those limits: off by almost two pulses
+in a window of 16."""
 HIGHEST = 0.6
 """Largest share of a pulse's period in which the line may be low, or high."""
 
@@ -54,7 +54,7 @@ def _of_tachometer(site: Site, fan: str, counted: Tachometer) -> Iterator[Fault]
 def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
     """A fan without its proof: the heater is off within two ticks, then a rule trips.
 
-    If the heater's current is measured, a rule of the current may trip first.
+    A tachometer first counts for two windows. A rule of a measured current may trip first.
     """
     proof = _proof(site, fan)
     counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0

@@ -21,7 +21,7 @@ SEED = 6
 TOUCHES = 60
 FLOOD_S = 20.0
 FLOOD_BYTES = 1000
-"""A tenth of a second at 115200 baud: the line is never quiet."""
+"""Nearly a tenth of a second at 115200 baud: the line is hardly ever quiet."""
 BELOW_ALL, BEYOND_ALL = "-300", "99999"
 
 
@@ -66,7 +66,7 @@ def _other_speed(baud: int) -> Act:
 
 
 def _flood(world: World) -> None:
-    """Send bytes that are no commands, without a pause."""
+    """Send bytes that are no commands, almost without a pause."""
     noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
     quiet = bytes(byte for byte in range(256) if byte != ord("#"))
     for _ in range(round(FLOOD_S / 0.1)):

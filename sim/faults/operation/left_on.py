@@ -1,4 +1,4 @@
-"""A loop that nobody switches off: its longest time on ends, and only off renews it."""
+"""A loop that nobody switches off: its `on_for_at_most` ends, and only off restarts it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from heatwright.spec import Controller
 
 TOO_LONG = "on_too_long"
 SHARE = 0.6
-"""Share of the longest time for which the loop is on before and after it is switched off: both
-together are more than the longest time."""
+"""Share of `on_for_at_most` for which the loop is on before it is switched off, and again after:
+both together are longer than `on_for_at_most`."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -51,7 +51,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
-    """Allow `on_too_long` on healthy machines: some are watched longer than a loop may be on."""
+    """Allow `on_too_long` where nothing else may trip: a trial may be longer than a loop is on."""
     if not any(each.protection.on_for_at_most_s for each in controller.loops.values()):
         return found
     return [

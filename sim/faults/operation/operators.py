@@ -103,7 +103,7 @@ def _keys(site: Site) -> Iterator[Fault]:
 
 
 def _leak(world: World) -> None:
-    """Let SELECT and UP make bad contact without a sensor: an acknowledgement would heat on."""
+    """Let SELECT and UP make bad contact while the sensor is cut off: neither may acknowledge."""
     world.device.shield.keypad.flicker(("select", "up"), LEAK_DWELLS_S, LEAKS_S)
     world.run(1.0)
     memory.cut_line(world)
@@ -196,7 +196,7 @@ def keeps_time(world: World) -> str:
 
 
 def off_s(log: StepLog, period_s: float) -> float:
-    """Return the largest time error of a step on the grid that starts at the first step, s.
+    """Return how far a step was at most from the time grid that starts at the first step, s.
 
     Differences between rows wrap like the counter, so it may wrap several times in the log.
     """

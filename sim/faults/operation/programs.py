@@ -37,7 +37,7 @@ UNDER_WAY_S = 90.0
 WATCH_S = 30.0
 """Longer than an operator needs for an order at the keys or the display."""
 FAR_K = 5.0
-"""How much more than a resumption allows the machine cools during a loss of power."""
+"""During a loss of power the machine cools by this much more than a resumption allows."""
 COOLING_S = 4 * 3600.0
 LOOK_STEPS = 3
 BELOW_TARGET_K = 20.0

@@ -1,4 +1,4 @@
-"""Faults of a heater's current sensor: its line is torn or shorted, or its output stands."""
+"""Faults of a heater's current sensor: its line is torn or shorted, or its output is stuck."""
 
 from __future__ import annotations
 

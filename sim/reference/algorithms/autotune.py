@@ -9,9 +9,9 @@ from heatwright.sim.reference.numbers import ZERO, Single, clamp, steps
 from heatwright.spec import Autotune, Loop, Pid
 
 NONE, RUNNING, DONE, TIMED_OUT, STOPPED, TOO_HOT, NO_USE = range(7)
-"""Results."""
+"""Results of the experiment, as numbers in the program."""
 COOL, HEAT, SLOPE, COAST, RELAY_OFF, RELAY_ON = range(6)
-"""Phases."""
+"""Phases of the experiment, in their order."""
 
 FEWEST_CYCLES, MOST_CYCLES = 3, 20
 LONGEST_STEPS = 65535
@@ -76,7 +76,7 @@ class Tuner:
 
     @property
     def gains(self) -> Gains:
-        """The gains found."""
+        """The gains that the experiment has found; 0 before."""
         return Gains(self._found.kp, self._found.ki, self._found.kd)
 
     def take_limits(self, limits: Limits) -> None:
@@ -100,7 +100,7 @@ class Tuner:
     def step(self, moment: Moment | None, *, paused: bool = False) -> Single:
         """Run a step, with or without a reading, and return the duty in percent.
 
-        The experiment is stopped if an input of the machine pauses the heat.
+        The experiment ends as timed out if an input of the machine pauses the heat.
         """
         if self.result != RUNNING:
             return ZERO

@@ -7,7 +7,7 @@ from heatwright.spec import OnOff
 
 
 class OnOffControl(KeyedSwitch):
-    """Switches at the setpoint on the temperature expected `lead` ahead."""
+    """Switches the heater at the setpoint, by the temperature that is expected `lead` later."""
 
     full_percent = FULL
     """The greatest duty of the algorithm."""

@@ -61,7 +61,7 @@ class PidControl:
         self._dead_band = Single(algorithm.dead_band_k) if algorithm.dead_band_k else None
         self._keeps = bool(algorithm.dead_band_k) and algorithm.dead_band_keeps == "output"
         self.top_percent = self.full_percent
-        """The greatest duty under the current's limit; the integral is limited to it, too."""
+        """The greatest duty under the current's limit; a held integral does not grow above it."""
         self.feed_forward = ZERO
         """Duty for the slope of a program's setpoint, %·s/K."""
         self.rate_k_per_s = ZERO

@@ -8,7 +8,7 @@ from heatwright.spec import ThreePosition
 
 
 class ThreePositionControl(KeyedSwitch):
-    """Switches heater and cooler, never both, on the temperature expected `lead` ahead."""
+    """Switches heater or cooler, never both on, by the temperature expected `lead` later."""
 
     full_percent = FULL
     """The greatest duty of the algorithm."""

@@ -59,15 +59,15 @@ class Swings(NamedTuple):
 
     number: Single
     on_sum: Single
-    """Steps."""
+    """Time with the heater on, steps."""
     off_sum: Single
-    """Steps."""
+    """Time with the heater off, steps."""
     swing_sum: Single
-    """K."""
+    """How much hotter it was when the heater went off than when it went on, K."""
     peak_sum: Single
-    """K."""
+    """How much hotter it became after the heater had gone off, K."""
     rise: Single
-    """K/s."""
+    """Slope of the temperature while the heater is on, K/s."""
 
     @property
     def are_measured(self) -> bool:
@@ -89,7 +89,7 @@ class Found(NamedTuple):
 
 
 def found_by(swings: Swings, constants: Constants) -> Found:
-    """Compute the rule, line by line."""
+    """Compute the results from the measurements, line by line as the rule is written."""
     rise = swings.rise
     on_s = constants.time_s(swings.on_sum) / swings.number
     off_s = constants.time_s(swings.off_sum) / swings.number

@@ -6,11 +6,11 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.spec.adjusted import Number
 
 Numbers = Mapping[str, Single]
-"""Numbers by field of the algorithm."""
+"""The numbers that keys have set, by field of the algorithm."""
 
 
 def given(numbers: tuple[Number, ...]) -> dict[str, Single]:
-    """Return the numbers of the spec."""
+    """Return the spec's values of the numbers that keys may set, by field of the algorithm."""
     return {each.kind.field: Single(each.value) for each in numbers}
 
 

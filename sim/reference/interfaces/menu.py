@@ -1,7 +1,7 @@
 """The menu that the keys of a loop with programs operate."""
 
 STATE, TIMES, RUN, EDIT, VALUES = range(5)
-"""The screens, in the order of RIGHT."""
+"""The screens, in the order in which RIGHT shows them."""
 SCREENS = 5
 
 
@@ -13,7 +13,7 @@ class MenuKeys:
     """
 
     def __init__(self) -> None:
-        """Show the state."""
+        """Start at the screen with the state."""
         self._screen = STATE
         self._is_first = True
 

@@ -1,4 +1,4 @@
-"""The state of a heater's pin between control steps, for the reference device."""
+"""The state of an output's pin between control steps, for the reference device."""
 
 from typing import Protocol
 
@@ -137,7 +137,7 @@ class SpreadCourse:
 
 
 def course_of(controller: Controller, name: str) -> Course:
-    """Return the course of a controller's heater."""
+    """Return the course of a controller's output, which starts off."""
     output = controller.outputs[name]
     if isinstance(output, TimeProportionalOutput):
         window_us, step_us = round(output.window_s * 1e6), round(output.resolution_s * 1e6)

@@ -36,7 +36,7 @@ class Driven:
         self.take(self._output.counts)
 
     def take(self, counts: int) -> None:
-        """Set counts that are already known."""
+        """Set the on-time, in counts that a control step has already computed."""
         self._active_us += self._course.advance(self._clock.now_us)
         self._course.apply(counts)
 

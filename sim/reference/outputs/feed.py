@@ -22,7 +22,7 @@ class Feed:
         self._may_run = False
 
     def command(self, command: str, to_mm: float | None, mm_per_min: float | None) -> None:
-        """Execute G1, G92, M82, M83 or M410."""
+        """Execute G0, G1, G92, M82, M83 or M410."""
         self._go()
         if command in ("M82", "M83"):
             self._absolute = command == "M82"

@@ -50,7 +50,7 @@ class Held:
 
 
 class HeldCourse:
-    """An output with minimum times over time, with a tick every 10 ms since the start."""
+    """The course of an output with minimum times, with a tick every 10 ms since the start."""
 
     def __init__(self, held: Held) -> None:
         """Start off."""

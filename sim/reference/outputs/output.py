@@ -36,11 +36,11 @@ class Digital:
         self.counts = 0
 
     def apply(self, duty_percent: Single) -> None:
-        """Switch."""
+        """Switch on if the duty is above 0, else off."""
         self.counts = int(duty_percent > ZERO)
 
     def values(self) -> tuple[Value, ...]:
-        """Return nothing."""
+        """Return an empty tuple: there are no members."""
         return ()
 
 
@@ -103,7 +103,7 @@ class TimeProportional:
 
 
 def heater_of(controller: Controller, name: str) -> HeaterOutput:
-    """Return the counts of a controller's output."""
+    """Return the conversion of duty to counts for a controller's output."""
     output = controller.outputs[name]
     if isinstance(output, TimeProportionalOutput):
         return TimeProportional(output)

@@ -15,7 +15,7 @@ TENTH = Single(0.1)
 
 
 class Part(NamedTuple):
-    """One segment."""
+    """One segment of a program."""
 
     kind: int
     to_dc: int = 0
@@ -25,14 +25,14 @@ class Part(NamedTuple):
 
     @property
     def target_c(self) -> Single | None:
-        """The temperature at its end; None if it holds."""
+        """The temperature at its end, °C; None if it has no target of its own."""
         return Single(self.to_dc) * TENTH if self.kind in (OVER, RATE, FAST) else None
 
 
 Copy = tuple[Part, ...]
-"""A program."""
+"""A program: its segments in order."""
 Cell = tuple[int, list[Part]]
-"""A program in a log."""
+"""A program in a log: how many segments it has, and a list of them padded to equal length."""
 
 
 def copy_of(program: Program) -> Copy:

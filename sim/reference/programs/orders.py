@@ -102,13 +102,13 @@ class ProgrammedOperator(SwitchedOperator):
         return not self._run.is_active and super().tune(target_c, cycles)
 
     def acknowledge(self) -> None:
-        """Acknowledge a fault: the program has ended, and none starts."""
+        """Acknowledge a fault; drop the waiting order, but not a STOP of an interrupted program."""
         if self._reference.fault_code and not (self._keeps and self._program[0] == STOP):
             self._program = NO_ORDER
         super().acknowledge()
 
     def after_step(self) -> None:
-        """Take over the setpoint that the program left at its end."""
+        """Take over the switch and the setpoint that the program left at its end."""
         if not self._reference.order_waits:
             self._program = NO_ORDER
         if self._run.handed_over is not None:

@@ -72,7 +72,7 @@ class ProgramRun:
 
     @property
     def moves(self) -> bool:
-        """Whether the setpoint of this step moved along a ramp, and is not a new one."""
+        """Whether a program runs, and its setpoint did not leap in this step."""
         return self.now.state == RUNNING and not self.now.leap
 
     @property
@@ -192,7 +192,7 @@ class ProgramRun:
     # -- orders --------------------------------------------------------------------------------
 
     def _obeyed(self, temperature_c: Single | None) -> bool:
-        """Execute the order, if the state allows it; return whether the setpoint now rests."""
+        """Execute the order, if it is allowed; return whether the setpoint rests in this step."""
         now = self.now
         if now.order == STOP and self.is_active:
             self._end(STOPPED)

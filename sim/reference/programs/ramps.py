@@ -18,7 +18,7 @@ TENTHS_IN_AN_HOUR = 36_000
 
 
 class Way:
-    """Moves the setpoint along the segments of a copy."""
+    """Moves the setpoint along the segments of a program."""
 
     def __init__(self, programs: Programs, loop: Loop) -> None:
         """Derive the constants."""

@@ -7,13 +7,13 @@ from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single
 
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
-"""States."""
+"""States of a program."""
 NOTHING, HELD_BACK, FOR_TARGET, FOR_OPERATOR = range(4)
 """Reasons why the program's clocks wait."""
 FINISHED, STOPPED, FAILED, TOO_FAR, POWER_UNREADABLE = range(1, 6)
-"""Reasons of the end."""
+"""Reasons why a program ended."""
 STOP, PAUSE, START, RESUME, SKIP, JUMP = range(1, 7)
-"""Orders."""
+"""Orders to a program."""
 NO_ORDER = (0, 0)
 
 

@@ -18,7 +18,7 @@ class Latch:
         self._is_latched = False
         self.lockout = Lockout(controller)
         self.now_us = 0
-        """Time since power-up."""
+        """Time since power-up, µs."""
 
     @property
     def code(self) -> int:

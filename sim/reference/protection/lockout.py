@@ -58,7 +58,7 @@ class Lockout:
             self.trips = trips
 
     def count(self, code: int, now_us: int) -> None:
-        """Count a trip, after all earlier ticks."""
+        """Count a trip; trips that were long past by the tick before are forgotten first."""
         if self.counts(code):
             self.age(now_us - TICK_US)
             self._tripped_s = now_us // SECOND_US

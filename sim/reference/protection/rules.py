@@ -46,7 +46,7 @@ class Look(NamedTuple):
     asked_percent: Single
     """The duty of the last step with a reading."""
     full_percent: Single
-    """The greatest duty of the loop."""
+    """The greatest duty of the loop in its present mode."""
     bandless: bool = False
     """Whether there is no band around the setpoint: off, manual, or heating up for a tuning."""
     by_hand: bool = False

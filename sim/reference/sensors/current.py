@@ -31,7 +31,7 @@ class IdealSensor:
     """A sensor whose codes are all sampled at the same time."""
 
     def __init__(self, sensor: CurrentSensor, board: Board) -> None:
-        """Prepare the scale."""
+        """Derive the voltage that is the ADC's full scale."""
         self._sensor = sensor
         self._full_v = reference_v(sensor, board)
 
