@@ -27,7 +27,7 @@ class Tape:
     """The inputs, by row.
 
     begins -- whether the row is the first after a reset; acknowledged, started -- acknowledgements
-    and starts of a tuning since the row before; orders -- without a lost master.
+    and starts of a tuning since the row before; orders -- a lost master is not among them.
     """
 
     def __init__(self, log: StepLog) -> None:

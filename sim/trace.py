@@ -42,7 +42,7 @@ class Trace:
     sensed_c: Mapping[str, Series]
     """By sensor: its tip's temperature."""
     on_fraction: Mapping[str, Series]
-    """By output: mean active fraction since the row before."""
+    """By output: its load's mean share of power (0..1) since the row before, behind the relay."""
     steps: Mapping[str, StepLog]
     """By loop."""
     events: tuple[TraceEvent, ...] = ()

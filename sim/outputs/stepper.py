@@ -149,7 +149,7 @@ class Stepper(Switch):
 
     @property
     def waits(self) -> bool:
-        """Whether edges of STEP have come since the last feed."""
+        """Whether rising edges of STEP have come since the last `feed`."""
         return self._avr.pins.rises(self._step.number) != self._rises
 
     def travel_mm(self) -> float:
