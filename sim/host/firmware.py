@@ -63,7 +63,7 @@ class Run(NamedTuple):
     states: NDArray[Any]
     """One row of states for each step, with the names of docs/control.md."""
     heater_counts: NDArray[np.uint32]
-    """Ticks (timer counts, if a timer drives the pin) for which the heater was on by each step."""
+    """Ticks (timer counts, if a timer drives the pin) with the heater on, up to each step."""
 
 
 class Host:

@@ -118,7 +118,7 @@ def _swing(
 
 
 def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> list[float]:
-    """Return the reduction of the reading in each period between two dips, K.
+    """Return the reduction of the reading in each period from one dip to the next, K.
 
     There are dips only if the rules of effort could trip during the measurement, as a steady
     reading needs some power. A dip is deep enough to count as movement, slower than `rise_rate`,
@@ -172,7 +172,7 @@ def _beat(loop: Loop, share: float, act: Callable[[], object]) -> Beat:
 
 
 def resting_c(controller: Controller, loop: str) -> float:
-    """Return the resting point of a loop: the multiple of ten next to its first setpoint, °C.
+    """Return the resting point of a loop: the multiple of ten nearest to its first setpoint, °C.
 
     It is always above `protection.minimum`. If the first step of a key would go above it, it is at
     that step, or as near as the rule runaway allows. A loop without keys rests at its setpoint:
