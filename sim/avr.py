@@ -237,7 +237,7 @@ class Avr:
         return bytes(self._memory()[address : address + size])
 
     def write_ram(self, address: int, data: bytes) -> None:
-        """Set bytes of RAM; registers written so do not act."""
+        """Set bytes of RAM; a register that is set in this way does not act."""
         self._memory()[address : address + len(data)] = data
 
     def flip(self, address: int, bit: int) -> None:

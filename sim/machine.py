@@ -372,12 +372,12 @@ class Machine:
 
     @property
     def count(self) -> int:
-        """Number of rows in the log."""
+        """Number of those rows: the steps since the last `take_rows`."""
         return sum(map(len, self._rows)) + int(self._m.logged)
 
     @property
     def rows(self) -> Array:
-        """A row for each step so far: see TIME and the other columns."""
+        """A row for each step since the last `take_rows`: see TIME and the other columns."""
         self._collect()
         if len(self._rows) > 1:
             self._rows = [np.concatenate(self._rows)]

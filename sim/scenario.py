@@ -23,7 +23,7 @@ DISTURBING = {"G0", "G1", "M106", "M107"}
 
 
 class Action(NamedTuple):
-    """One action: a line or an order is sent, the feed changes, or a key is pressed or released."""
+    """One action: a line, write or order is sent, the feed changes, or a key goes down or up."""
 
     time_s: float
     key: str | None = None

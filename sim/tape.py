@@ -20,7 +20,7 @@ from heatwright.spec.adjusted import KINDS
 
 ACKNOWLEDGEMENTS = "fault.acknowledgements"
 STARTS = "autotune.starts"
-"""Columns of counts of 8 bits."""
+"""Columns of a log with counts that wrap around at 256."""
 
 
 class Tape:

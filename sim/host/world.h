@@ -12,7 +12,7 @@
 struct host_input {
     uint8_t reading_status;
     uint8_t acknowledge; /* acts before the command */
-    int32_t reading_raw; /* whatever the sensor */
+    int32_t reading_raw; /* of any kind of sensor */
     float setpoint_c; /* for a loop without a host; else see HOST_SET */
     uint8_t command;
     float value;

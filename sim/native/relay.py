@@ -24,7 +24,7 @@ class Wire(IntEnum):
     SOUND = 0
     TORN = 1
     SHORTED = 2
-    """To ground."""
+    """The wire is shorted to ground."""
 
 
 class Relay:

@@ -85,7 +85,7 @@ struct port {
     int index;
     avr_ioport_t *io;           /* NULL: this part has no such port */
     uint8_t watched;            /* bits */
-    uint8_t sampled;            /* bits whose reads are checked */
+    uint8_t sampled;            /* bits with listeners, which are told of reads */
     uint8_t ddr, port;          /* as last seen */
     struct tap tap_pin;
 };
