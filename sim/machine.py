@@ -372,7 +372,7 @@ class Machine:
 
     @property
     def count(self) -> int:
-        """Number of those rows: the steps since the last `take_rows`."""
+        """Number of rows in `rows`."""
         return sum(map(len, self._rows)) + int(self._m.logged)
 
     @property

@@ -76,7 +76,7 @@ def looks_of(loops: Iterable[str]) -> dict[str, Look]:
 def node_colours(
     controller: Controller, nodes: Iterable[str], looks: Mapping[str, Look]
 ) -> dict[str, str]:
-    """Choose a colour for each node; with several loops its loop's, or grey if not of one loop."""
+    """Choose a colour for each node; with several loops its loop's, or grey if no single one's."""
     if len(looks) == 1 or controller.simulation is None:
         return dict(zip(nodes, cycle(NODES), strict=False))
     own = nodes_of(controller, controller.simulation.plant)
