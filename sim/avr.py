@@ -146,9 +146,9 @@ class Avr:
         self.raise_errors()
 
     def run_to_code(self, code: Function, cycle: int) -> bool:
-        """Execute at least one instruction, up to one of a function, or run to a cycle.
+        """Run until the next instruction is one of a function's, or to a cycle.
 
-        Return whether the next instruction is one of these. Raises what run_to raises.
+        Execute at least one; return whether the function is reached. Raises what run_to raises.
         """
         while result := self._lib.hw_run_to_code(self._hw, code.start, code.end, cycle):
             if result != self._lib.HW_NEWS:
@@ -159,7 +159,7 @@ class Avr:
         return bool(result)
 
     def run_looking(self, look: Look, cycle: int) -> bool:
-        """Run to a cycle, or to a look that finds something; return whether one has.
+        """Run to a cycle, or until a look finds news from the board; return whether one has.
 
         Raises what run_to raises.
         """
@@ -183,7 +183,7 @@ class Avr:
             log.drain()
 
     def raise_errors(self) -> None:
-        """Raise the exception that a chip on a bus has raised, if any."""
+        """Raise the oldest exception, if any, that a chip on a bus has raised."""
         if self._slave_errors:
             raise self._slave_errors.pop(0)
 
@@ -212,7 +212,7 @@ class Avr:
 
     @property
     def hung(self) -> bool:
-        """Whether it sleeps with interrupts off: only a reset can wake it."""
+        """Whether the processor sleeps with interrupts off: only a reset can wake it."""
         return bool(self._lib.hw_asleep_for_good(self._hw))
 
     # -- resets --------------------------------------------------------------------------------
@@ -237,7 +237,7 @@ class Avr:
         return bytes(self._memory()[address : address + size])
 
     def write_ram(self, address: int, data: bytes) -> None:
-        """Set bytes of RAM; registers written so do not act."""
+        """Set bytes of RAM; a register that is set in this way does not act."""
         self._memory()[address : address + len(data)] = data
 
     def flip(self, address: int, bit: int) -> None:

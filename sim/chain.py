@@ -77,18 +77,18 @@ class _Chain(ABC):
     """The firmware's conversion of sums of codes, compared with the true values."""
 
     many: int
-    """Number of codes in a sum."""
+    """Number of ADC codes that the firmware sums for a reading."""
     range: tuple[float, float]
     points: int
     measures: Literal["temperature", "current"]
 
     @abstractmethod
     def made(self, raw: NDArray[np.int_]) -> Array:
-        """Return the firmware's values for sums of codes."""
+        """Return the temperatures or currents that the firmware makes of sums of codes."""
 
     @abstractmethod
     def steps(self, value: Array) -> Array:
-        """Return the ADC input for temperatures or currents, in steps from 0 V."""
+        """Return the voltage at the ADC for temperatures or currents, in ADC steps from 0 V."""
 
     def errors(self, name: str) -> ChainError:
         """Test all sums, and values dense enough to meet both ends of each step."""
@@ -146,7 +146,7 @@ class _Current(_Chain):
         self._sensor, self._line = sensor, line[0]
         self._full_v = reference_v(sensor, board)
         self.many = sensor.oversample
-        # The highest code has no upper end: the measurable range ends where it begins.
+        # The highest code has no upper end: the measurable range ends where that code begins.
         most_v = self._full_v * (CODES - 1) / CODES
         self.range = (0.0, (most_v - sensor.offset_v) / sensor.scale_v_per_a)
 

@@ -27,7 +27,7 @@ class ChainError:
 
     points -- number of points of its table; table_steps -- the table's largest error, in steps of
     the ADC; chain_steps, chain_error -- the whole chain's, in steps and in K (A); rows -- the chain
-    over its range; measures -- the quantity.
+    over its range; measures -- what the sensor measures.
     """
 
     sensor: str

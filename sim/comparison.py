@@ -17,7 +17,7 @@ __all__ = ["row_controller", "row_loop", "row_scenario", "run_row"]
 
 
 def row_scenario(controller: Controller) -> tuple[Event, ...]:
-    """Return the scenario of every row: as long as the file's, without events.
+    """Return the scenario of every row: the end of the file's scenario, without its events.
 
     Raises:
         ValueError: the specification has no simulation.

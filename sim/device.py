@@ -250,7 +250,7 @@ class AvrDevice:
 
     @property
     def wakes(self) -> tuple[int | None, Look]:
-        """The same, without a part that waits for the board's message; and how that part looks."""
+        """`wake_cycle` without a part that awaits the board's message; and that part's look."""
         for part in self._lookers:
             if (look := part.look) is not None:
                 return _first_wake(each for each in self._wakers if each is not part), look
@@ -306,7 +306,7 @@ class AvrDevice:
 
     @property
     def plotter(self) -> SerialPlotter:
-        """The computer on the serial line; raises LookupError when the spec has none."""
+        """The computer with the serial plotter; raises LookupError when the spec has none."""
         return self._interface(SerialPlotter)
 
     @property
@@ -316,7 +316,7 @@ class AvrDevice:
 
     @property
     def host(self) -> GcodeHost:
-        """The host on the serial line; raises LookupError when the spec has none."""
+        """The G-code host on the serial line; raises LookupError when the spec has none."""
         return self._interface(GcodeHost)
 
     @property

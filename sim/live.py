@@ -30,7 +30,7 @@ class Line(Protocol):
 class Clock:
     """Keeps the board's time in step with real time.
 
-    speed -- seconds of the board per real second; time and sleep can be replaced in a test.
+    speed -- seconds of the board per real second; time, pause -- replaced in a test.
     """
 
     def __init__(

@@ -51,7 +51,7 @@ class Stop(NamedTuple):
     """Conditions that end a run of steps early, after the step in which any of them is met.
 
     changed -- one of these variables has changed; below -- a sensor is below so many °C; spread --
-    no node becomes hotter without power; turned -- the level of this load's pin has changed.
+    no node exceeds its `highest_c` without power; turned -- this load's pin has changed its level.
     """
 
     changed: tuple[Variable, ...] = ()
@@ -210,9 +210,9 @@ class Machine:
     # -- time ----------------------------------------------------------------------------------
 
     def go(self, steps: int, stop: Stop = NO_STOP) -> int:
-        """Advance by some steps of time, but not beyond the one that stops it.
+        """Advance by this many time steps, or up to one after which a condition of `stop` is met.
 
-        Return how many are left.
+        Return how many steps are left.
         """
         m, lib, device = self._m, self._lib, self._device
         m.left, m.feed = steps, self._coupling.extruded_mm_per_s
@@ -269,7 +269,7 @@ class Machine:
             device.avr.came_back(ended)
 
     def by_hand(self, run: Callable[[float], None]) -> None:
-        """Advance by one step with an action; run -- runs the device to a time (s) and acts."""
+        """Advance by one step with an action; run -- runs the device to a time, s, and does it."""
         m = self._m
         self._make_room()
         self._tips[:] = self.felt
@@ -372,12 +372,12 @@ class Machine:
 
     @property
     def count(self) -> int:
-        """Number of rows."""
+        """Number of rows in `rows`."""
         return sum(map(len, self._rows)) + int(self._m.logged)
 
     @property
     def rows(self) -> Array:
-        """A row for each step so far: see TIME and the other columns."""
+        """A row for each step since the last `take_rows`: see TIME and the other columns."""
         self._collect()
         if len(self._rows) > 1:
             self._rows = [np.concatenate(self._rows)]
@@ -429,5 +429,5 @@ class Machine:
 
     @property
     def spreads(self) -> bool:
-        """Whether some node became hotter in the last step although no heater gave power."""
+        """Whether a node exceeded its `highest_c` in the last step although no heater had power."""
         return bool(self._m.spreads)

@@ -17,7 +17,7 @@ from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 
 LOADED = "loaded"
-"""Column with the copy of the program."""
+"""Column of a log with the firmware's copy of the running program."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Restored:
 
 @dataclass(frozen=True)
 class Latched:
-    """A fault that was latched since the step before, by this loop or by another."""
+    """A fault that was latched in a step or since the one before, by this loop or by another."""
 
     row: int
     time_s: float
@@ -129,7 +129,7 @@ class Player:
         return restored
 
     def _begun_with(self, code: int, number: int) -> tuple[object, ...]:
-        """Run the first step after a reset with a fault; 0: acknowledged, or none.
+        """Run the first step after a reset; code -- the latched fault, 0: none or acknowledged.
 
         A fault that was acknowledged before this step is unknown here. Its acknowledgement, not the
         step, ended or interrupted the program that the reset had restored.
@@ -148,7 +148,7 @@ class Player:
     def _passed_c(self, row: np.void) -> Single:
         """Return the temperature of a fault that came and was acknowledged since the step before.
 
-        A stop has none. Another loop's is that of the row, if no other fault has tripped since.
+        A stop has none. Another loop's fault has the row's, if no other has tripped since.
         """
         seen = self._has_others and not row["fault.code"]
         return Single(row["fault.temperature_c"]) if seen else ZERO

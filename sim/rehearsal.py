@@ -31,7 +31,7 @@ from heatwright.spec.rules import RULES
 Progress = Callable[[float, float], None]
 
 FACTORS = (1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 7.0, 10.0)
-"""Factors by which a rule's number is raised until a healthy machine no longer trips it."""
+"""Factors by which a rule's number is raised until a healthy machine no longer trips the rule."""
 
 MARGIN = 0.1
 """Margin of a healthy machine from a rule's limits, as a share of them. The phases between loops
@@ -49,7 +49,7 @@ TOLD = ("time_s", "temperature_c", "setpoint_c")
 
 
 FAN_SHARES = 20
-"""Resolution of a fan's share of a step."""
+"""A fan's share of a time step is rounded to a multiple of one part in this many."""
 
 
 class Number(NamedTuple):
@@ -89,11 +89,11 @@ NUMBERS = {
     "effort_high": (Number("effort", "for_s", "for", "s"),),
     "effort_low": (Number("effort", "for_s", "for", "s"),),
 }
-"""By the rule's id; the numbers of other rules depend on machine and sensor."""
+"""Numbers to raise, by the rule's id; those of other rules depend on machine and sensor."""
 
 
 class Part(NamedTuple):
-    """One rehearsal: the scenario (None), or a loop; and the numbers that keys have set there."""
+    """One rehearsal: of a loop (None: of the scenario), with the numbers that keys have set."""
 
     loop: str | None
     setting: Setting = ()
@@ -241,7 +241,7 @@ class _Enough(NamedTuple):
 
 
 def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) -> _Enough | None:
-    """Return the least of the larger numbers that is enough."""
+    """Return the least raised number with which no run trips the rule; None: there is none."""
     hardest_first = list(tripped)
     for factor in FACTORS:
         value, other = _raised(controller, tripped[0].loop, number, factor)
@@ -327,7 +327,7 @@ def _summed_k(controller: Controller, network: ThermalNetwork) -> dict[str, floa
 def _step_s(controller: Controller) -> float:
     """Return the time step, s.
 
-    If a current is measured, it is a tenth of the shortest period, unless all periods are whole
+    It is at most a tenth of a period in which a current is measured, unless all periods are whole
     multiples of the usual step: the duty is then constant in the step before a reading.
     """
     step_s = min(STEP_S, controller.shortest_period_s)
@@ -424,7 +424,7 @@ class _World:
         return self._device.fault
 
     def set_setpoint(self, setpoint_c: float) -> None:
-        """Ask for a setpoint."""
+        """Set the loop's setpoint, °C."""
         self._device.ask(self.site.loop_name, setpoint_c)
 
     def switch_off(self) -> None:
@@ -432,7 +432,7 @@ class _World:
         self._device.switch_off(self.site.loop_name)
 
     def loop(self, member: str) -> float:
-        """Return a member of the loop's last step."""
+        """Return a member of the loop's state after its last step."""
         return self._device.last(self.site.loop_name, member)
 
     def tripped(self) -> Tripped:

@@ -74,7 +74,7 @@ class SafetyRelay:
         return self._wired.closed_cycles
 
     def closed_fraction(self) -> float:
-        """Return the main contacts' share of time (0..1) closed since the last call.
+        """Return the share of time (0..1) in which the main contacts conducted since the last call.
 
         Without power, or if no time has passed, their present state: 0 or 1.
         """

@@ -68,7 +68,7 @@ class ReplayResult:
     """Number of series of steps between resets."""
     restored: tuple[Restored, ...]
     latched: tuple[Latched, ...]
-    """Faults that were latched between two steps."""
+    """Faults that were latched in a step, or between it and the step before."""
     unchecked: tuple[str, ...]
     """Members of the log that the reference model does not have."""
 
@@ -76,8 +76,8 @@ class ReplayResult:
 def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str, ReplayResult]:
     """Compare the logs of all loops with the reference model.
 
-    A fault stops every loop. The reference model says which loop's it is: if no loop has it, that
-    is a mismatch. A fault that another loop latched before a loop's first step is not restored.
+    A fault stops every loop. The reference model says which loop has tripped it: if none has, that
+    is a mismatch. A fault that another loop has tripped is not listed as `restored`.
 
     Raises:
         ReplayError: a log is empty or lacks a member.

@@ -23,11 +23,11 @@ DISTURBING = {"G0", "G1", "M106", "M107"}
 
 
 class Action(NamedTuple):
-    """One action: a line or an order is sent, the feed changes, or a key is pressed or released."""
+    """One action: a line, write or order is sent, the feed changes, or a key goes down or up."""
 
     time_s: float
     key: str | None = None
-    """The key that is held from now on; None: no key."""
+    """The key that is held from now on; None in a key's action: no key."""
     line: str | None = None
     """The line of the host or the display."""
     extrude_mm_per_s: float | None = None
@@ -58,7 +58,7 @@ class Action(NamedTuple):
 def long_enough(controller: Controller) -> Controller:
     """Lengthen a short scenario; a host that sends nothing in it then asks for the temperatures.
 
-    A real host polls; without polls it would be taken for lost before the longer end.
+    A real host polls; without polls the firmware would take it for lost before the longer end.
     """
     simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before
@@ -79,7 +79,7 @@ def _is_short(event: Event) -> bool:
 
 
 def stops(simulation: Simulation) -> bool:
-    """Return whether a scenario sends a stop."""
+    """Return whether a scenario sends an emergency stop."""
     return any(STOP.match(event.send) for event in simulation.scenario if event.send is not None)
 
 
@@ -94,8 +94,8 @@ def unasked(
 def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
     """Return all actions of a scenario, in order of time.
 
-    Each press is 100 ms down, or as long as it says, and 100 ms up. An event whose time comes
-    during the event before waits for its end.
+    Each press is 100 ms down, or as long as it says, and 100 ms up. A press whose time comes during
+    the press before waits for its end.
     """
     found: list[Action] = []
     free_s = 0.0

@@ -44,7 +44,7 @@ class StateLog:
         self._snapshots = avr.snapshots(counter, (self._base, self._size))
 
     def collect(self) -> None:
-        """Fetch the records so far."""
+        """Fetch the images that the processor has recorded since the last call."""
         if self._snapshots is not None:
             cycles, images = self._snapshots.take()
             self._times.append(self._start_s + cycles / self._clock_hz)

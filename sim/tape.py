@@ -20,14 +20,14 @@ from heatwright.spec.adjusted import KINDS
 
 ACKNOWLEDGEMENTS = "fault.acknowledgements"
 STARTS = "autotune.starts"
-"""Columns of counts of 8 bits."""
+"""Columns of a log with counts that wrap around at 256."""
 
 
 class Tape:
     """The inputs, by row.
 
     begins -- whether the row is the first after a reset; acknowledged, started -- acknowledgements
-    and starts of a tuning since the row before; orders -- without a lost master.
+    and starts of a tuning since the row before; orders -- a lost master is not among them.
     """
 
     def __init__(self, log: StepLog) -> None:

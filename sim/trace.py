@@ -38,13 +38,13 @@ class Trace:
 
     times_s: Series
     temperatures_c: Mapping[str, Series]
-    """By node of the plant."""
+    """By node of the plant: its temperature, °C."""
     sensed_c: Mapping[str, Series]
-    """By sensor: its tip's temperature."""
+    """By sensor: its tip's temperature, °C."""
     on_fraction: Mapping[str, Series]
-    """By output: mean active fraction since the row before."""
+    """By output: its load's mean share of power (0..1) since the row before, behind the relay."""
     steps: Mapping[str, StepLog]
-    """By loop."""
+    """The control steps, by loop."""
     events: tuple[TraceEvent, ...] = ()
     fed_mm_per_s: Series = field(default_factory=lambda: np.zeros(0))
     """Mean speed of the filament since the row before; empty if not recorded."""

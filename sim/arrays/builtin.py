@@ -67,14 +67,14 @@ class Math:
 
     @staticmethod
     def floor(value: Value) -> Value:
-        """Round down."""
+        """Round a number, or each number of an array, down to an integer."""
         if isinstance(value, np.ndarray):
             return np.floor(value).astype(np.int64)
         return math.floor(value)
 
 
 class Bisect:
-    """The module `bisect`."""
+    """The module `bisect`, with a function that also takes arrays."""
 
     @staticmethod
     def bisect_right(values: Sequence[Value], value: Value) -> Value:

@@ -57,7 +57,7 @@ def truth(test: Value) -> Mask:
 def merged(mask: Mask, new: Value, old: Value) -> Value:
     """Return the new value for the lanes of a mask, the old one for the others.
 
-    Raises AllLanesError where the result is not one number per lane.
+    Raises AllLanesError for values that differ in more than their numbers.
     """
     if new is old or old is UNSET:
         return new
@@ -87,7 +87,7 @@ def _tuple_as(kind: Value, parts: list[Value]) -> Value:
 
 
 def _alike(new: Value, old: Value) -> bool:
-    """Return whether two have the same type and length; the model's own types exist twice."""
+    """Return whether two have types of one name (a translated one exists twice) and one length."""
     return type(new).__name__ == type(old).__name__ and len(new) == len(old)
 
 
@@ -109,7 +109,7 @@ def _lacking(mask: Value, value: Value) -> Value:
 
 
 def is_none(value: Value) -> Value:
-    """Return `value is None`."""
+    """Return `value is None`, by lane if only some lanes have a value."""
     if isinstance(value, tuple) and value:
         value = value[0]
     return value.missing if isinstance(value, Maybe) else value is None
@@ -260,7 +260,7 @@ def only(lanes: Mask | None) -> Iterator[None]:
 
 @contextmanager
 def afresh() -> Iterator[None]:
-    """Make all lanes active; results of lanes that do not need them may be arbitrary."""
+    """Make all lanes active, without numpy's warnings: unneeded results may be arbitrary."""
     with only(None), np.errstate(all="ignore"):
         yield
 

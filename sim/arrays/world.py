@@ -63,7 +63,7 @@ def step_logs(  # noqa: PLR0913 - all but three have names
 ) -> list[Logs]:
     """Return the control steps of each lane of `bench_lanes`, with only these members.
 
-    If lanes cannot run together, they run one by one, with the same result.
+    If lanes cannot run together, they run one by one, with the same values, and all members.
     """
     events, wired = tuple(scenario), machines or controllers
     try:
@@ -110,7 +110,7 @@ class _LaneDevice:
         return getattr(self._all, name)
 
     def advance(self, until_s: float) -> None:
-        """Run to a time, then drop the members of the steps that are not kept."""
+        """Run to a time, then drop the members of the steps that are not to be kept."""
         self._all.advance(until_s)
         for name, log in self._logs.items():
             rows = self._all._loops[name]._rows
@@ -118,7 +118,7 @@ class _LaneDevice:
                 log.append(self._packed(name, rows.popleft()))
 
     def logs(self, loop: str) -> list[StepLog]:
-        """Return for each lane a row for every control step so far."""
+        """Return for each lane a log of the loop, with a row for every control step so far."""
         _, kind = self._kinds[loop]
         last = self._all._loops[loop]._rows
         rows = [*self._logs[loop], *(self._packed(loop, row) for row in last)]

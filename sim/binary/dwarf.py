@@ -40,7 +40,7 @@ class Variable:
 
     @property
     def size(self) -> int:
-        """Bytes."""
+        """Size of the variable, bytes."""
         return int(self.dtype.itemsize)
 
     def step(self, member: str) -> Variable:

@@ -22,8 +22,8 @@ NO_FUNCTION = 0xFFFF
 class FunctionProfile:
     """A function's calls and cycles: with the functions it calls (total, longest), and its own.
 
-    Interrupts during it do not count. masked: the longest time with interrupts off that began in
-    it.
+    Interrupts and sleep during it do not count. masked: the longest time with interrupts off that
+    began in it.
     """
 
     calls: int
@@ -35,7 +35,7 @@ class FunctionProfile:
 
 @dataclass(frozen=True)
 class Stretch:
-    """The longest stretch of a kind: cycles, start time (s), and function at its start."""
+    """The longest stretch of a kind: its length, when it began, and the function at its start."""
 
     cycles: int
     seconds: float

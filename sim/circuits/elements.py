@@ -73,7 +73,7 @@ def coded_ohm(sensor: Thermistor, celsius: Array) -> Array:
     """Return the resistance with which the divider gives the codes of a table.
 
     A code of so many readings is the middle of its step, (code / readings + 1/2) / 1024 of the
-    reference; between pairs it is linear over the temperature. Beyond them ln R is, over 1/T.
+    reference; between pairs the voltage is linear in T, beyond them ln R is linear in 1/T.
     """
     assert isinstance(sensor.curve, CodesCurve)  # noqa: S101 - for what has one
     full_v = sensor.reference if isinstance(sensor.reference, float) else SUPPLY_V
@@ -115,7 +115,7 @@ def _pieces(points: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Arra
 
 
 def platinum_ohm(sensor: Rtd, celsius: Array) -> Array:
-    """Return a platinum sensor's resistance: on its line, or by Callendar–Van Dusen."""
+    """Return a platinum sensor's resistance: linear by its alpha, or by Callendar–Van Dusen."""
     zero_ohm = {"pt100": 100.0, "pt1000": 1000.0}[sensor.element]
     if sensor.alpha_ppm_per_k is not None:
         return zero_ohm + zero_ohm * sensor.alpha_ppm_per_k / 1e6 * celsius

@@ -23,7 +23,7 @@ INTERNAL_REFERENCE_V = {
     "atmega32": 2.56,
     "atmega16": 2.56,
 }
-"""With REFS1 and REFS0 both set (data sheets, ADC, "ADMUX")."""
+"""The ADC's internal reference with REFS1 and REFS0 both set (data sheets, ADC, "ADMUX")."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def shares(sensor: Thermistor | Rtd | Analog, board: Board, celsius: ArrayLike) 
 
 
 def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
-    """Return the voltage at the joint of two resistors: the mean of their ends', by conductance.
+    """Return the voltage at the joint of two resistors: the mean of their ends' by conductance.
 
     J. Millman, "A useful network theorem", Proc. IRE 28 (1940).
     """

@@ -63,7 +63,7 @@ class Run(NamedTuple):
     states: NDArray[Any]
     """One row of states for each step, with the names of docs/control.md."""
     heater_counts: NDArray[np.uint32]
-    """Ticks (timer counts, if a timer drives the pin) for which the heater was on by each step."""
+    """Ticks (timer counts, if a timer drives the pin) with the heater on, up to each step."""
 
 
 class Host:
@@ -101,7 +101,7 @@ class Host:
         self.library.host_power_up()
 
     def set_reading(self, status: int, raw: int) -> None:
-        """Set the sensor's answer from now on."""
+        """Set the status and the raw value of the sensor's readings from now on."""
         self._input["reading_status"], self._input["reading_raw"] = status, raw
 
     def set_setpoint(self, setpoint_c: float) -> None:
@@ -113,7 +113,7 @@ class Host:
     def command(
         self, command: Command, value: float = 0.0, gains: tuple[float, ...] = (0.0, 0.0, 0.0)
     ) -> None:
-        """Give a command before the next step."""
+        """Give the loop a command before its next step."""
         self._input["command"], self._input["value"], self._input["gains"] = command, value, gains
 
     def order(self, order: int, argument: int = 0) -> None:

@@ -12,7 +12,7 @@
 struct host_input {
     uint8_t reading_status;
     uint8_t acknowledge; /* acts before the command */
-    int32_t reading_raw; /* whatever the sensor */
+    int32_t reading_raw; /* of any kind of sensor */
     float setpoint_c; /* for a loop without a host; else see HOST_SET */
     uint8_t command;
     float value;
@@ -46,7 +46,7 @@ enum {
     HOST_PERCENT = 12, /* manual duty of `value`, now or later */
     HOST_AUTOMATIC = 13,
     HOST_MAXIMUM = 14, /* set the critical temperature to `value` */
-    HOST_NUMBERS = 15, /* the numbers that keys set, in `gains`: without limits, as a RAM fault */
+    HOST_NUMBERS = 15, /* the numbers that keys set, in `gains`: unchecked, as by a RAM fault */
     HOST_LIMITS = 16   /* set the limits of integral and output */
 };
 
@@ -79,14 +79,14 @@ struct host_course {
     uint32_t waited_ticks; /* ticks waited for the next step; 0 at the start */
 };
 
-/* Survives a reset of the firmware. Ticks and counts are sums over all loops. */
+/* Survives a reset of the firmware. What concerns heaters and coolers is summed over all loops. */
 struct host_world {
     uint8_t main_hangs;       /* only the timer interrupt still runs */
     uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
     uint8_t fan_stands_still; /* nothing drives the fan's line */
     uint16_t proof_line;      /* the fans' proofs: HOST_*, or the length of a pulse in reads */
     uint8_t open_inputs;      /* of the machine, by their bits; 0 at power-up */
-    uint8_t pull_ups_flip;    /* the inputs' pull-ups and directions, after the gate in each tick */
+    uint8_t pull_ups_flip;    /* the inputs lose pull-up and direction after each `gate_tick` */
     uint32_t looks;           /* reads of the proof's line since the reset */
     uint32_t ticks;           /* since the reset */
     uint32_t heater_counts;   /* for which the heater was on, over all ticks since the reset */
@@ -113,14 +113,14 @@ void host_power_up(void);
 /* Runs one timer interrupt, then one turn of the main loop. */
 void host_tick(void);
 
-/* Sets the inputs of a loop's next step; loops count from 0. */
 /* Acknowledges as a person at the machine: the count of trips restarts. */
 void host_acknowledge(void);
 
+/* Sets the inputs of a loop's next step; loops count from 0. */
 void host_set(uint8_t loop, const struct host_input *input);
 
 /* Copies a loop's state structures, one after the other: loop, guard, algorithm, fault, output,
- * autotune, current, program; for a commanded loop also whether it is ready, or its state. */
+ * autotune, current, program, response, monitors; for a commanded loop also `ready` or `state`. */
 uint32_t host_state(uint8_t loop, uint8_t *to);
 
 /* Runs the courses, one for each loop. Each input is set when the loop's last step and its tick are
@@ -128,7 +128,7 @@ uint32_t host_state(uint8_t loop, uint8_t *to);
  * come. */
 void host_run(struct host_course *courses);
 
-/* Runs ticks until the firmware has written everything to the EEPROM, at most 2000. */
+/* Runs what writes to the EEPROM until everything is written, for at most 2000 ticks. */
 void host_settle(void);
 
 #endif

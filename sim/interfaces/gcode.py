@@ -1,6 +1,6 @@
 """A G-code host: it sends numbered lines with checksums, one after each `ok`.
 
-After its first line it polls the temperatures whenever it has nothing else to send.
+After its first line it polls the temperatures when it has sent nothing else for POLL_S.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ MOST_WAITING = 10_000
 
 @dataclass(frozen=True)
 class HostLine:
-    """A line from the board, and the time of its last character, s."""
+    """A line and its time, s: of its last character if from the board, else when it was sent."""
 
     time_s: float
     text: str
@@ -43,7 +43,7 @@ class HostLine:
 
 @dataclass(frozen=True)
 class HostTemperature:
-    """The first tool's temperatures in a report."""
+    """The active tool's temperatures in a report of the board."""
 
     time_s: float
     temperature_c: float
@@ -113,7 +113,7 @@ class GcodeHost:
         self._uart.send(data, self.baud)
 
     def unsend(self) -> None:
-        """Drop the bytes that have not begun."""
+        """Drop the bytes to the board whose start bit has not been sent yet."""
         self._uart.unsend()
 
     def unplug(self) -> None:
@@ -133,7 +133,7 @@ class GcodeHost:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle at which it next reads answers or polls; None before its first line."""
+        """The cycle at which it next reads answers or polls; None before a line, or unplugged."""
         if self.is_busy:
             return self._avr.cycle + round(TALK_S * self._avr.clock_hz)
         return None if self._poll_cycle is None else max(self._avr.cycle, self._poll_cycle)
@@ -149,7 +149,7 @@ class GcodeHost:
 
     @property
     def temperatures(self) -> list[HostTemperature]:
-        """Return the temperatures of the (active) tool that the board has reported."""
+        """Return the temperatures of the active tool that the board has reported."""
         return [
             HostTemperature(line.time_s, float(found[1]), float(found[2]))
             for line in self.lines

@@ -26,7 +26,7 @@ class Led:
     """One LED with its resistor.
 
     meaning -- the meaning in the spec; changes -- (time in s, whether it is bright from then on) of
-    the last ten seconds.
+    the ten seconds before the last change, and the one before those.
     """
 
     def __init__(self, avr: Avr, pin: str, active: str, meaning: str) -> None:

@@ -34,7 +34,7 @@ class PlotterLine:
 class SerialPlotter:
     """The computer at the end of a UART.
 
-    lines -- the lines that were correct; ended -- number of lines after a line with the right
+    lines -- the lines that were correct; ended -- number of lines that came right after a correct
     `line_end` (a reset may cut one off); garbage -- number of bytes that belonged to no line; baud
     -- its baud rate, with which the firmware's is compared.
     """

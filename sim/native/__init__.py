@@ -1,4 +1,4 @@
-"""The C shim over libsimavr: it does all the work of single events.
+"""The C shim over libsimavr: it handles every single event of a simulation.
 
 ``load()`` returns the compiled module; it is built on first use (see ``shim``).
 """

@@ -53,7 +53,7 @@ class Adc:
         return bool(self._lib.hw_adc_sense(self._hw, channel, felt))
 
     def felt(self, channel: int) -> float:
-        """Return the last sensor's value at an input."""
+        """Return the sensor's value that was last set at an input, in its unit."""
         return float(self._lib.hw_adc_felt(self._hw, channel))
 
     def set(self, channel: int, voltage_mv: float) -> None:

@@ -250,8 +250,8 @@ typedef struct {
     double *felt, *tips;        /* of the feelers, then of the meters */
     int feels;                  /* a tip has a fault: Python sets its temperature */
     double *active, *given, *conducts, closed;
-    /* stop conditions: a variable changes, a feeler is below a limit, no node becomes hotter without
-       heat, the level of a load's pin changes; below_of, turns -1: no such condition */
+    /* stop conditions: a variable changes, a feeler is below a limit, no node exceeds its `highest`
+       without heat, the level of a load's pin changes; below_of, turns -1: no such condition */
     hw_variable *looked_at;
     int looked_at_count, below_of, until_spread, turns, turned_from;
     double below;
@@ -270,7 +270,7 @@ int hw_machine_go(hw_machine *m, uint64_t wake, uint64_t fed);
 /* Run to a cycle, or until a part outside has to act: HW_NEWS, HW_WAKE. */
 int hw_run_looking(hw *h, hw_look *look, uint64_t wake, uint64_t until);
 
-/* Profile: one instruction at a time. function: the function's number for each flash word. */
+/* Profile: see profile.c. function_of_word: the function's number for each flash word. */
 int hw_profile_start(hw *h, const uint16_t *function_of_word, const uint32_t *starts,
                      int functions);
 void hw_profile_stop(hw *h);

@@ -37,7 +37,7 @@ _PARITIES: tuple[Parity | None, ...] = ("none", None, "even", "odd")
 
 
 def sent_by(uart: int, sent: NDArray[Any]) -> NDArray[Any]:
-    """Return which UART_BYTEs one UART has sent, without the lost ones."""
+    """Return the UART_BYTE records that one UART has sent, without the lost bytes."""
     return sent[(sent["uart"] == uart) & ~sent["lost"]] if len(sent) else sent
 
 

@@ -25,7 +25,7 @@ class Eeprom:
 
     @property
     def size(self) -> int:
-        """Bytes."""
+        """Size of the EEPROM, bytes."""
         return int(self._lib.hw_eeprom_size(self._hw))
 
     @property

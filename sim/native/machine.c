@@ -92,7 +92,7 @@ static void watch(hw_machine *m) {
     m->spreads = rises && !heated;
 }
 
-/* Write a row of the log: time, sensors' values, loads' powers, and the nodes after the step. */
+/* Write a row of the log: time, bits, feed, tips, loads' powers, and the nodes after the step. */
 static void note(hw_machine *m) {
     double *row = m->log + m->logged++ * m->columns;
     *row++ = m->began_s;

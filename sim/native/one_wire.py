@@ -65,11 +65,11 @@ class Line:
         self._lib.hw_onewire_receive(self._wire, bits)
 
     def send(self, data: bytes) -> None:
-        """Send bytes, then read as ones."""
+        """Answer read slots with these bytes, then with ones."""
         self._lib.hw_onewire_send(self._wire, data, 8 * len(data))
 
     def busy(self, until: int) -> None:
-        """Read as 0 until a cycle, then as 1."""
+        """Answer read slots with 0 until a cycle, then with 1."""
         self._lib.hw_onewire_busy(self._wire, until)
 
     def search(self, rom: bytes) -> None:

@@ -31,7 +31,7 @@ class Part:
 
     @property
     def shortest_watchdog_s(self) -> float:
-        """2048 cycles at typically 128 kHz; on old parts 16384 at 1 MHz (data sheets)."""
+        """Shortest timeout, s: 2048 cycles at typically 128 kHz; on old parts 16384 at 1 MHz."""
         return 16384 / 1e6 if self.old else 2048 / 128e3
 
 

@@ -45,9 +45,9 @@ def pin_name(number: int) -> str:
 class Pins:
     """The pins: levels from outside, present levels, and times spent high.
 
-    A pin's level comes from the first of these that exists: a strong driver outside (``drive``),
-    the processor's driver, the board's resistor (``pull``), the processor's own pull-up. Without
-    any it keeps its last level and counts as floating.
+    A pin's level comes from the first of these that exists: a strong driver outside (``drive``), a
+    chip that holds the pin, the processor's driver, the board's resistor (``pull``), the
+    processor's own pull-up. Without any it keeps its last level and counts as floating.
     """
 
     def __init__(self, hw: Hw) -> None:
@@ -77,7 +77,7 @@ class Pins:
         return Source(self._lib.hw_pin_state(self._hw, pin_number(pin)) >> 1)
 
     def high_cycles(self, number: int) -> int:
-        """Return the cycles for which a watched pin, by its number, was high."""
+        """Return the cycles for which a pin, by its number, was high since it is watched."""
         cycles: int = self._lib.hw_pin_high_cycles(self._hw, number)
         return cycles
 

@@ -63,7 +63,7 @@ hw *hw_new(const char *mcu, uint32_t clock_hz, uint32_t supply_mv) {
     return h;
 }
 
-/* Free what avr_terminate does not: the interrupt vectors' names, the register IRQs, the pool. */
+/* Free IRQs that avr_terminate does not: those of the interrupt vectors and of the registers. */
 static void free_remains(avr_t *avr) {
     for (int i = 0; i < avr->interrupts.vector_count; i++)
         avr_free_irq(avr->interrupts.vector[i]->irq, AVR_INT_IRQ_COUNT);
@@ -329,7 +329,7 @@ int hw_run(hw *h, uint64_t until) {
     return HW_DONE;
 }
 
-/* Run one instruction, or sleep until something wakes the processor. */
+/* Run one instruction or, when asleep, let time pass to the next timer. */
 static int advance(hw *h, uint64_t until) {
     if (h->avr->state != cpu_Sleeping)
         return hw_run(h, h->avr->cycle + 1);

@@ -19,16 +19,16 @@ class Armature(IntEnum):
 
 
 class Wire(IntEnum):
-    """The wire of its mirror contact."""
+    """The state of the wire of a mirror contact, an airflow contact or a tachometer."""
 
     SOUND = 0
     TORN = 1
     SHORTED = 2
-    """To ground."""
+    """The wire is shorted to ground."""
 
 
 class Relay:
-    """A relay with its coil and optionally its mirror contact on pins; pointer -- the shim's."""
+    """A relay with its coil and optionally its mirror contact on pins; pointer -- in the shim."""
 
     def __init__(  # noqa: PLR0913 - a relay, said once
         self,

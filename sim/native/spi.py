@@ -72,7 +72,7 @@ class Registers(Slave, Protocol):
     """A chip with registers."""
 
     def addressed(self, address: int, cycle: int) -> None:
-        """Load the registers from an address on; nothing if they are to be written."""
+        """Load the answer: the registers from an address on; nothing if they are to be written."""
 
 
 class Port:

@@ -36,5 +36,5 @@ class Tip:
         return int(self.pointer.told_at)
 
     def felt_at_c(self, cycle: int) -> float:
-        """Return its temperature at a cycle, °C, or its first one ever."""
+        """Return its temperature at a cycle, °C, or the oldest one that is stored."""
         return float(self._lib.hw_tip_felt(self.pointer, max(0, cycle)))

@@ -54,7 +54,7 @@ class Uart:
         return int(self._lib.hw_uart_unsent(self._hw, self._number))
 
     def unsend(self) -> None:
-        """Drop the characters that have not begun."""
+        """Drop the characters to the processor that have not begun yet."""
         self._lib.hw_uart_unsend(self._hw, self._number)
 
     @property

@@ -24,9 +24,9 @@ class DriverTiming(NamedTuple):
     high_s: float
     low_s: float
     setup_s: float
-    """From DIR or ENABLE to STEP."""
+    """From a change of DIR or ENABLE to a rise of STEP."""
     hold_s: float
-    """From STEP to a change of DIR."""
+    """From a rise of STEP to a change of DIR."""
 
 
 A4988 = DriverTiming(1e-6, 1e-6, 200e-9, 200e-9)
@@ -149,7 +149,7 @@ class Stepper(Switch):
 
     @property
     def waits(self) -> bool:
-        """Whether edges of STEP have come since the last feed."""
+        """Whether rising edges of STEP have come since the last `feed`."""
         return self._avr.pins.rises(self._step.number) != self._rises
 
     def travel_mm(self) -> float:

@@ -36,7 +36,7 @@ USUAL_SHARE = 0.95
 """Share of a program's deviations that must fit into their plot."""
 
 LEAST_BAND_K = 1.0
-"""Half of the least height of that plot."""
+"""Half of the least height of the plot of a program's deviations."""
 
 SEEN_SHARE = 0.05
 """Smallest visible part of a plot, as a share of its height."""
@@ -76,7 +76,7 @@ def looks_of(loops: Iterable[str]) -> dict[str, Look]:
 def node_colours(
     controller: Controller, nodes: Iterable[str], looks: Mapping[str, Look]
 ) -> dict[str, str]:
-    """Choose a colour for each node: that of its loop, or grey if it belongs to no single loop."""
+    """Choose a colour for each node; with several loops its loop's, or grey if no single one's."""
     if len(looks) == 1 or controller.simulation is None:
         return dict(zip(nodes, cycle(NODES), strict=False))
     own = nodes_of(controller, controller.simulation.plant)

@@ -52,7 +52,7 @@ class AdcChannel(ABC):
             self._avr.adc.set(self.channel, 1000 * self._voltage_v(felt))
 
     def _bend(self, felt: float) -> None:
-        """Load the present curve of the circuit."""
+        """Load the curve of the circuit with its present faults, and set the voltage by it."""
         self._avr.adc.bend(self.channel, self._curve())
         self.sense(felt)
 

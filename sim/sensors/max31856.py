@@ -56,7 +56,7 @@ TIMING = Timing(
 
 
 def code_of(temperature_c: float, step_c: float) -> int:
-    """Return the code of a temperature, of so many kelvin each, signed."""
+    """Return the signed code of a temperature; step_c -- kelvin per code."""
     return math.floor(temperature_c / step_c + 0.5)
 
 
@@ -123,19 +123,19 @@ class Max31856(SpiChip):
 
     @property
     def untested(self) -> int:
-        """Number of conversions that ended since its last test for an open thermocouple."""
+        """Conversions since its last test for an open thermocouple, or since the start."""
         self._settle()
         return self._count % TEST_EVERY
 
     # -- the wires -----------------------------------------------------------------------------
 
     def selected(self, cycle: int) -> None:
-        """Wait for an address; later results are shown at the next selection."""
+        """Copy the registers for the answer: later results are shown at the next selection."""
         self._go_on(cycle)
         self._shown = self._status(bytes(self._registers))
 
     def addressed(self, address: int, cycle: int) -> None:
-        """Load the registers from an address on; after the last comes the first."""
+        """Load the answer to a read: the registers from an address on, the first after the last."""
         del cycle
         if address & WRITE:
             return

@@ -24,15 +24,15 @@ TYPES: tuple[Type, ...] = ("B", "E", "J", "K", "N", "R", "S", "T")
 """Types in the order of their codes in CR1; codes from 8 on give a voltage, not simulated."""
 
 SETTINGS_BITS = tuple(range(8 * (SR - CJTO), 8 * (SR + 1)))
-"""The bits of the registers that the program writes, in the row of all registers, 0 the last."""
+"""The bits of the registers that the program writes; bit 0 is the last of all registers."""
 UNSAID_LTCBL, UNSAID_CJTL = 0x1F, 0x03
 """Bits below the temperatures', which the data sheet does not define: here ones, so that a program
 that uses them by mistake is noticed."""
 
 FIRST_S = {50.0: (0.185, 2 / 50), 60.0: (0.155, 2 / 60)}
 NEXT_S = {50.0: (0.11, 1 / 50), 60.0: (0.09, 1 / 60)}
-"""By mains frequency: longest first conversion after a stop, and of those after it, with the time
-that each further sample adds, s."""
+"""By mains frequency: longest first conversion after a stop, and longest following one, each with
+the time that each further sample adds, s."""
 TEST_S = {0x00: 0.0, 0x10: 0.015, 0x20: 0.037, 0x30: 0.125}
 """Longest time that each kind of test for an open thermocouple adds to a conversion, s."""
 
@@ -75,7 +75,7 @@ class Settings:
 
     @property
     def clears_faults(self) -> bool:
-        """Whether clearing is requested now."""
+        """Whether the program requests that SR be cleared now."""
         return bool(self.registers[CR0] & CLEARS)
 
     @property

@@ -25,7 +25,7 @@ ALWAYS_ZERO = (15, 1)
 DRIVEN_BITS = 15
 """The last bit, D0, is three-state."""
 TIMING = Timing(period=1e9 / 4.3e6, output=100, enable=100)
-"""Serial interface timing: at most 4.3 MHz, else 100 ns everywhere."""
+"""Serial interface timing: at most 4.3 MHz, else 100 ns or less."""
 
 
 def raw_code(temperature_c: float) -> int:
@@ -55,7 +55,7 @@ class Max6675(SpiChip):
             self._answer = self._convert(self._felt_c(began))
 
     def released(self, cycle: int) -> None:
-        """Start a conversion."""
+        """Start a conversion, because the chip is no longer selected."""
         self._since = cycle
 
     def _convert(self, temperature_c: float) -> int:

@@ -15,7 +15,7 @@ from heatwright.spec import Board
 __all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
 
 REMEMBERED_S = 2.0
-"""How much of the tip's past is kept for conversions: longer than any slow one, s."""
+"""How much of the tip's past conversions may use, s: longer than any slow conversion."""
 
 Wire = Literal["ground", "supply"]
 
@@ -41,7 +41,7 @@ class Faults:
 class SpiChip:
     """A converter on its wires; its subclass defines the answer.
 
-    tip -- that of the thermocouple; faults -- see Faults; port -- its end of the wires; reads --
+    tip -- the thermocouple's; faults -- see Faults; port -- its end of the wires; reads --
     number of answers begun.
     """
 
@@ -51,7 +51,7 @@ class SpiChip:
     driven: int
     """Number of bits it drives; after them its data line floats."""
     corruptible: tuple[int, ...]
-    """Bits, 0 the last, that a disturbance may invert."""
+    """Bits of an answer, 0 the last one sent, that a disturbance may invert."""
 
     def __init__(self, avr: Avr, wires: Wires, *, timing: Timing, seed: int = 1) -> None:
         self.tip = Tip(avr)
@@ -94,14 +94,14 @@ class SpiChip:
     # -- the wires -----------------------------------------------------------------------------
 
     def selected(self, cycle: int) -> None:
-        """Load the answer."""
+        """Load the answer when the processor selects the chip."""
         self.reads += 1
         self._go_on(cycle)
         word = 0 if self.faults.dumb else self._maybe_corrupt(self._word())
         self.port.load(word, self.bits, self.bits if self.faults.dumb else self.driven)
 
     def released(self, cycle: int) -> None:
-        """Process the end of an answer."""
+        """Process the end of a selection."""
         raise NotImplementedError
 
     def _maybe_corrupt(self, word: int) -> int:

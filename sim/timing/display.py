@@ -44,7 +44,7 @@ def button_to_display(pressed: Sequence[Press], history: Sequence[Screen]) -> Fi
 
 
 def _answer_s(press: Press, times_s: NDArray[np.float64], rows: Sequence[str]) -> float | None:
-    """Return when the text was first its final one; None if that does not show the setpoint.
+    """Return the time from a press to the final text, s; None if that does not show the setpoint.
 
     A display of whole degrees may not change for a smaller step: it is then right at once.
     """
@@ -86,7 +86,7 @@ class StartUps:
 
 
 def to_come(times_s: Sequence[float], until_s: float) -> list[float]:
-    """Extrapolate times that were regular at least twice after a first time, s."""
+    """Extrapolate times to an end, s, by the last interval; with fewer than three, return them."""
     if len(times_s) < FIRST_TWO_MORE:
         return list(times_s)
     every_s = times_s[-1] - times_s[-2]

@@ -9,8 +9,8 @@ from typing import Any
 BUTTON_MS = 50.0
 """A key must react at once: a person notices a tenth of a second, and this is half."""
 JITTER_US = 1000.0
-"""A thousandth of the usual control period of 1 s, times the number of loops, as a loop's step may
-come after those of all others."""
+"""A thousandth of the usual control period of 1 s. It is allowed once per loop, as a loop's step
+may come after those of all others."""
 BUSY_US = 100.0
 """No wait may be longer than two instructions of the display."""
 SLOT_US = 70.0
@@ -38,7 +38,7 @@ class Figure:
         return self.worst is not None and self.worst <= self.limit
 
     def as_json(self) -> dict[str, Any]:
-        """Return the figure as JSON data, in the unit at the end of its name."""
+        """Return the figure as JSON data, in the unit that ends its name in `Timing.figures`."""
         found: dict[str, Any] = {"worst": self.worst, **self.details}
         if self.where is not None:
             found["function"] = self.where
@@ -49,7 +49,7 @@ class Figure:
 class Cost:
     """A function's calls: the longest one, with all it calls, and its own share of the cycles, %.
 
-    Interrupts during a call are not counted.
+    Interrupts and sleep during a call are not counted.
     """
 
     function: str

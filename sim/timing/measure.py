@@ -1,4 +1,4 @@
-"""The measurement: start-up, a quiet minute, then ten minutes of keys, display and line."""
+"""The measurement: a quiet run to plan the keys, then ten minutes of keys, display and line."""
 
 from __future__ import annotations
 

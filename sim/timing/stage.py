@@ -20,7 +20,7 @@ from heatwright.spec.commands import keypad_of
 from heatwright.spec.facts import facts_of
 
 SWING_K = 0.1
-"""The readings alternate by this around a multiple of ten, so that all their digits change."""
+"""The readings alternate by this, mostly around a multiple of ten, so that all digits change."""
 
 
 SLOWER, DEEPER, BOTTOM_S, DIPS = 4.0, 1.25, 1.0, 3
@@ -37,7 +37,7 @@ ABOVE_MINIMUM_K = 1.0
 
 @dataclass
 class Beat:
-    """An action that is done once a period."""
+    """An action, when it is next due, and after how long again (inf: never)."""
 
     due_s: float
     every_s: float
@@ -52,7 +52,7 @@ class Stage:
     """
 
     def __init__(self, controller: Controller, device: AvrDevice, lasts_s: float) -> None:
-        """Prepare the readings for a time, s."""
+        """Prepare the readings for a run that lasts so long, s."""
         self._device = device
         swings: dict[str, Beat] = {}
         self._beats: list[Beat] = []
@@ -108,7 +108,7 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
 def _swing(
     device: AvrDevice, sensor: str, middle_c: float, dips_k: Sequence[float]
 ) -> Callable[[], None]:
-    """Let the readings alternate, with dips."""
+    """Return what sets a sensor's next reading: the readings alternate, with dips."""
     sides, dip_k = cycle((SWING_K, -SWING_K)), cycle(dips_k)
 
     def swing() -> None:
@@ -118,7 +118,7 @@ def _swing(
 
 
 def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> list[float]:
-    """Return the reduction of the reading in each period between two dips, K.
+    """Return the reduction of the reading in each period from one dip to the next, K.
 
     There are dips only if the rules of effort could trip during the measurement, as a steady
     reading needs some power. A dip is deep enough to count as movement, slower than `rise_rate`,
@@ -172,7 +172,7 @@ def _beat(loop: Loop, share: float, act: Callable[[], object]) -> Beat:
 
 
 def resting_c(controller: Controller, loop: str) -> float:
-    """Return the resting point of a loop: the multiple of ten next to its first setpoint, °C.
+    """Return the resting point of a loop: the multiple of ten nearest to its first setpoint, °C.
 
     It is always above `protection.minimum`. If the first step of a key would go above it, it is at
     that step, or as near as the rule runaway allows. A loop without keys rests at its setpoint:

@@ -27,7 +27,7 @@ def handlers(program: Elf) -> list[str]:
 
 
 def trace(profile: Profile, program: Elf, loops: list[str]) -> None:
-    """Log the calls that the functions below use, from now on."""
+    """Log the calls from which `jitter` and `longest_tick` are computed, from now on."""
     for name in [TICK, WAIT, *handlers(program), *(STEP.format(loop=loop) for loop in loops)]:
         profile.trace(name)
 

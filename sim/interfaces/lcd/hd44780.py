@@ -113,7 +113,7 @@ class Hd44780:
         if byte:
             _INSTRUCTIONS[byte.bit_length() - 1](self, byte)
         self._busy_until = time_ns + (self.times.clear if slow else self.times.other)
-        return byte < 0x40  # above are addresses
+        return byte < 0x40  # from there on are addresses
 
     def _clear(self, _: int) -> None:
         self._ddram[:] = b" " * len(self._ddram)

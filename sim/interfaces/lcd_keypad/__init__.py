@@ -36,7 +36,7 @@ class LcdKeypad:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle of the next press or release; None: there is none."""
+        """The cycle of the next press, release or bounce of a key; None: there is none."""
         wakes = (self.fingers.wake_cycle, self.keypad.wake_cycle)
         return min((wake for wake in wakes if wake is not None), default=None)
 

@@ -70,11 +70,11 @@ class Keypad:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle of the next bounce, if there is one."""
+        """The cycle of the next bounce or flicker of a key, if there is one."""
         return self._pending[0][0] if self._pending else None
 
     def advance(self, cycle: int) -> None:
-        """Run the processor to a cycle, with all bounces before it."""
+        """Run the processor to a cycle, with all bounces and flickers before it."""
         while self._pending and self._pending[0][0] <= cycle:
             self._avr.run_to(self._pending[0][0])
             self._set(self._pending.pop(0)[1])

@@ -19,7 +19,7 @@ _CHOICES = {"pause": 0, "resume": 0, "skip": 1, "stop": 2, "jump": 3}
 """How often UP is pressed for each order to a running program; `jump 1` goes to its first
 segment."""
 _AT_ONCE = ("pause", "resume")
-"""All other orders ask for a confirmation."""
+"""Orders that need no confirmation; all others ask for one."""
 
 
 def keys_for(order: ProgramOrder) -> tuple[str, ...]:

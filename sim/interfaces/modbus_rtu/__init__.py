@@ -25,7 +25,7 @@ from heatwright.spec.interfaces import Line
 POLL_S = 1.0
 """How often the master polls, s; the firmware takes it for lost after several seconds."""
 ANSWER_S = 0.2
-"""Longest time from a request to the first byte of its answer, s."""
+"""Longest time from the silence that ends a request to the first byte of its answer, s."""
 TURNAROUND_S = 0.1
 """Pause after a broadcast (serial line 1.02, 2.4.1: 100 to 200 ms)."""
 LOOK_S = 0.002
@@ -51,8 +51,8 @@ class ModbusMaster:
     values -- the values last read, by name; refusals -- failed writes; polls -- number of answered
     polls; unanswered -- number of requests without an answer, repeats included; strangers -- frames
     without a request; damaged -- answers with a wrong CRC, parity or stop bit; slowest_s -- longest
-    time from the silence that ends a request to its answer; longest_gap_s -- inside an answer; bus
-    -- the line.
+    time from the silence that ends a request to its answer; longest_gap_s -- longest gap in an
+    answer; bus -- the line.
     """
 
     complaints: tuple[str, ...] = ()
@@ -89,9 +89,9 @@ class ModbusMaster:
         """Write a value by its name in a scenario: °C, %, a gain, or a switch's state.
 
         If a loop refuses to be switched on because it needs a change from off to on, it is
-        switched off and on. A command's bit is set and then cleared, because the slave acts on the
-        change, and after a reset has seen none. Raises LookupError for a name that the slave does
-        not have.
+        switched off and on. A command's bit is cleared, set and cleared, because the slave acts on
+        the change, and after a reset has seen none. Raises LookupError for a name that the slave
+        does not have.
         """
         if name not in self._registers:
             raise LookupError(f"The slave has no {name}: it has {', '.join(self._registers)}.")
@@ -149,7 +149,7 @@ class ModbusMaster:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle of its next action; None: there is none."""
+        """The cycle of the master's next action; None: there is none."""
         if not self._plugged:
             return None
         now_s = self._avr.time_s

@@ -53,7 +53,7 @@ class Bus:
     """A line with one master and one slave.
 
     unheard -- bytes the board sent while its driver was off; collisions -- how often it switched
-    its driver on while the master sent; slowest_release_s -- from the end of an answer until the
+    that on while the master sent; slowest_release_s -- from the end of an answer until the
     driver was off, at most.
     """
 
@@ -96,7 +96,7 @@ class Bus:
 
     @property
     def has_heard(self) -> bool:
-        """Whether the board has sent anything since the last request, even to another slave."""
+        """Whether an answer has begun, or the board has sent anything, even by another UART."""
         return self.hears or len(self._avr.uarts.log) > 0
 
     @property

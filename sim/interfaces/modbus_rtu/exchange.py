@@ -14,11 +14,11 @@ TO_ALL = 0
 class Exchange:
     """A request and its result.
 
-    address, pdu -- slave and request; writes -- the name of the written value, empty if no user
-    asked for it; sends -- how often it may still be sent; sent_s -- end of its last bit; answer --
-    None until one comes; if still None when `done`, there was none; delay_s -- from the end of the
-    silence after the request to the answer's first bit; polls -- whether it is one of the master's
-    polls; again -- whether this is the second try, with a change from off to on.
+    address, pdu -- slave and request; writes -- the name of the written value, empty if it is
+    no write by name; sends -- how often it may still be sent; sent_s -- end of its last bit;
+    answer -- None until one comes; still None when `done`: there was none; delay_s -- from the end
+    of the silence after the request to the answer's first bit; polls -- whether it is one of the
+    master's polls; again -- whether this is the second try, with a change from off to on.
     """
 
     address: int

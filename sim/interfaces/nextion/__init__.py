@@ -42,9 +42,9 @@ class Nextion:
     """The display at the end of a UART.
 
     history -- the latest instructions from the board; instructions -- how many came in all; said --
-    the latest messages that it sent on its own; shortest_gap_s -- the shortest time from the first
-    byte of one to that of the next; display -- its state; line -- its line, with the display's own
-    `baud`.
+    the latest bytes that the display itself has sent; shortest_gap_s -- the shortest time from the
+    first byte of an instruction to that of the next; display -- its state; line -- its line, with
+    the display's own `baud`.
     """
 
     def __init__(self, avr: Avr, pages: Sequence[Page], baud: int, uart: int = 0) -> None:
@@ -158,7 +158,7 @@ class Nextion:
 
     @property
     def look(self) -> Look | None:
-        """How it looks if only a touch or the board's bytes can make it act."""
+        """How it looks, if only a touch or the board's bytes can make it act; None: otherwise."""
         at = self.wake_cycle
         if at is None or self.is_busy:
             return None

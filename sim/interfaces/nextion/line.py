@@ -18,8 +18,7 @@ LAST_SAMPLE = 9.5
 class Line:
     """A UART of the board, seen from the display.
 
-    garbage -- bytes from the board with a wrong stop bit; busiest -- most bytes that ended between
-    two looks of the display.
+    garbage -- number of bytes from the board with a wrong stop bit; baud -- the display's own.
     """
 
     def __init__(self, avr: Avr, uart: int, baud: int) -> None:
@@ -52,7 +51,7 @@ class Line:
         return self._coming is not None or len(self._avr.uarts.log) > 0
 
     def hear(self, sent: NDArray[Any]) -> tuple[bytes, list[int]]:
-        """Receive from the UARTs; return the bytes that have ended, and the cycle of each."""
+        """Receive from the UARTs; return the bytes that have ended, and the cycle of each end."""
         if not len(sent) and self._coming is None:
             return b"", []
         mine = sent_by(self._number, sent)

@@ -79,7 +79,7 @@ class _Canvas:
         }
 
     def draw(self, part: Part) -> None:
-        """Draw a component, if it is visible."""
+        """Draw a component, if its kind has a picture."""
         if drawn := self._kinds.get(part.component.kind):
             drawn(part)
 

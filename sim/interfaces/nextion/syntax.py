@@ -23,7 +23,7 @@ _ESCAPES = {"r": "\r\n", '"': '"', "\\": "\\"}
 
 @dataclass(frozen=True)
 class Name:
-    """An attribute: dim, b0.txt, main.b0.txt."""
+    """A variable or an attribute: dim, b0.txt, main.b0.txt."""
 
     parts: tuple[str, ...]
 

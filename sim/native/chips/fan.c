@@ -11,7 +11,7 @@ struct hw_fan {
     int line, active_high;
     double full, lag;           /* pulses per cycle, cycles */
     int driven, wire;
-    double pace, noise, low;    /* share of `full`; other pulses per cycle on the line; share */
+    double pace, noise, low;    /* share of `full`; other pulses per cycle; share at ground */
     double speed, phase;        /* pulses per cycle, 0..1 of a pulse, both at `since` */
     uint64_t since;
     int grounded;

@@ -125,7 +125,7 @@ static void end_slot(hw_onewire *w, uint64_t low) {
         received(w, bit);
 }
 
-/* Check the time before a slot: that of the slot before, or of the reset. */
+/* Check the time before a slot: since the slot before began and ended, or since the reset. */
 static void judge_gap(hw_onewire *w, uint64_t now) {
     const hw_onewire_timing *t = &w->timing;
     uint64_t rose = w->rose > w->line_rose ? w->rose : w->line_rose;

@@ -10,8 +10,8 @@ struct hw_relay {
     uint64_t operate, release;  /* from coil to contacts, cycles */
     int driven;                 /* the coil has current */
     int state, wire;            /* HW_RELAY_*, HW_WIRE_* */
-    int closed;                 /* the main contacts */
-    int grounded;               /* the mirror contact's pin, by its wire */
+    int closed;                 /* the main contacts conduct */
+    int grounded;               /* the mirror contact's pin is at ground */
     uint64_t since, closed_cycles, operations;
     struct timer *moves;
 };

@@ -14,7 +14,7 @@
    to one and a half cycles old (data sheets, "Reading the Pin Value"). */
 #define WRITE_TO_READ 4
 #define ADDRESS_BITS 8
-#define TOLD_BYTES 17           /* an address and sixteen registers; then the first again */
+#define TOLD_BYTES 17           /* an address and sixteen registers; more are ignored */
 
 struct hw_spi {
     hw *h;
@@ -148,7 +148,7 @@ static void on_clock(void *param, int low, uint64_t now) {
         come_back(s, now);
 }
 
-/* A read that is too early gets the level before. */
+/* A read that is too early gets the level of the bit before. */
 static void on_sampled(void *param, uint64_t now) {
     hw_spi *s = param;
     if (!s->connected || !s->selected)

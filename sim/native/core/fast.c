@@ -294,7 +294,7 @@ static void end_interrupt(avr_t *avr) {
 }
 
 /* Whether the burst may go on after simavr, a handler or a timer acted: no interrupt, no timer, no
-   end of the run, and no check of the clock is due. A profile sees each of them. */
+   end of the run, and no check of the clock is due. During a profile it always ends. */
 static inline int goes_on(const hw *h, uint32_t pc, avr_cycle_count_t last) {
     const avr_t *avr = h->avr;
     const avr_cycle_timer_slot_p next = avr->cycle_timers.timer;
@@ -313,7 +313,7 @@ static int32_t budget_of(const avr_t *avr) {
 #define PC ((uint32_t)(i - code) * 2)
 #define AT(pc) (code + (uint32_t)(pc) / 2)
 
-/* Count the cycles of this instruction; they are added to avr->cycle before the burst ends. */
+/* NEXT counts the cycles of this instruction; SPEND adds them and those before to avr->cycle. */
 #define SPEND(cycles) \
     (avr->cycle += (uint32_t)(budget - left + (cycles)), budget = left - (int32_t)(cycles))
 #define NEXT(cycles) do { \
@@ -367,8 +367,8 @@ static int32_t budget_of(const avr_t *avr) {
         } \
     } while (0)
 
-/* Run until the next cycle timer, or until an act of simavr or a handler causes an interrupt or the
-   end of the run. Returns the next pc. */
+/* Run at most BURST cycles, up to h->until, or until simavr, a handler or a timer causes an
+   interrupt or the end of the run; during a profile each of these ends it. Returns the next pc. */
 avr_flashaddr_t fast_run(hw *h) {
 #define LABEL(name) &&name,
     static const void *const labels[] = {OPERATIONS(LABEL)};

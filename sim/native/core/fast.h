@@ -2,7 +2,7 @@
 #pragma once
 #include "hw.h"
 
-#define BURST 100000            /* cycles run without looking up: under 1 ms of wall time */
+#define BURST 100000            /* most cycles in one burst: under 1 ms of wall time */
 void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);

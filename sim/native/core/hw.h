@@ -43,7 +43,7 @@ struct timer *timer_new(hw *h, timer_fn fire, void *param);
 void timer_set(struct timer *t, uint64_t due);
 void timer_stop(struct timer *t);
 
-/* A function of the shim that runs after simavr's own handler of a register. */
+/* simavr's own handlers of a register, which functions of the shim replace and may call. */
 struct tap {
     avr_io_write_t write;
     void *write_param;
@@ -59,7 +59,7 @@ struct wire_listener {
     void *param;
 };
 
-/* A coil or a motor, which has the pin's level. */
+/* A coil or a motor on a pin, which is told the pin's level at each change. */
 struct pin_follower {
     void (*level)(void *param, int high);
     void *param;
@@ -85,7 +85,7 @@ struct port {
     int index;
     avr_ioport_t *io;           /* NULL: this part has no such port */
     uint8_t watched;            /* bits */
-    uint8_t sampled;            /* bits whose reads are checked */
+    uint8_t sampled;            /* bits with listeners, which are told of reads */
     uint8_t ddr, port;          /* as last seen */
     struct tap tap_pin;
 };
@@ -128,7 +128,7 @@ struct hw {
     struct port ports[HW_PORTS];
     struct pin pins[HW_PINS];
     struct compare *compares;
-    void (*watch_compares)(hw *h, int pin);  /* from now on it is watched */
+    void (*watch_compares)(hw *h, int pin);  /* called when a pin begins to be watched */
     struct uart *uarts;         /* HW_UARTS of them */
 
     avr_adc_t *adc;

@@ -131,7 +131,7 @@ static void push(hw *h, uint32_t pc, uint16_t sp, uint64_t began, int kind) {
                                            .kind = kind, .window = p->window};
 }
 
-/* Subtract the time of an interrupt from the interrupted function. */
+/* Subtract the time of an interrupt from all functions that it interrupted. */
 static void forget(struct profile *p, const struct frame *f, uint64_t now) {
     uint64_t lasted = now - f->began;
     if (f->kind != INTERRUPT)

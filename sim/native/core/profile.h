@@ -9,14 +9,14 @@
 
 struct window {
     uint32_t low, high;
-    uint64_t began, paused;     /* cycle of the first instruction; cycles of interrupts within */
+    uint64_t began, paused;     /* cycle of the first instruction; of interrupts, sleep within */
 };
 
 struct frame {
     uint16_t sp;                /* before the call pushed */
     uint16_t function;
     enum { CALLED, JUMPED, INTERRUPT } kind;
-    uint64_t began, stolen;     /* stolen: cycles of interrupts within */
+    uint64_t began, stolen;     /* stolen: cycles of interrupts and sleep within */
     struct window window;       /* of the interrupted code */
 };
 

@@ -29,7 +29,7 @@ void snapshots_reset(hw *h) {
         h->snapshots[i].last = 0;
 }
 
-/* The number of the log that receives them, or -1. */
+/* Returns the number of the log that receives the copies, or -1. */
 int hw_snapshot(hw *h, uint16_t counter_address, uint8_t counter_size, uint16_t base,
                 uint16_t size) {
     if (h->snapshot_count == HW_SNAPSHOTS || counter_size > 4 ||

@@ -1,4 +1,4 @@
-/* Code of ours behind registers, and new code in the flash: what the core has decoded is old. */
+/* Our own handlers of registers, and changes of the flash: both discard the decoded code. */
 #include "fast.h"
 
 void tap_write(hw *h, avr_io_addr_t address, avr_io_write_t ours, void *param, struct tap *tap) {

@@ -60,7 +60,7 @@ static void on_control(struct avr_t *avr, avr_io_addr_t address, uint8_t value, 
     avr->data[address] = running;
 }
 
-/* The result of the last conversion that has ended. */
+/* Put the result of the last conversion that has ended into ADCL and ADCH. */
 static void settle(hw *h) {
     avr_t *avr = h->avr;
     if (!avr_regbit_get(avr, h->adc->adsc))

@@ -66,8 +66,8 @@ static void renew_top(struct compare *c) {
         avr_ioctl(c->h->avr, AVR_IOCTL_TIMER_SET_TRACE(t->name), &t->trace);
 }
 
-/* Two timers may share a pin (OC0A and OC1C of an ATmega2560); simavr's ATmega32U4 has an OC3B
-   on the pin of OC3A, which the part does not have. */
+/* Whether a timer drives a pin. Two may share it (OC0A and OC1C of an ATmega2560); simavr's
+   ATmega32U4 has an OC3B on the pin of OC3A, which the part does not have. */
 static int taken(hw *h, int pin) {
     for (struct compare *c = h->compares; c; c = c->next)
         if (c->pin == pin && mode(c) != avr_timer_com_normal)

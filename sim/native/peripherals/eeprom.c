@@ -1,6 +1,6 @@
 /* EEPROM: a write takes time, during which EEPE is set, and a power cut may interrupt it.
 
-   simavr writes at once, and is ready 3.4 ms later on every part, so it does not see the writes.
+   simavr writes at once, and is ready 3.4 ms later on every part, so writes are kept from it.
    Here the cell also changes at once, but EEPE stays set for the part's programming time, and until
    then the byte counts as undefined (hw_eeprom_writing). */
 #include <string.h>

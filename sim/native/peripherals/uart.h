@@ -36,8 +36,8 @@ struct uart {
     int index;
     avr_uart_t *io;
     uint8_t format, divisor_high;       /* UCSRC, UBRRH */
-    uint64_t shared_read;               /* the cycle they were last read where they share one */
-    uint64_t begins, ends, overruns;    /* of the last character sent */
+    uint64_t shared_read;               /* last read of the address that both share, cycle */
+    uint64_t begins, ends, overruns;    /* of the last character sent; lost bytes */
     struct timer *buffer_free, *all_sent;
     struct line line;
     struct receiver receiver;

@@ -16,7 +16,7 @@ struct uart_format uart_format(const struct uart *u) {
     };
 }
 
-/* What simavr's flags need to be cleared although they are sticky. */
+/* Clear a flag and its interrupt request: simavr keeps sticky flags, so both calls are needed. */
 void uart_clear(struct uart *u, avr_int_vector_t *vector) {
     avr_clear_interrupt_if(u->h->avr, vector, 0);
     avr_regbit_clear(u->h->avr, vector->raised);
