@@ -99,7 +99,7 @@ class Baud(Checked):
         self._choices = choices
 
     def read_baud(self, value: Any) -> int:
-        """Accept a whole number from 300 up."""
+        """Accept a whole number from 300 to the highest rate, or one of the choices only."""
         if isinstance(value, bool) or not isinstance(value, int):
             raise refuse("a baud rate is a whole number", "Write it without a unit, such as 9600")
         if self._choices and value not in self._choices:
@@ -293,7 +293,7 @@ class ModbusRtu(Model):
 
     @property
     def character_bits(self) -> int:
-        """Bits of a character on the line, its start bit included; 11 after the standard."""
+        """Bits of a character on the line, its start bit included; 11 by the standard."""
         return 1 + 8 + (self.parity != "none") + self.stop_bits
 
 

@@ -15,7 +15,7 @@ DEFAULT_MARGIN_K = 15.0
 """Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
 
 MOST_STEPS = 65535
-"""Steps a 16-bit counter holds."""
+"""Most steps that a 16-bit counter holds."""
 
 _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
@@ -123,7 +123,7 @@ class Agreement(Limits):
 
 
 class EffortLine(NamedTuple):
-    """Limits of the power for a reading, %: straight from one temperature to the next line's."""
+    """Limits of the power for a reading, %: straight lines from `from_c` to that of the next."""
 
     from_c: float
     high_percent: float
@@ -132,7 +132,7 @@ class EffortLine(NamedTuple):
     low_per_k: float
 
     def at(self, celsius: float) -> tuple[float, float]:
-        """Return the most and the least at a reading, %."""
+        """Return the highest and the lowest power at a reading, %."""
         return (
             self.high_percent + self.high_per_k * celsius,
             self.low_percent + self.low_per_k * celsius,
@@ -150,7 +150,7 @@ class EffortBand(NamedTuple):
     lines: tuple[EffortLine, ...]
 
     def at(self, celsius: float) -> tuple[float, float]:
-        """Return the most and the least at a reading, %."""
+        """Return the highest and the lowest power at a reading, %."""
         reached = [line for line in self.lines if line.from_c <= celsius]
         return (reached or self.lines)[-1 if reached else 0].at(celsius)
 
@@ -365,7 +365,7 @@ class Loop(Model):
         return self.period_s >= seconds
 
     def integral(self, total: float) -> float:
-        """Return the integral over time, in s, of a value whose sum over the steps is this."""
+        """Return the integral over time, in s, of a value whose sum over the steps is `total`."""
         return total * self.period_s
 
     @model_validator(mode="after")

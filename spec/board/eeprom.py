@@ -1,7 +1,7 @@
 """The areas of the EEPROM, and how long its cells last.
 
-From its start: settings, programs, progress of the program, log. Slots of settings begin at the
-same places in every firmware.
+From its start: settings, programs, progress of the program, log. Slots of settings begin at
+multiples of 64 bytes in every firmware.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ SETTINGS_SLOT_BYTES = 64
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
 MOST_RECORD_BYTES = 255
-"""Most bytes of a record: one byte holds its size, and counts while it is written."""
+"""Most bytes of a record: one byte holds its size, and counts its bytes while it is written."""
 MOST_SETTINGS_SLOTS = 16
-"""The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
+"""Most slots. The start checks each, 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
 watchdog period of 30 ms."""
 CYCLES_A_BYTE = 75
 """Most cycles to read a byte and add it to a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
@@ -91,7 +91,7 @@ def log_in_eeprom(controller: Controller) -> SerialLog | None:
 
 
 def log_entry_bytes(controller: Controller, log: SerialLog) -> int:
-    """Count the bytes of an entry: temperature, setpoint, duty; program and place in it."""
+    """Count the bytes of an entry: temperature, setpoint, duty; one for program and segment."""
     return 2 + 2 + 1 + programmed(controller, log.loop)
 
 
@@ -159,5 +159,5 @@ def _slots_for(years: float, every_s: float) -> int:
 
 
 def slowest_s(years: float, slots: int) -> float:
-    """Return the interval of writes with which a number of slots lasts so many years, s."""
+    """Return the shortest interval of writes with which so many slots last so many years, s."""
     return years * YEAR_S / (CELL_WRITES * slots)

@@ -191,7 +191,7 @@ CHECKS: tuple[Check, ...] = (
     rows_have_loops,
 )
 
-# Each uses the whole plant, so they run only if all its names are defined.
+# Each of these checks uses the whole plant, so they run only if all its names are defined.
 SIMULATION_CHECKS: tuple[Check, ...] = (
     plant.plant_links,
     plant.plant_radiation,

@@ -23,7 +23,7 @@ from heatwright.spec.nextion.parts import (
 from heatwright.spec.programs import LONGEST_NAME
 
 CHART_PX = (600, 180)
-"""The chart's width and height; a value is a height in pixels."""
+"""The chart's width and height; the display takes its values as heights in pixels."""
 CHART_EVERY_S = 60.0
 """Time between two pixels: ten hours in the chart's width."""
 LONGEST_STATE = 30

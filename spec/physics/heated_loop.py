@@ -251,7 +251,7 @@ class HeatedLoop:
                 return
 
     def follow(self, state: Vector, power_w: float) -> Iterator[tuple[float, Vector]]:
-        """Yield times and states from one on at a power."""
+        """Yield times and states from a state on, at a constant power."""
         quick_s = self.plant.fastest_s() / 4
         return islice(self.plant.course(state, power_w, quick_s, 64 * quick_s), MOST_POINTS)
 
@@ -409,7 +409,7 @@ def _full_w(loop: Loop, heater: Switch) -> float:
 
 
 def _some(found: list[Vector]) -> list[Vector]:
-    """Select a few, evenly spaced."""
+    """Select a few of the states, evenly spaced."""
     return found[:: max(1, len(found) // PLACES)]
 
 

@@ -36,7 +36,7 @@ LONGEST_S = 4 * 3600.0
 
 
 class Times(NamedTuple):
-    """Times of the rules that count heat, s; infinite without such a rule."""
+    """Times of rules `heating` and `frozen`, s, infinite without the rule; and its `holding`."""
 
     within_s: float
     for_s: float

@@ -82,7 +82,7 @@ class SteinhartHart:
 class Points:
     """A table of (°C, Ω), temperature ascending; between its points ln R is linear in 1/T.
 
-    That is a beta of its own between each two points. Beyond its ends the last one goes on.
+    That is a beta of its own between each two points. Beyond its ends the outermost ones go on.
     """
 
     points: tuple[tuple[float, float], ...]

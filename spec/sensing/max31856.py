@@ -167,7 +167,7 @@ def variants(sensor: object) -> dict[str, Max31856]:
 
 
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
-    """Find the highest setpoint of each selectable type that bears less than the loop's maximum.
+    """Find each selectable type's highest setpoint, where it is below the loop's highest.
 
     Args:
         sensor: the loop's sensor.
