@@ -133,7 +133,7 @@ def title_of(controller: Controller, row: ComparisonRow) -> str:
 
 
 def run_row(piece: _Piece, job: Job) -> Outcome:
-    """Run one row in a process of its own."""
+    """Run one row; `run_rows` calls this in worker processes."""
     varied = piece.spec._replace(controller=row_controller(piece.spec.controller, piece.row))
     controller = with_row_scenario(varied.controller)
     built = None if piece.model else build_firmware(varied, job)
