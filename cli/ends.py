@@ -21,7 +21,7 @@ class Status(IntEnum):
 
     DONE = 0
     FAILED = 1
-    """The verification failed, or a comparison found differences."""
+    """The command has worked, and found failed checks, differences, missing pieces or no gains."""
     REFUSED = 2
     """Bad spec, bad usage, or a file that cannot be read or written."""
     TOOL_MISSING = 3

@@ -38,7 +38,7 @@ class LoopFacts:
     commanded: bool
     """A host, a master or a person sets the setpoint, and may switch it off."""
     switched: bool
-    """The loop is switched apart from its setpoint."""
+    """The loop is enabled and disabled apart from its setpoint."""
     hosted: bool
     """A host commands the loop by its setpoint alone, 0 for off."""
     tunable: bool
@@ -59,7 +59,7 @@ class LoopFacts:
     countdown: bool
     """People set a time after which the loop goes off."""
     has_state: bool
-    """A master or LEDs show whether it works, heats, cools and is warm."""
+    """The loop can say whether it works, heats, cools and is warm: it is switched, or has LEDs."""
     # What may be set, and lasts.
     stored: bool
     """The loop's setpoint outlives a loss of power."""
@@ -71,7 +71,7 @@ class LoopFacts:
     """A host may narrow the limits of its integral and its output."""
     keyed_numbers: tuple[Number, ...]
     """Numbers of its algorithm that keys set."""
-    # What its step does besides.
+    # What its control step does besides.
     readings: int
     """How many readings are in the mean that the control uses."""
     inputs: bool

@@ -96,7 +96,7 @@ def _list(rows: Sequence[ComparisonRow]) -> str:
 
 
 def _own_row(controller: Controller, name: str, first: ComparisonRow) -> ComparisonRow:
-    """Make the row of a loop as it is, at its initial setpoint; if off, at the first row's."""
+    """Make the row of a loop as it is, at its initial setpoint; if that is off, at `first`'s."""
     loop = controller.loops[name]
     off = loop.setpoint.initial_c == 0.0 and facts_of(controller, name).hosted
     return ComparisonRow.model_construct(

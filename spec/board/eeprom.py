@@ -25,7 +25,7 @@ SETTINGS_SLOT_BYTES = 64
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
 MOST_RECORD_BYTES = 255
-"""Most bytes of a record: one byte holds its size, and counts its bytes while it is written."""
+"""Most bytes of a record: its size, and which byte is written next, each fit into one byte."""
 MOST_SETTINGS_SLOTS = 16
 """Most slots. The start checks each, 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
 watchdog period of 30 ms."""

@@ -24,7 +24,7 @@ class PinUse(NamedTuple):
     pin: Pin
     path: Path
     purpose: str
-    """What an interface or a contact uses the pin for; empty for what drives or reads a part."""
+    """What an interface or a contact uses the pin for; empty for a sensor's or an output's own."""
 
 
 def pin_uses(controller: Controller) -> Iterator[PinUse]:

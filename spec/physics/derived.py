@@ -40,7 +40,7 @@ WEAK = 0.81
 """Share of its power that a heater has with the supply 10 % low, which EN 50160 allows."""
 
 BEHIND = 1.5
-"""Least ratio of `frozen`'s time to `heating`'s. At full power a dead heater is reported before a
+"""Wanted ratio of `frozen`'s time to `heating`'s: at full power a dead heater is reported before a
 frozen sensor, as `heating` sees both; and the duty has time to grow to full power."""
 
 SPREAD = 1.3

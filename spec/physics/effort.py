@@ -37,7 +37,7 @@ LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
 
 TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
 """Factors of the rule's time: of the longest healthy course, which assumes the best control; and of
-the filter's time, for worse control."""
+the filter's time, for worse control; and the shortest time, s."""
 
 SWINGS = 1.5
 """Swing of the temperature, as a multiple of a switch's hysteresis: heat arrives and ends late."""
