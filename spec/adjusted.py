@@ -17,11 +17,11 @@ MOST_DECIMALS = 4
 
 
 class Kind(NamedTuple):
-    """A number of the language: its key, and its names elsewhere."""
+    """A number of an algorithm that keys can set: its key in a spec, and its names elsewhere."""
 
     key: str
     field: str
-    """The name of its field: in the algorithm, in its state and in the settings."""
+    """The name of the number's field: in the algorithm, in its state and in the settings."""
     title: str
     """Text on the display before the number."""
     shown_unit: str

@@ -123,7 +123,7 @@ class Address(Checked):
         self._pattern, self._what, self._examples = pattern, what, examples
 
     def read_address(self, value: Any) -> str:
-        """Accept a name of the pattern."""
+        """Accept a name that matches the pattern."""
         if not isinstance(value, str) or not re.fullmatch(self._pattern, value):
             raise refuse(f"a host has no such name for {self._what}", f"Write {self._examples}")
         return value
@@ -237,7 +237,7 @@ class SerialPlotter(_OfOneLoop):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             0, can_move=False, baud=self.baud, usual_bauds=USUAL_BAUDS, receives=False,
             called="serial plotter",
@@ -273,7 +273,7 @@ class ModbusRtu(Model):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             0, can_move=False, baud=self.baud, usual_bauds=BUS_BAUDS, receives=True,
             called="Modbus", parity=self.parity, stop_bits=self.stop_bits,
@@ -355,7 +355,7 @@ class Nextion(_OfOneLoop):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             self.port, can_move=True, baud=self.baud, usual_bauds=DISPLAY_BAUDS, receives=True,
             called=None,
@@ -385,7 +385,7 @@ class SerialLog(_OfOneLoop):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             self.port, can_move=True, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
             called="serial log",
@@ -419,7 +419,7 @@ class Gcode(Model):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             0, can_move=False, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
             called="G-code",

@@ -51,7 +51,7 @@ class Limits(Model):
         return self._derived
 
     def derived_as(self, words: Mapping[str, str]) -> Self:
-        """Return the rule with these derivations of its numbers."""
+        """Return the rule with words that say how its numbers were derived, by their keys."""
         copy = self.model_copy()
         copy._derived = dict(words)
         return copy
@@ -345,7 +345,7 @@ class Loop(Model):
         return self.protection.rise_rate_k_per_s * self.period_s
 
     def periods_s(self, count: float) -> float:
-        """Return the time of so many periods, s."""
+        """Return the time of `count` periods, s."""
         return count * self.period_s
 
     def periods_in(self, seconds: float) -> float:

@@ -36,9 +36,9 @@ class Outcome:
     figures: Metrics
     log: StepLog
     built: BuildResult | None
-    """None with the model."""
+    """The binary and its sizes; None with the model."""
     replays: Mapping[str, ReplayResult]
-    """By loop; none with the model."""
+    """Comparison of each loop's steps with the model, by loop; none with the model."""
 
 
 @dataclass(frozen=True)

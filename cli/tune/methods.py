@@ -81,7 +81,7 @@ class Judged:
     gains: Gains
     margins: Margins
     load: Load | None
-    """None if the loop is not stable."""
+    """Effect of a load; None if the loop is not stable."""
     kick_percent: float
     """Change of the duty for one step of the sensor."""
 

@@ -35,11 +35,11 @@ FEWEST_SETTINGS_SLOTS = 4
 """Fewest slots, if programs or a log need room: 400 000 saves, a hundred a day for ten years."""
 
 PROGRAM_BYTES = 12 + 1 + 1
-"""Name with its end, number of segments."""
+"""Bytes of a program without its segments: name with its end, number of segments."""
 SEGMENT_BYTES = 1 + 2 + 4
-"""Kind, target, amount."""
+"""Bytes of a segment: kind, target, amount."""
 PROGRAM_FRAME_BYTES = 1 + 2 + 1
-"""Turn, CRC, turn again."""
+"""Bytes around a stored program: turn (a counter of its writes), CRC, turn again."""
 SLOTS_OF_A_PROGRAM = 2
 
 PROGRESS_BYTES = 4 + (4 + 2 + 4 * 4 + 4 * 4) + 2 + 1
@@ -62,7 +62,7 @@ class Area(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Address of the first byte after it."""
+        """Address of the first byte after the area."""
         return self.start + self.slot_bytes * self.slots
 
     def years(self, every_s: float) -> float:

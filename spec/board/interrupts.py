@@ -45,7 +45,7 @@ class Wait(NamedTuple):
 
 
 def waits(controller: Controller) -> Iterator[Wait]:
-    """List what interrupts serve, and how late they may come before it loses something.
+    """List the parts that interrupts serve, and how late one may come before its part loses data.
 
     A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
     shorter than the latest of its interrupts. A stepper's steps are half of their interval apart
@@ -70,7 +70,7 @@ def waits(controller: Controller) -> Iterator[Wait]:
 
 
 def longest_wait_s(controller: Controller) -> float:
-    """Return how long interrupts may be off, s."""
+    """Return the longest time for which interrupts may be off, s."""
     return min(each.seconds for each in waits(controller))
 
 

@@ -47,7 +47,7 @@ class Interval(NamedTuple):
 
 
 class TimerUse(NamedTuple):
-    """The timer of each user, by its number."""
+    """The number of the timer that each user has."""
 
     tick: int
     one_wire: Mapping[str, int]
@@ -103,7 +103,7 @@ def looks_in_tick(controller: Controller) -> int:
 
 
 def allocate(controller: Controller) -> TimerUse:
-    """Share the board's timers out.
+    """Decide which of the board's timers each user has.
 
     Raises:
         NoTimer: they do not suffice, or cannot make a frequency that is asked for.

@@ -206,7 +206,7 @@ SIMULATION_CHECKS: tuple[Check, ...] = (
 
 
 def check(controller: Controller) -> list[Finding]:
-    """Run all checks.
+    """Run all checks on a controller.
 
     The extremes of numbers that keys can set, and the rows of a comparison, add only findings that
     the controller itself does not have.

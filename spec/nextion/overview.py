@@ -58,7 +58,7 @@ def stop_page(number: int) -> Page:
 
 
 def waveform_attributes() -> dict[str, int]:
-    """Two channels: the temperature, and the setpoint behind it; a line each 60 pixels."""
+    """Attributes of a chart: temperature, setpoint behind it, and a line each 60 pixels."""
     return {
         "ch": 2, "bco": GROUND, "gdc": GRID, "gdw": 60, "gdh": 60, "dis": 100,
         "pco0": AMBER, "pco1": LIME,

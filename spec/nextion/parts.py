@@ -13,7 +13,7 @@ Code = tuple[str, ...]
 Attribute = int | str
 
 WIDTH, HEIGHT = 800, 480
-"""Pixels of an NX8048T050."""
+"""Size of the display NX8048T050 in pixels."""
 
 FONTS = (24, 32, 80)
 """Heights of the fonts in pixels, by their numbers in the editor."""

@@ -49,7 +49,7 @@ def points_page(number: int, first: int, points: int, *, more: str) -> Page:
 
 
 def _row(sheet: Sheet, place: int, y: int) -> None:
-    """One segment: its number, which is marked by a touch; kind, time or rate, end; go here."""
+    """Add one segment: its number, which a touch marks; kind, time or rate, end; go here."""
     edit = (
         f"point.n.val={place}",
         f"point.k.txt=k{place}.txt",

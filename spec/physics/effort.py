@@ -115,7 +115,7 @@ def sights(controller: Controller) -> Iterator[str]:
 
 
 class _Corner(NamedTuple):
-    """A machine at a corner of the tolerances."""
+    """A corner of the tolerances: factors of the plant's values, and the ambient temperature."""
 
     capacity: float
     resistance: float
@@ -160,7 +160,7 @@ class _Search:
         self.is_coarse = loop.algorithm.swing_k > 0 and window_s > WINDOW_SHARE * self._filter_s
 
     def found(self) -> Effort | None:
-        """Return the rule with all its numbers."""
+        """Return the rule with all its numbers; None if it can never trip, or needs too long."""
         given, words = self._given, dict(self._given.derived)
         most, least = band_percent(self._tolerance)
         open_ = {key for field, key in _KEYS.items() if field not in given.model_fields_set}
@@ -248,7 +248,7 @@ class _Search:
         return longest_s
 
     def _beyond_s(self, corner: _Corner, band: EffortBand) -> float:
-        """Simulate one machine: up from cold, up from the middle of that, down, and off."""
+        """Return how long a machine is beyond its band, s: heated up, after a reset, down, off."""
         weak = corner.power < 1
         network = _scaled(self._fed if weak else self._plant, corner.capacity, corner.resistance)
         running = sorted(self._windy if weak else self._calm)

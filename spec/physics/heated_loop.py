@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 WINTER_C, SUMMER_C = 5.0, 35.0
-"""A workshop in winter and in summer."""
+"""Temperature of a workshop in winter and in summer."""
 
 SPARE = 0.1
 """What a node bears beyond what the protection allows, as a share of its rise above ambient."""
@@ -143,7 +143,7 @@ class HeatedLoop:
             raise ValueError(name)
 
     def at(self, ambient_c: float) -> Heated:
-        """Return the plant in other surroundings."""
+        """Return the plant at another ambient temperature."""
         return Heated(self._network, *self._parts, ambient_c, self._always)
 
     @property
@@ -169,7 +169,7 @@ class HeatedLoop:
 
     @cached_property
     def warm(self) -> tuple[Heated, Vector]:
-        """The plant on a warm day, and what each of its nodes bears above that."""
+        """The plant on a warm day, and what each of its nodes bears above that day's ambient, K."""
         return self._bears_k(max(SUMMER_C, self.ambient_c))
 
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
@@ -265,7 +265,7 @@ class HeatedLoop:
         )
 
     def _sensed(self, state: Vector, power_w: float) -> Iterator[tuple[float, float]]:
-        """Follow a start until the course no longer depends on it."""
+        """Yield times and temperatures from a start on, until the course is independent of it."""
         enough_k = (self.highest_c - self.lowest_c) * OWN + self.step_k
         most_k = min(
             self.plant.sensed_k(state) + enough_k, self.highest_c - self.ambient_c + self.step_k

@@ -27,7 +27,7 @@ INTERNAL_V = {"atmega328p": 1.1}
 USUAL_INTERNAL_V = 2.56
 
 ZERO_OHM = {"pt100": 100.0, "pt1000": 1000.0}
-"""Resistance at 0 °C."""
+"""Resistance of each platinum element at 0 °C."""
 
 
 class Circuit(Protocol):
