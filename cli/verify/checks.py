@@ -21,7 +21,7 @@ NOT_COMPARED = ("fault.time_s",)
 
 @dataclass(frozen=True)
 class Check:
-    """One check."""
+    """One check of the evidence."""
 
     what: str
     limit: str

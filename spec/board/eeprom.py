@@ -43,11 +43,11 @@ PROGRAM_FRAME_BYTES = 1 + 2 + 1
 SLOTS_OF_A_PROGRAM = 2
 
 PROGRESS_BYTES = 4 + (4 + 2 + 4 * 4 + 4 * 4) + 2 + 1
-"""Sequence number; state, number, segment, end; CRC of the program; four temperatures; four counts;
-CRC, and the sequence number's lowest byte again."""
+"""Bytes of a slot: sequence number; state, number, segment, end; CRC of the program; four
+temperatures; four counts; CRC, and the sequence number's lowest byte again."""
 FEWEST_PROGRESS_SLOTS = 2
 MOST_PROGRESS_SLOTS = 255
-"""Most slots: the lowest byte of a slot's sequence number must differ in the next turn."""
+"""Most slots: the lowest byte of a slot's sequence number must differ in the next round."""
 
 LOG_FRAME_BYTES = 2 + 1 + 1
 """Bytes that show whether a log entry is complete: turn, digest, turn again."""

@@ -17,7 +17,7 @@ from heatwright.spec.interfaces import LcdKeypad, SerialLog
 from heatwright.spec.self_checks import self_checked
 
 EVERY = Least(2250, 100)
-"""Clock, gate, faults, settings, start-up, library; and the stack."""
+"""For every firmware: clock, gate, faults, settings, start-up, library; and the stack."""
 TUNABLE = Least(2160, 0)
 """For each loop whose gains may be set: by a host, a master, a touch display or a menu."""
 AUTOTUNE = Least(1670, 79)

@@ -34,7 +34,7 @@ TIMES = 3.0
 and less power beyond what it loses."""
 
 LEAST_TIMES = 2.0
-"""That factor where nodes bear no more: some 30 % larger at a supply that is 10 % low."""
+"""As `TIMES`, where nodes bear no more: some 30 % larger at a supply that is 10 % low."""
 
 SHORTEST_STEPS = 10
 """Shortest derived time, in control steps: some lost readings must not cause a trip."""
@@ -369,7 +369,7 @@ class HeatedLoop:
         )
 
     def rounded_s(self, seconds: float, shortest_s: float) -> float:
-        """Round a time up to two digits, at least the shortest, and at most what can be counted."""
+        """Round a time up to two digits: at least the shortest, at most a day, and countable."""
         return self._rounded_s(seconds, shortest_s, math.ceil)
 
     def rounded_down_s(self, seconds: float, shortest_s: float) -> float:

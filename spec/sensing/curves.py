@@ -143,7 +143,7 @@ class Coded:
         return self.resistor_ohm * (over if self.pulled_up else 1 / over)
 
     def _beyond(self, place: int) -> Points:
-        """Return the two pairs at an end, as resistances."""
+        """Return the two pairs at an end, as points of temperature and resistance."""
         ends = self.pairs[:2] if place == 0 else self.pairs[-2:]
         return Points(tuple(sorted((at_c, self._shown(share)) for share, at_c in ends)))
 

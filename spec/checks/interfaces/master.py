@@ -19,7 +19,7 @@ LONGEST_FRAME = 256
 """Most bytes of a request or an answer (Modbus over serial line, 2.5.1)."""
 
 LONGEST_TALK = 96 + 2048
-"""Characters of the longest line that the firmware takes from a host, and of its answer."""
+"""Characters of the longest line that the firmware takes from a host, and the longest answer."""
 
 HOST_CHARACTER_BITS = 10
 """Bits of one character in 8N1 format: start bit, 8 data bits, stop bit."""

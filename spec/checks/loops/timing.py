@@ -35,7 +35,7 @@ def periods_s(count: int, loop: Loop) -> float:
 
 
 def restart_s(first_s: float, loop: Loop) -> float:
-    """Return how long a loop has no reading, s, if a restarted sensor reads first after a time.
+    """Return how long a loop has no reading, s, if its sensor restarts, which takes `first_s`.
 
     One step finds the reading lost; each that comes before the first new one finds none.
     """

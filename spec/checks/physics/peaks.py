@@ -22,7 +22,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, duration
 
 SHARE = 0.02
-"""Largest error of this course against that of `verify`: a share of the rise above ambient."""
+"""Largest error of the peaks computed here against `verify`: a share of the rise above ambient."""
 
 
 class _Case(NamedTuple):
