@@ -40,7 +40,7 @@ TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
 the filter's time, for worse control; and the shortest time, s."""
 
 SWINGS = 1.5
-"""Swing of the temperature, as a multiple of a switch's hysteresis: heat arrives and ends late."""
+"""Swing of the temperature, as a multiple of the algorithm's `swing_k`: heat comes late."""
 
 WINDOW_SHARE = 0.1
 """Longest window of a loop that switches, as a share of the filter's time. The output takes the
