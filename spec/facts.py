@@ -60,7 +60,7 @@ class LoopFacts:
     """People set a time after which the loop goes off."""
     has_state: bool
     """The loop can say whether it works, heats, cools and is warm: it is switched, or has LEDs."""
-    # What may be set, and lasts.
+    # What may be set, and what outlives a loss of power.
     stored: bool
     """The loop's setpoint outlives a loss of power."""
     lasting: bool

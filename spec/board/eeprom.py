@@ -23,7 +23,7 @@ LEAST_YEARS = 10.0
 SETTINGS_SLOT_BYTES = 64
 """A slot's size is this or a multiple of it: so the next firmware finds where each slot begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
-"""CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
+"""Bytes of a record besides settings and trip count: CRC, size, digest, sequence number, fault."""
 MOST_RECORD_BYTES = 255
 """Most bytes of a record: its size, and which byte is written next, each fit into one byte."""
 MOST_SETTINGS_SLOTS = 16
