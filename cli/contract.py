@@ -23,7 +23,7 @@ EXAMPLE = "example.yaml"
 UNFINISHED = "#error"
 """Mark of a template that is still to be written."""
 _OF_LOOPS = {"cut", "mend"}
-"""Fault that disconnects a loop's sensor; a current is none, as it controls no loop."""
+"""Functions that disconnect a loop's sensor and connect it; a current sensor needs none."""
 SHARES = (0.2, 0.5, 0.8)
 """Where in a thermometer's range its reference model is tried, as shares of the range."""
 

@@ -21,9 +21,9 @@ class Status(IntEnum):
 
     DONE = 0
     FAILED = 1
-    """The verification failed, or a comparison found differences."""
+    """The command has worked, and found failed checks, differences, missing pieces or no gains."""
     REFUSED = 2
-    """Bad spec, bad usage, or a file that cannot be read or written."""
+    """Bad spec, bad usage, a firmware that cannot be built, or a file that cannot be used."""
     TOOL_MISSING = 3
     BUG = 70
     """EX_SOFTWARE of sysexits.h."""

@@ -49,7 +49,7 @@ class Length(click.ParamType[float]):
     def convert(
         self, value: str | float, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Read it."""
+        """Return the length in s, or fail with the message that a spec gets."""
         if not isinstance(value, str):
             return value
         from heatwright.cli.scenario import read_length  # noqa: PLC0415
@@ -71,7 +71,7 @@ class Amount(click.ParamType[float]):
     def convert(
         self, value: str | float, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Read it."""
+        """Return the value in the base unit, or fail with the message that a spec gets."""
         if not isinstance(value, str):
             return value
         from pydantic_core import PydanticCustomError  # noqa: PLC0415

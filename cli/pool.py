@@ -19,7 +19,7 @@ R = TypeVar("R")
 
 ENDS = {signal.SIGINT, signal.SIGTERM}
 LOOK_S = 0.05
-"""How often the results are polled while nothing is reported."""
+"""Time between two looks at the results while no progress is reported."""
 
 _told: Any = None
 """In a worker: the queue to the process that shows the progress."""

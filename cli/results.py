@@ -27,7 +27,7 @@ from heatwright.spec.rules import RULES
 def write_run(
     run: Run, controller: Controller, device: str, plot: Path | None, csv: Path | None
 ) -> None:
-    """Write the files of --plot, --csv and so on."""
+    """Write the files of --plot and --csv."""
     if csv is not None:
         with whole(csv) as fresh:
             run.trace.write_csv(fresh)

@@ -34,9 +34,9 @@ class Run:
     wall_s: float
     """Real time it took, s."""
     figures: dict[str, Metrics]
-    """By loop."""
+    """Figures of merit, by loop."""
     faults: dict[str, tuple[Tripped, ...]]
-    """By loop."""
+    """Faults with their times, by loop."""
     display: tuple[str, str] | None = None
     """What the display shows at the end; None if there is none, or no binary to write to it."""
     screen: bytes | None = None

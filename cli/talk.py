@@ -20,10 +20,10 @@ class Job(Protocol):
         """Show the progress."""
 
     def note(self, text: str) -> None:
-        """Show what it is doing now."""
+        """Show what the job is doing now."""
 
     def end(self, text: str = "") -> None:
-        """Show that it is done, and the result."""
+        """Show that the job is done, and its result."""
 
 
 class Talk(Protocol):
@@ -98,7 +98,7 @@ class Counter:
         """Ignore the notes of a single piece of work."""
 
     def end(self, text: str = "") -> None:
-        """Show that one more is done."""
+        """Show that one more piece of work is done."""
         del text
         self._done += 1
         self._job(self._done, self._total)

@@ -17,11 +17,11 @@ MOST_DECIMALS = 4
 
 
 class Kind(NamedTuple):
-    """A number of the language: its key, and its names elsewhere."""
+    """A number of an algorithm that keys can set: its key in a spec, and its names elsewhere."""
 
     key: str
     field: str
-    """The name of its field: in the algorithm, in its state and in the settings."""
+    """The name of the number's field: in the algorithm, in its state and in the settings."""
     title: str
     """Text on the display before the number."""
     shown_unit: str
@@ -65,7 +65,7 @@ class Number(NamedTuple):
         return number(value) if self.kind.key in GAINS else f"{number(value)} {self.kind.unit}"
 
     def words(self, value: float) -> str:
-        """Write the number at this value for a message."""
+        """Name the number with this value, for a message: `kp 2`."""
         return f"{self.kind.key} {self.said(value)}"
 
 
@@ -92,7 +92,7 @@ def sets_gains(controller: Controller, loop_name: str) -> bool:
 
 
 def fixed(controller: Controller) -> tuple[Interface, ...]:
-    """Return the interfaces without numbers for keys: each number is then the algorithm's."""
+    """Return the interfaces with no numbers that keys set: each keeps the algorithm's value."""
     keypad = keypad_of(controller)
     return tuple(
         each.model_copy(update={"adjust": None}) if each is keypad else each
@@ -123,5 +123,5 @@ def with_setting(controller: Controller, setting: Setting) -> Controller:
 
 
 def words(setting: Setting) -> str:
-    """Write what keys have set for a message."""
+    """Name the numbers of a setting with their values, for a message."""
     return ", ".join(each.words(value) for each, value in setting)

@@ -27,7 +27,7 @@ class Gain(Checked):
         self.unit = unit
 
     def read_gain(self, value: object) -> float:
-        """Accept a number from 0 up."""
+        """Accept a number from 0 to `LARGEST_GAIN`."""
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise refuse("a gain is a bare number", f"Write the number alone; it is in {self.unit}")
         if value < 0:
@@ -91,7 +91,7 @@ class OnOff(Model):
 
     @property
     def rests_within_k(self) -> float:
-        """How far above its setpoint a healthy loop lets the temperature be, K."""
+        """How far above the setpoint the temperature of a healthy loop may rest, K."""
         return self.hysteresis_k
 
 
@@ -119,7 +119,7 @@ class ThreePosition(Model):
 
     @property
     def off_at_k(self) -> float:
-        """How far above the setpoint full power ends, K: negative, because it ends below."""
+        """How far above the setpoint full power ends, K: 0 or less, because it ends at or below."""
         return self.hysteresis_k - self.dead_band_k
 
     @property
@@ -134,7 +134,7 @@ class ThreePosition(Model):
 
     @property
     def rests_within_k(self) -> float:
-        """How far above its setpoint a healthy loop lets the temperature be, K."""
+        """How far above the setpoint the temperature of a healthy loop may rest, K."""
         return self.dead_band_k
 
     @property
@@ -224,7 +224,7 @@ class Pid(Model):
 
     @property
     def full_percent(self) -> float:
-        """Highest duty that it asks for, %."""
+        """Highest duty that the algorithm asks for, %."""
         return self.output.maximum_percent
 
     @property
@@ -234,7 +234,7 @@ class Pid(Model):
 
     @property
     def rests_within_k(self) -> float:
-        """How far above its setpoint a healthy loop lets the temperature be, K."""
+        """How far above the setpoint the temperature of a healthy loop may rest, K."""
         return self.dead_band_k
 
     @property

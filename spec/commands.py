@@ -154,7 +154,7 @@ def zero_is_off(controller: Controller, loop_name: str) -> bool:
 
 
 def tunable(controller: Controller, loop_name: str) -> bool:
-    """Return whether a command sets its gains and its duty by hand; keys have no such command."""
+    """Return whether a command or a program's menu sets a loop's gains, and its duty by hand."""
     has_commands = (
         modbus_of(controller) is not None
         or by_host(controller, loop_name)
@@ -165,5 +165,5 @@ def tunable(controller: Controller, loop_name: str) -> bool:
 
 
 def limits_adjustable(controller: Controller, loop_name: str) -> bool:
-    """Return whether a host may narrow the limits of its integral and its output."""
+    """Return whether a host may narrow the limits of a loop's integral and output."""
     return bool(getattr(controller.loops[loop_name].algorithm, "limits_adjustable", False))

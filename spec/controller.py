@@ -182,12 +182,12 @@ class Controller(Model):
 
     @property
     def shortest_period_s(self) -> float:
-        """The period of the loop with the most steps, s."""
+        """The shortest period of the loops, s."""
         return shortest_period_s(self.loops.values())
 
     @property
     def longest_period_s(self) -> float:
-        """The period of the loop with the fewest steps, s."""
+        """The longest period of the loops, s."""
         return max(loop.period_s for loop in self.loops.values())
 
     def with_loop(self, name: str, loop: Loop) -> "Controller":

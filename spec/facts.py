@@ -20,7 +20,7 @@ from heatwright.spec.self_checks import self_checked
 from heatwright.spec.sensing.currents import Current
 
 _KNOWN: dict[int, dict[str, LoopFacts]] = {}
-"""Facts of each existing controller, by its identity: a changed copy has its own."""
+"""Facts of each existing controller, by its `id()`: a changed copy has its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,19 +34,19 @@ class LoopFacts:
     fan: str | None
     also: str | None
     """The second sensor of the loop, a monitor."""
-    # Who commands it, and how.
+    # Who commands the loop, and how.
     commanded: bool
     """A host, a master or a person sets the setpoint, and may switch it off."""
     switched: bool
-    """The loop is switched apart from its setpoint."""
+    """The loop is enabled and disabled apart from its setpoint."""
     hosted: bool
     """A host commands the loop by its setpoint alone, 0 for off."""
     tunable: bool
     """The loop's gains are set by command, and its duty by hand."""
     autotune: bool
-    """An experiment finds its gains."""
+    """A command can start the experiment that finds the loop's gains."""
     programmed: bool
-    """Programs move its setpoint."""
+    """Programs move the loop's setpoint."""
     must_release: bool
     """The loop must be told "off" before it takes an "on"."""
     starts_enabled: bool
@@ -55,12 +55,12 @@ class LoopFacts:
     touched: bool
     """A touch display serves the loop."""
     plotted: bool
-    """A plotter is sent its numbers."""
+    """A plotter is sent the loop's numbers."""
     countdown: bool
     """People set a time after which the loop goes off."""
     has_state: bool
-    """A master or LEDs show whether it works, heats, cools and is warm."""
-    # What may be set, and lasts.
+    """The loop can say whether it works, heats, cools and is warm: it is switched, or has LEDs."""
+    # What may be set, and what outlives a loss of power.
     stored: bool
     """The loop's setpoint outlives a loss of power."""
     lasting: bool
@@ -68,14 +68,14 @@ class LoopFacts:
     adjustable: bool
     """The operator may lower the critical temperature."""
     limits_adjustable: bool
-    """A host may narrow the limits of its integral and its output."""
+    """A host may narrow the limits of the loop's integral and output."""
     keyed_numbers: tuple[Number, ...]
-    """Numbers of its algorithm that keys set."""
-    # What its step does besides.
+    """Numbers of the loop's algorithm that keys set."""
+    # What its control step does besides.
     readings: int
     """How many readings are in the mean that the control uses."""
     inputs: bool
-    """Inputs of the machine pause the loop."""
+    """The machine has inputs: while one is open, the loop does not heat."""
     inputs_judged: bool
     """The loop's step checks the inputs that trip: only the first loop's does."""
     relay_judged: bool
@@ -83,15 +83,15 @@ class LoopFacts:
     wants_relay: bool
     """The loop can be off, and then does not need the relay closed."""
     proven: tuple[str, ...]
-    """Fans whose proof its step checks."""
+    """Fans whose proof the loop's step checks."""
     fan_proven: bool
     monitors: tuple[str, ...]
-    """Monitors that its step checks besides `also`."""
+    """Monitors that the loop's step checks besides `also`."""
     master_lost: bool
     on_limited: bool
-    """The time for which it may be on is limited."""
+    """The loop has an `on_for_at_most`."""
     current: Current | None
-    """What is known of its heater's current, if it is measured."""
+    """The heater's `current` in the spec: its sensor and limits, if it is measured."""
     heater_holds: bool
     """The loop's heater has a shortest time on, which a trip has to end."""
     response: bool

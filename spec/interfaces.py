@@ -99,7 +99,7 @@ class Baud(Checked):
         self._choices = choices
 
     def read_baud(self, value: Any) -> int:
-        """Accept a whole number from 300 up."""
+        """Accept a whole number from 300 to the highest rate, or one of the choices only."""
         if isinstance(value, bool) or not isinstance(value, int):
             raise refuse("a baud rate is a whole number", "Write it without a unit, such as 9600")
         if self._choices and value not in self._choices:
@@ -123,7 +123,7 @@ class Address(Checked):
         self._pattern, self._what, self._examples = pattern, what, examples
 
     def read_address(self, value: Any) -> str:
-        """Accept a name of the pattern."""
+        """Accept a name that matches the pattern."""
         if not isinstance(value, str) or not re.fullmatch(self._pattern, value):
             raise refuse(f"a host has no such name for {self._what}", f"Write {self._examples}")
         return value
@@ -237,7 +237,7 @@ class SerialPlotter(_OfOneLoop):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             0, can_move=False, baud=self.baud, usual_bauds=USUAL_BAUDS, receives=False,
             called="serial plotter",
@@ -273,7 +273,7 @@ class ModbusRtu(Model):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             0, can_move=False, baud=self.baud, usual_bauds=BUS_BAUDS, receives=True,
             called="Modbus", parity=self.parity, stop_bits=self.stop_bits,
@@ -293,7 +293,7 @@ class ModbusRtu(Model):
 
     @property
     def character_bits(self) -> int:
-        """Bits of a character on the line, its start bit included; 11 after the standard."""
+        """Bits of a character on the line, its start bit included; 11 by the standard."""
         return 1 + 8 + (self.parity != "none") + self.stop_bits
 
 
@@ -355,7 +355,7 @@ class Nextion(_OfOneLoop):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             self.port, can_move=True, baud=self.baud, usual_bauds=DISPLAY_BAUDS, receives=True,
             called=None,
@@ -385,7 +385,7 @@ class SerialLog(_OfOneLoop):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             self.port, can_move=True, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
             called="serial log",
@@ -419,7 +419,7 @@ class Gcode(Model):
 
     @property
     def line(self) -> Line:
-        """Its serial line."""
+        """The serial line that the interface talks on."""
         return Line(
             0, can_move=False, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
             called="G-code",

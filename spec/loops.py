@@ -15,7 +15,7 @@ DEFAULT_MARGIN_K = 15.0
 """Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
 
 MOST_STEPS = 65535
-"""Steps a 16-bit counter holds."""
+"""Most steps that a 16-bit counter holds."""
 
 _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
@@ -51,7 +51,7 @@ class Limits(Model):
         return self._derived
 
     def derived_as(self, words: Mapping[str, str]) -> Self:
-        """Return the rule with these derivations of its numbers."""
+        """Return the rule with words that say how its numbers were derived, by their keys."""
         copy = self.model_copy()
         copy._derived = dict(words)
         return copy
@@ -123,7 +123,7 @@ class Agreement(Limits):
 
 
 class EffortLine(NamedTuple):
-    """Limits of the power for a reading, %: straight from one temperature to the next line's."""
+    """Limits of the power for a reading, %: straight lines from `from_c` to that of the next."""
 
     from_c: float
     high_percent: float
@@ -132,7 +132,7 @@ class EffortLine(NamedTuple):
     low_per_k: float
 
     def at(self, celsius: float) -> tuple[float, float]:
-        """Return the most and the least at a reading, %."""
+        """Return the highest and the lowest power at a reading, %."""
         return (
             self.high_percent + self.high_per_k * celsius,
             self.low_percent + self.low_per_k * celsius,
@@ -150,7 +150,7 @@ class EffortBand(NamedTuple):
     lines: tuple[EffortLine, ...]
 
     def at(self, celsius: float) -> tuple[float, float]:
-        """Return the most and the least at a reading, %."""
+        """Return the highest and the lowest power at a reading, %."""
         reached = [line for line in self.lines if line.from_c <= celsius]
         return (reached or self.lines)[-1 if reached else 0].at(celsius)
 
@@ -345,7 +345,7 @@ class Loop(Model):
         return self.protection.rise_rate_k_per_s * self.period_s
 
     def periods_s(self, count: float) -> float:
-        """Return the time of so many periods, s."""
+        """Return the time of `count` periods, s."""
         return count * self.period_s
 
     def periods_in(self, seconds: float) -> float:
@@ -365,7 +365,7 @@ class Loop(Model):
         return self.period_s >= seconds
 
     def integral(self, total: float) -> float:
-        """Return the integral over time, in s, of a value whose sum over the steps is this."""
+        """Return the integral over time, in s, of a value whose sum over the steps is `total`."""
         return total * self.period_s
 
     @model_validator(mode="after")

@@ -7,12 +7,12 @@ import re
 from heatwright.spec.problems import refuse
 
 LONGEST_NAME = 24
-"""Characters: with the longest prefix and suffix within the 63 that C11 distinguishes."""
+"""Most characters: with the longest prefix and suffix within the 63 that C11 distinguishes."""
 
 NAME = r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$"
 _NAME = re.compile(NAME)
 
-# C11's keywords (those in lower case), what avr-gcc adds, and the predefined macro names of
+# C11's keywords in lower case, main, what stdbool.h and avr-gcc add, predefined macro names of
 # gcc's gnu dialects; then the names Windows keeps for its devices, for a controller's name is
 # that of a folder and a file.
 _RESERVED = """

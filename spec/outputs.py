@@ -355,7 +355,7 @@ def full_a(output: Switch) -> float | None:
 
 
 def full_rms_a(output: Switch) -> float | None:
-    """Return the root mean square of a load's current at full duty, A; None as of `full_a`."""
+    """Return the root mean square of a load's current at full duty, A; None if `full_a` is."""
     peak_a = full_a(output)
     return None if peak_a is None else peak_a * output.mean_of_rms
 

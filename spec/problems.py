@@ -12,7 +12,7 @@ Path: TypeAlias = tuple[str | int, ...]
 
 
 LONGEST_QUOTE = 40
-"""Characters of the file quoted in a message."""
+"""Most characters of the file that are quoted in a message."""
 
 
 def dotted(path: Path) -> str:

@@ -21,7 +21,7 @@ from heatwright.spec.quantity import Quantity, number
 from heatwright.spec.units import DIFFERENCE, DURATION, PROGRAM_RATE
 
 LONGEST_NAME = 12
-"""Characters of a program's name: what fits a line of 16 beside its number."""
+"""Most characters of a program's name: what fits a line of 16 beside its number."""
 MOST_POINTS = 20
 LONGEST_SEGMENT_S = 31 * 86_400.0
 FARTHEST_K = 100.0
@@ -105,7 +105,7 @@ class Segment(Model):
 
     @property
     def fast(self) -> bool:
-        """True if the setpoint jumps to its end."""
+        """True if the setpoint jumps to the segment's end temperature."""
         return self.asked_rate == FAST
 
     @property
@@ -115,7 +115,7 @@ class Segment(Model):
 
     @property
     def until(self) -> bool:
-        """True if it holds until the operator goes on."""
+        """True if the segment holds until the operator continues the program."""
         return self.asked_hold == UNTIL
 
     @property

@@ -164,7 +164,7 @@ def file_of(module: str) -> str:
 
 
 def owned(module: str, stem: str) -> bool:
-    """Return whether a module is such a layer of a kind from outside."""
+    """Return whether a module is the layer `stem` of a kind from outside."""
     return module in {f"{package}.{stem}" for package in packages()}
 
 

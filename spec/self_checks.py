@@ -28,7 +28,7 @@ def self_checked(controller: Controller) -> bool:
 
 
 def proves_watchdog(controller: Controller) -> bool:
-    """Return whether the start lets the watchdog reset the chip once: not with each bootloader."""
+    """Return whether the start lets the watchdog reset the chip once: not all bootloaders can."""
     return self_checked(controller) and controller.board.bears_watchdog
 
 

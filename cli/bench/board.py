@@ -228,7 +228,7 @@ class Board:
         self.world.device.advance(end_s)
 
     def _slowly(self, end_s: float) -> None:
-        """The same in slices of real time, so that orders act within a step."""
+        """Run the device to the end of a step in slices of real time, so that orders act within."""
         device = self.world.device
         while (left_s := end_s - device.time_s) > ROUNDING_S:
             if self._waiting is None and not self._stop.is_set():

@@ -50,7 +50,7 @@ def derived(controller: Controller) -> Vary:
 
     Heat capacities and resistances as exactly as builders know them, a colder or hotter room, a
     supply within its usual tolerance, sensor errors up to those of the data sheets, a late
-    operator, and a fault in every fifth run.
+    operator, and a fault in about every fifth run.
     """
     simulation = _machine_of(controller)
     ends_c = [room_c(controller, simulation.ambient_c + sign * AROUND_K) for sign in (-1, 1)]

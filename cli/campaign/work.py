@@ -44,7 +44,7 @@ class Task:
     heatwright: str = field(default_factory=lambda: version("heatwright"))
 
     def pack(self) -> bytes:
-        """Serialize it for a worker."""
+        """Serialize the task for a worker."""
         return pickle.dumps(self, protocol=5)
 
 

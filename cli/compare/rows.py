@@ -36,9 +36,9 @@ class Outcome:
     figures: Metrics
     log: StepLog
     built: BuildResult | None
-    """None with the model."""
+    """The binary and its sizes; None with the model."""
     replays: Mapping[str, ReplayResult]
-    """By loop; none with the model."""
+    """Comparison of each loop's steps with the model, by loop; none with the model."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _list(rows: Sequence[ComparisonRow]) -> str:
 
 
 def _own_row(controller: Controller, name: str, first: ComparisonRow) -> ComparisonRow:
-    """Make the row of a loop as it is, at its initial setpoint; if off, at the first row's."""
+    """Make the row of a loop as it is, at its initial setpoint; if that is off, at `first`'s."""
     loop = controller.loops[name]
     off = loop.setpoint.initial_c == 0.0 and facts_of(controller, name).hosted
     return ComparisonRow.model_construct(
@@ -133,7 +133,7 @@ def title_of(controller: Controller, row: ComparisonRow) -> str:
 
 
 def run_row(piece: _Piece, job: Job) -> Outcome:
-    """Run one row in a process of its own."""
+    """Run one row; `run_rows` calls this in worker processes."""
     varied = piece.spec._replace(controller=row_controller(piece.spec.controller, piece.row))
     controller = with_row_scenario(varied.controller)
     built = None if piece.model else build_firmware(varied, job)

@@ -37,7 +37,7 @@ class Share(NamedTuple):
 def shares(
     spec: Spec, taken: Mapping[str, Bytes], short: Short = (True, True)
 ) -> tuple[Share, ...]:
-    """Add up the sizes of the source files by the keys that need them, the largest first."""
+    """Add up the sizes of the source files by the keys that need them, the largest share first."""
     owners = {path.removeprefix("src/"): keys for path, keys in plan_firmware(spec).owners.items()}
     owners["main.c"] = ()
     found: defaultdict[tuple[Path, str], Bytes] = defaultdict(lambda: NONE)
@@ -72,5 +72,5 @@ def short_of(built: BuildResult) -> Short:
 
 
 def in_order(size: Bytes, short: Short) -> tuple[int, int]:
-    """Sort by the memory that is too small, by flash if both are; the largest first."""
+    """Return a key to sort sizes, the largest first, by the memory that is too small."""
     return (-size.flash if short[0] else 0, -size.ram if short[1] else 0)

@@ -26,7 +26,7 @@ OTHER_CHIP = 1.1
 """Largest ratio of a firmware's flash on another chip to that on its own: with more memory, calls
 and addresses are longer."""
 OTHER_STACK = 1.5
-"""The same for the stack: with more memory a return address takes 3 bytes instead of 2."""
+"""Largest such ratio for the stack: with more memory a return address takes 3 bytes, not 2."""
 MOST_WAYS = 6
 
 

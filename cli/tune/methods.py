@@ -50,7 +50,7 @@ class Task:
         return self.controller.loops[self.loop].period_s
 
     def open_loop(self, gains: Gains) -> OpenLoop:
-        """Return what the machine and gains make of a deviation, opened."""
+        """Return the frequency response of the open loop of machine and gains."""
         return open_loop(self.process, gains, self.period_s)
 
     def margins(self, gains: Gains, process: Process) -> Margins:
@@ -81,7 +81,7 @@ class Judged:
     gains: Gains
     margins: Margins
     load: Load | None
-    """None if the loop is not stable."""
+    """Effect of a load; None if the loop is not stable."""
     kick_percent: float
     """Change of the duty for one step of the sensor."""
 

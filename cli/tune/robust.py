@@ -52,7 +52,7 @@ class Row(NamedTuple):
 
     method: str
     sensitivity: float | None
-    """None if the loop is unstable on one machine."""
+    """Ms on the worst machine; None if the loop is unstable on one."""
     outcomes: Sequence[Outcome]
 
 
@@ -61,7 +61,7 @@ class Trade(NamedTuple):
 
     wish: Wish
     left_out: int
-    """Machines that cannot reach the target."""
+    """Number of machines that cannot reach the target."""
     rows: Sequence[Row]
 
 

@@ -21,7 +21,7 @@ NOT_COMPARED = ("fault.time_s",)
 
 @dataclass(frozen=True)
 class Check:
-    """One check."""
+    """One check of the evidence."""
 
     what: str
     limit: str
@@ -90,7 +90,7 @@ def upset_checks(outcomes: Sequence[Outcome]) -> Iterator[Check]:
 
 
 def run_checks(loops: ClosedLoop, simulation: Simulation) -> Iterator[Check]:
-    """Check the closed loop against the spec's `expect`, and against the limits of every loop."""
+    """Check that nothing trips, that chips keep to their data sheets, and the spec's `expect`."""
     expect = simulation.expect
     for loop, tripped in loops.run.faults.items():
         found = ", ".join(f"{fault_label(code)} at {time_s:.1f} s" for time_s, code in tripped)

@@ -43,7 +43,7 @@ class Evidence:
 
     @property
     def count(self) -> int:
-        """Number of checks."""
+        """Number of checks, with the figures of timing and the faults."""
         return len(self.checks) + len(self.trials.timing.figures) + len(self.trials.faults)
 
     @property
@@ -53,7 +53,7 @@ class Evidence:
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """The checks that fail, one line each."""
+        """The checks, figures of timing, upsets and faults that fail, one line each."""
         return (
             *(
                 f"{check.what}: {check.found} (limit: {check.limit})"

@@ -16,7 +16,7 @@ from heatwright.spec.loading.user_file import read_file
 
 
 def given_binary(spec: Spec, path: Path) -> BuildResult:
-    """Measure the binary.
+    """Check the binary against the spec, and measure the memory that it takes.
 
     Raises Refused if it is no AVR program, not for this chip or not from this spec, or if it cannot
     be verified because names or debug information are missing.

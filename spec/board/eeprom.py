@@ -1,7 +1,7 @@
 """The areas of the EEPROM, and how long its cells last.
 
-From its start: settings, programs, progress of the program, log. Slots of settings begin at the
-same places in every firmware.
+From its start: settings, programs, progress of the program, log. Slots of settings begin at
+multiples of 64 bytes in every firmware.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ LEAST_YEARS = 10.0
 SETTINGS_SLOT_BYTES = 64
 """A slot's size is this or a multiple of it: so the next firmware finds where each slot begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
-"""CRC, size, digest, sequence number and fault; without the count of trips for a lock-out."""
+"""Bytes of a record besides settings and trip count: CRC, size, digest, sequence number, fault."""
 MOST_RECORD_BYTES = 255
-"""Most bytes of a record: one byte holds its size, and counts while it is written."""
+"""Most bytes of a record: its size, and which byte is written next, each fit into one byte."""
 MOST_SETTINGS_SLOTS = 16
-"""The start checks every slot, of 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
+"""Most slots. The start checks each, 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
 watchdog period of 30 ms."""
 CYCLES_A_BYTE = 75
 """Most cycles to read a byte and add it to a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
@@ -35,19 +35,19 @@ FEWEST_SETTINGS_SLOTS = 4
 """Fewest slots, if programs or a log need room: 400 000 saves, a hundred a day for ten years."""
 
 PROGRAM_BYTES = 12 + 1 + 1
-"""Name with its end, number of segments."""
+"""Bytes of a program without its segments: name with its end, number of segments."""
 SEGMENT_BYTES = 1 + 2 + 4
-"""Kind, target, amount."""
+"""Bytes of a segment: kind, target, amount."""
 PROGRAM_FRAME_BYTES = 1 + 2 + 1
-"""Turn, CRC, turn again."""
+"""Bytes around a stored program: turn (a counter of its writes), CRC, turn again."""
 SLOTS_OF_A_PROGRAM = 2
 
 PROGRESS_BYTES = 4 + (4 + 2 + 4 * 4 + 4 * 4) + 2 + 1
-"""Sequence number; state, number, segment, end; CRC of the program; four temperatures; four counts;
-CRC, and the sequence number's lowest byte again."""
+"""Bytes of a slot: sequence number; state, number, segment, end; CRC of the program; four
+temperatures; four counts; CRC, and the sequence number's lowest byte again."""
 FEWEST_PROGRESS_SLOTS = 2
 MOST_PROGRESS_SLOTS = 255
-"""Most slots: the lowest byte of a slot's sequence number must differ in the next turn."""
+"""Most slots: the lowest byte of a slot's sequence number must differ in the next round."""
 
 LOG_FRAME_BYTES = 2 + 1 + 1
 """Bytes that show whether a log entry is complete: turn, digest, turn again."""
@@ -62,7 +62,7 @@ class Area(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Address of the first byte after it."""
+        """Address of the first byte after the area."""
         return self.start + self.slot_bytes * self.slots
 
     def years(self, every_s: float) -> float:
@@ -91,7 +91,7 @@ def log_in_eeprom(controller: Controller) -> SerialLog | None:
 
 
 def log_entry_bytes(controller: Controller, log: SerialLog) -> int:
-    """Count the bytes of an entry: temperature, setpoint, duty; program and place in it."""
+    """Count the bytes of an entry: temperature, setpoint, duty; one for program and segment."""
     return 2 + 2 + 1 + programmed(controller, log.loop)
 
 
@@ -159,5 +159,5 @@ def _slots_for(years: float, every_s: float) -> int:
 
 
 def slowest_s(years: float, slots: int) -> float:
-    """Return the interval of writes with which a number of slots lasts so many years, s."""
+    """Return the shortest interval of writes with which so many slots last so many years, s."""
     return years * YEAR_S / (CELL_WRITES * slots)

@@ -12,7 +12,7 @@ from heatwright.spec.controller import Controller
 ANY_S = 100e-6
 """Longest delay where nothing needs an interrupt sooner: a hundredth of the tick."""
 SLOT_S = 50e-6
-"""Longest delay of a 1-Wire slot: one that writes a zero lasts for 64 µs, and may for 120."""
+"""Longest delay of a 1-Wire slot: one that writes a zero lasts 64 µs, and may last 120 µs."""
 OTHERS_S = 10e-6
 """Time of other interrupts before that of a PWM: those of a line and of another channel."""
 BITS_OF_A_BYTE = 10
@@ -45,7 +45,7 @@ class Wait(NamedTuple):
 
 
 def waits(controller: Controller) -> Iterator[Wait]:
-    """List what interrupts serve, and how late they may come before it loses something.
+    """List the parts that interrupts serve, and how late one may come before its part loses data.
 
     A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
     shorter than the latest of its interrupts. A stepper's steps are half of their interval apart
@@ -70,12 +70,12 @@ def waits(controller: Controller) -> Iterator[Wait]:
 
 
 def longest_wait_s(controller: Controller) -> float:
-    """Return how long interrupts may be off, s."""
+    """Return the longest time for which interrupts may be off, s."""
     return min(each.seconds for each in waits(controller))
 
 
 def longest_tick_s(controller: Controller) -> float:
-    """Return how long the tick's interrupt takes at most, s: it is the longest that there is."""
+    """Return how long the tick's interrupt takes at most, s: no other interrupt takes longer."""
     outputs, channels = controller.outputs, share_pwm(controller).channels
     cycles = TICK_CYCLES
     cycles += RELAY_CYCLES * (controller.safety.relay is not None)

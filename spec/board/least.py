@@ -17,9 +17,9 @@ from heatwright.spec.interfaces import LcdKeypad, SerialLog
 from heatwright.spec.self_checks import self_checked
 
 EVERY = Least(2250, 100)
-"""Clock, gate, faults, settings, start-up, library; and the stack."""
+"""For every firmware: clock, gate, faults, settings, start-up, library; and the stack."""
 TUNABLE = Least(2160, 0)
-"""For each loop whose gains a host or a master may set and store."""
+"""For each loop whose gains may be set: by a host, a master, a touch display or a menu."""
 AUTOTUNE = Least(1670, 79)
 """In addition to TUNABLE, for each loop with autotune."""
 COUNTDOWN = Least(1090, 7)
@@ -31,7 +31,7 @@ SELF_CHECKS = Least(650, 12)
 
 
 def least(controller: Controller) -> Least:
-    """Return what the firmware takes at least, together."""
+    """Return the least flash and RAM that the whole firmware takes."""
     whole = (
         *controller.sensors.values(),
         *controller.outputs.values(),
@@ -51,7 +51,7 @@ def least(controller: Controller) -> Least:
 
 
 def _rings(controller: Controller) -> int:
-    """Count the RAM of a log's entries."""
+    """Count the bytes of RAM that the entries of logs take, if they are kept there."""
     kept = (each for each in placed(controller, SerialLog).values() if each.keep == "ram")
     return sum(each.entries * log_entry_bytes(controller, each) for each in kept)
 

@@ -12,7 +12,7 @@ FREQUENCY_TOLERANCE = 0.005
 """Tolerance of an Uno's ceramic resonator: no PWM frequency is held closer."""
 
 FEWEST_COUNTS = 100
-"""Steps of a PWM period: one step is then at most 1 % of the power."""
+"""Fewest steps of a PWM period: one step is then at most 1 % of the power."""
 
 FASTEST_BY_INTERRUPTS_HZ = 500.0
 """Two interrupts a period, some 100 cycles each: 0.6 % of the time of a 16 MHz processor."""
@@ -82,7 +82,7 @@ def settings_by_interrupts(
     """Make several frequencies with one free-running 16-bit timer, each on a channel of its own.
 
     The smallest prescaler that keeps every period within MOST_COUNTS_BY_INTERRUPTS serves all.
-    Empty if there is none, or if it leaves a period too few counts.
+    Empty if there is none, or if it leaves a period too few counts or an inexact frequency.
     """
     for prescaler in timer.prescalers:
         settings = tuple(

@@ -43,7 +43,7 @@ class PwmChannel(NamedTuple):
 
 
 class PwmTimers(NamedTuple):
-    """The outputs that are made, the timers they take, and what cannot be made."""
+    """The channel that makes each PWM output, and the outputs that no timer can make."""
 
     channels: Mapping[str, PwmChannel]
     problems: tuple[TimerProblem, ...]
@@ -104,7 +104,7 @@ def _by_timers(board: Board, outputs: Mapping[str, PwmOutput]) -> Iterator[tuple
 def _by_interrupts(
     board: Board, outputs: Mapping[str, PwmOutput], taken: set[int]
 ) -> tuple[dict[str, PwmChannel], list[str]]:
-    """Put outputs on channels of 16-bit timers, highest number first; list those left over."""
+    """Put outputs on channels of free 16-bit timers, the last timer first; list what is left."""
     free = [
         number
         for number, timer in sorted(board.timers.items(), reverse=True)

@@ -29,10 +29,10 @@ PULSE_LOOKS = 10
 none in that of the tick, which is long."""
 
 MOST_DIVIDER = 255
-"""Interrupts of the timer in one tick, counted in a byte."""
+"""Most interrupts of the timer in one tick: they are counted in a byte."""
 
 FASTEST_STEPS_HZ = 10_000
-"""Steps of a stepper in a second: each takes an interrupt of some 10 us, a tenth of the time."""
+"""Most steps of a stepper in a second: their interrupts of some 10 us take a tenth of it."""
 
 _ALL: tuple[Path, ...] = (("controller",), ("outputs",), ("sensors",))
 _REMEDY = "Use time_proportional in place of pwm, or a board with more timers"
@@ -47,7 +47,7 @@ class Interval(NamedTuple):
 
 
 class TimerUse(NamedTuple):
-    """The timer of each user, by its number."""
+    """The number of the timer that each user has."""
 
     tick: int
     one_wire: Mapping[str, int]
@@ -103,7 +103,7 @@ def looks_in_tick(controller: Controller) -> int:
 
 
 def allocate(controller: Controller) -> TimerUse:
-    """Share the board's timers out.
+    """Decide which of the board's timers each user has.
 
     Raises:
         NoTimer: they do not suffice, or cannot make a frequency that is asked for.
@@ -143,7 +143,7 @@ def allocate(controller: Controller) -> TimerUse:
 
 
 def _best_for_tick(board: Board, free: list[int], looks: int) -> int | None:
-    """Choose the timer with the fewest interrupts; of equals not timer 0, then the lowest."""
+    """Choose the timer with the fewest interrupts; of equals not timer 0, else the lowest."""
     rated = []
     for number_ in free:
         interval = tick_interval(board.clock_hz, board.timers[number_], looks)

@@ -14,7 +14,7 @@ for the other end. 115200 baud from 16 MHz, 2.1 % off, is within it."""
 
 
 RECEIVED_TOLERANCE = 2 * BAUD_TOLERANCE
-"""All that a receiver bears, where the other end's clock is right."""
+"""Largest error of the baud rate that a receiver bears, if the other end's clock is right."""
 
 
 class BaudSetting(NamedTuple):
@@ -23,7 +23,7 @@ class BaudSetting(NamedTuple):
     divisor: int
     baud: float
     error: float
-    """Relative: 0.02 is 2 % too fast."""
+    """Relative error of the rate: 0.02 is 2 % too fast."""
 
 
 def baud_setting(clock_hz: int, baud: int) -> BaudSetting:

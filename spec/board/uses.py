@@ -24,7 +24,7 @@ class PinUse(NamedTuple):
     pin: Pin
     path: Path
     purpose: str
-    """What an interface uses the pin for; empty for a sensor or an output."""
+    """What an interface or a contact uses the pin for; empty for a sensor's or an output's own."""
 
 
 def pin_uses(controller: Controller) -> Iterator[PinUse]:

@@ -27,12 +27,12 @@ class Layout(NamedTuple):
 
     platformio: str
     names: Mapping[str, str] = {}
-    """Printed name of each pin to its port's name; empty for a bare chip."""
+    """The port's name of each pin by its printed name; empty for a bare chip."""
     bootloader_bytes: int = 0
     bootloader_pins: str = ""
     led: str = ""
     analog_only: Mapping[str, int] = {}
-    """Printed name of each pin that leads to the ADC alone, to its channel."""
+    """The ADC's channel of each pin that leads to the ADC alone, by its printed name."""
     clock_hz: int = 16_000_000
     shield: bool = False
     bootloader_talks: tuple[str, int] | None = None
@@ -40,7 +40,7 @@ class Layout(NamedTuple):
 
 
 def build(name: str, chip: Chip, layout: Layout) -> Board:
-    """Make a board."""
+    """Make a board of its chip's data and its layout."""
     names = layout.names or {port_name: port_name for port_name in chip.functions}
     pins = {}
     for printed, port_name in names.items():

@@ -46,7 +46,7 @@ ATMEGA328P = Chip(
     ),
 )
 
-# PB7 is also OC1C, and PG5 OC0B: one compare output a pin is enough to choose from.
+# PB7 is also OC1C: one compare output a pin is enough to choose from.
 ATMEGA2560 = Chip(
     mcu="atmega2560",
     flash_bytes=262144,

@@ -17,9 +17,9 @@ class Pin(NamedTuple):
     pwm: tuple[int, str] | None = None
     """Timer and channel of the compare output; the channel is "" where the timer has one only."""
     serial: str | None = None
-    """`rx` or `tx`."""
+    """Line of a serial port that the pin can be: `rx` or `tx`."""
     spi: str | None = None
-    """`ss`, `sck`, `mosi` or `miso`."""
+    """Line of the SPI bus that the pin can be: `ss`, `sck`, `mosi` or `miso`."""
     led: bool = False
     bootloader: bool = False
     """Driven, or pulled up, by the bootloader at every reset."""
@@ -62,7 +62,7 @@ class Adc(NamedTuple):
     band_gap_code: int = 0x1E
     """Code in ADMUX that selects the band gap voltage."""
     band_gap_v: float = 1.1
-    """Typical voltage; ±10 %."""
+    """Typical band gap voltage; ±10 %."""
     has_mux5: bool = False
     digital_inputs: range = range(16)
     """Channels whose pin has a digital input that can be switched off: DIDR0, DIDR2."""

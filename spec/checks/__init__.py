@@ -191,7 +191,7 @@ CHECKS: tuple[Check, ...] = (
     rows_have_loops,
 )
 
-# Each uses the whole plant, so they run only if all its names are defined.
+# Each of these checks uses the whole plant, so they run only if all its names are defined.
 SIMULATION_CHECKS: tuple[Check, ...] = (
     plant.plant_links,
     plant.plant_radiation,
@@ -206,7 +206,7 @@ SIMULATION_CHECKS: tuple[Check, ...] = (
 
 
 def check(controller: Controller) -> list[Finding]:
-    """Run all checks.
+    """Run all checks on a controller.
 
     The extremes of numbers that keys can set, and the rows of a comparison, add only findings that
     the controller itself does not have.

@@ -46,7 +46,7 @@ class _Advice(NamedTuple):
 
 
 def agreed(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings, each with advice that satisfies all of its key, if there is one."""
+    """Return the findings, each with advice that satisfies all findings at its key, if any does."""
     found = list(findings)
     advices: dict[Path, list[_Advice]] = defaultdict(list)
     for finding in found:

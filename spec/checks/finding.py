@@ -38,7 +38,7 @@ def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Thermomete
 
 
 def loop_types(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer, str]]:
-    """List what `loop_sensors` does, and again for each other thermocouple type to choose."""
+    """List loops as `loop_sensors` does, and again with each other selectable thermocouple type."""
     for name, loop, sensor in loop_sensors(controller):
         yield name, loop, sensor, ""
         for kind, chosen in variants(sensor).items():

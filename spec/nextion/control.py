@@ -20,11 +20,11 @@ from heatwright.spec.rules import Rule
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 CONTROL_CHART_PX = (800, 180)
-"""One pixel a second: 800 s."""
+"""Width and height: at one pixel a second the chart shows 800 s."""
 CONTROL_CHART_EVERY_S = 1.0
 
 LISTED = 8
-"""Faults in the list."""
+"""Most faults that the page of faults lists."""
 LONGEST_FAULT = 40
 
 

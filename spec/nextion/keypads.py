@@ -49,7 +49,7 @@ def _kind_by_name() -> Iterable[str]:
 
 
 def _sent() -> tuple[str, ...]:
-    """Command 7 with this one point. What a form does not need may be empty, and is sent as 0."""
+    """Return code that sends command 7 with this segment; an empty field is sent as 0."""
     return (
         'if(m.txt=="")', "{", 'm.txt="0"', "}",
         'if(t.txt=="")', "{", 't.txt="0"', "}",
@@ -60,7 +60,7 @@ def _sent() -> tuple[str, ...]:
 
 
 def _into_selected(change: str) -> tuple[str, ...]:
-    """Change the field that was touched last."""
+    """Return code that changes the field that was touched last."""
     return (
         "if(sel.val==0)", "{", f"m.txt{change}", "}else", "{", f"t.txt{change}", "}",
     )  # fmt: skip
@@ -116,7 +116,7 @@ def _into_shown(change: str) -> tuple[str, ...]:
 
 
 def _keypad(sheet: Sheet, change: Change) -> None:
-    """Digits, point and sign; `<` takes the last one away, C all."""
+    """Add keys for digits, point and sign; `<` deletes the last character, C all."""
     for place, key in enumerate(KEYS):
         column, row = place % 3, place // 3
         x, y = 310 + 105 * column, 70 + 68 * row

@@ -23,7 +23,7 @@ from heatwright.spec.nextion.parts import (
 from heatwright.spec.programs import LONGEST_NAME
 
 CHART_PX = (600, 180)
-"""The chart's width and height; a value is a height in pixels."""
+"""The chart's width and height; the display takes its values as heights in pixels."""
 CHART_EVERY_S = 60.0
 """Time between two pixels: ten hours in the chart's width."""
 LONGEST_STATE = 30
@@ -58,7 +58,7 @@ def stop_page(number: int) -> Page:
 
 
 def waveform_attributes() -> dict[str, int]:
-    """Two channels: the temperature, and the setpoint behind it; a line each 60 pixels."""
+    """Attributes of a chart: temperature, setpoint behind it, and a line each 60 pixels."""
     return {
         "ch": 2, "bco": GROUND, "gdc": GRID, "gdw": 60, "gdh": 60, "dis": 100,
         "pco0": AMBER, "pco1": LIME,

@@ -13,7 +13,7 @@ Code = tuple[str, ...]
 Attribute = int | str
 
 WIDTH, HEIGHT = 800, 480
-"""Pixels of an NX8048T050."""
+"""Size of the display NX8048T050 in pixels."""
 
 FONTS = (24, 32, 80)
 """Heights of the fonts in pixels, by their numbers in the editor."""
@@ -105,7 +105,7 @@ class Sheet:
         *,
         bco: int = GROUND,
     ) -> None:
-        """Add a text that never changes; one with a colour of its own stands in its middle."""
+        """Add a text that never changes; on a ground of its own colour it is centred."""
         own = {"pco": WHITE if font else DIM, "bco": bco, "xcen": int(bco != GROUND)}
         self.add("text", name, place, text_attributes(text, len(text), font) | own)
 
@@ -160,7 +160,7 @@ class Sheet:
     ) -> None:
         """Add a button of two states that begins in the first."""
         attributes = text_attributes(text, longest, SMALL)
-        del attributes["bco"]  # it has one for each state
+        del attributes["bco"]  # a switch has one for each state
         own = {"val": 0, "bco0": BUTTON, "bco1": GREEN} | BUTTON_STYLE
         self.add("dual_state", name, place, attributes | own, release=code, shared=shared)
 
@@ -173,7 +173,7 @@ class Sheet:
         self.add("variable", name, attributes={"sta": 1, "txt": "", "txt_maxl": longest})
 
     def page(self, *, preinitialize: Code = ()) -> Page:
-        """Return the page; whenever it is shown it says so."""
+        """Return the page; whenever the display shows it, the display reports its number."""
         shown = (f'print "#21 {self.id};"',)
         return Page(
             self.name, self.id, tuple(self.components), preinitialize, shown, meaning=self.meaning
@@ -181,7 +181,7 @@ class Sheet:
 
 
 def text_attributes(text: str, longest: int, font: int) -> dict[str, Attribute]:
-    """Attributes of what shows a text, white on black."""
+    """Return the attributes of a component that shows a text, white on the colour FIELD."""
     return {
         "txt": text, "txt_maxl": longest, "font": font, "pco": WHITE, "bco": FIELD,
         "xcen": 0, "ycen": 1,

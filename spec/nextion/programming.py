@@ -16,7 +16,7 @@ from heatwright.spec.programs import LONGEST_NAME
 ROWS = 10
 """Segments on a page; a program with more has a second one."""
 LONGEST_NUMBER = 9
-"""Characters of a time, a rate or a temperature, such as 44640.25."""
+"""Most characters of a time, a rate or a temperature, such as 44640.25."""
 
 
 def programs_page(number: int, places: int) -> Page:
@@ -49,7 +49,7 @@ def points_page(number: int, first: int, points: int, *, more: str) -> Page:
 
 
 def _row(sheet: Sheet, place: int, y: int) -> None:
-    """One segment: its number, which is marked by a touch; kind, time or rate, end; go here."""
+    """Add one segment: its number, which a touch marks; kind, time or rate, end; go here."""
     edit = (
         f"point.n.val={place}",
         f"point.k.txt=k{place}.txt",

@@ -40,7 +40,7 @@ WEAK = 0.81
 """Share of its power that a heater has with the supply 10 % low, which EN 50160 allows."""
 
 BEHIND = 1.5
-"""Time of `frozen` in times of `heating`. At full power a dead heater is then reported before a
+"""Wanted ratio of `frozen`'s time to `heating`'s: at full power a dead heater is reported before a
 frozen sensor, as `heating` sees both; and the duty has time to grow to full power."""
 
 SPREAD = 1.3
@@ -58,7 +58,7 @@ HOST_LOST_AFTER_S = 600.0
 """Time after which a silent host of G-code is lost: Klipper's `idle_timeout`."""
 
 SMALL_FLASH_BYTES = 16 * 1024
-"""Chips with no more flash get no rule that the spec does not ask for."""
+"""Chips with no more flash get the rules of `effort` only if the spec asks for them."""
 
 _KNOWN: dict[str, dict[str, Limits]] = {}
 """Derived rules by everything they depend on: to simulate a plant takes time."""
@@ -247,7 +247,7 @@ class _Rules:
         )
 
     def _derive_for(self) -> None:
-        """Find how long such heat may go on without a movement of the reading.
+        """Find how long heat above `holding` may go on without a movement of the reading.
 
         As long as without a plant, so that a machine that loses more does not trip where it rests;
         but no longer than nodes bear the heat, and never shorter than a healthy machine needs.

@@ -37,10 +37,10 @@ LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
 
 TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
 """Factors of the rule's time: of the longest healthy course, which assumes the best control; and of
-the filter's time, for worse control."""
+the filter's time, for worse control; and the shortest time, s."""
 
 SWINGS = 1.5
-"""Swing of the temperature, as a multiple of a switch's hysteresis: heat arrives and ends late."""
+"""Swing of the temperature, as a multiple of the algorithm's `swing_k`: heat comes late."""
 
 WINDOW_SHARE = 0.1
 """Longest window of a loop that switches, as a share of the filter's time. The output takes the
@@ -115,7 +115,7 @@ def sights(controller: Controller) -> Iterator[str]:
 
 
 class _Corner(NamedTuple):
-    """A machine at a corner of the tolerances."""
+    """A corner of the tolerances: factors of the plant's values, and the ambient temperature."""
 
     capacity: float
     resistance: float
@@ -160,7 +160,7 @@ class _Search:
         self.is_coarse = loop.algorithm.swing_k > 0 and window_s > WINDOW_SHARE * self._filter_s
 
     def found(self) -> Effort | None:
-        """Return the rule with all its numbers."""
+        """Return the rule with all its numbers; None if it can never trip, or needs too long."""
         given, words = self._given, dict(self._given.derived)
         most, least = band_percent(self._tolerance)
         open_ = {key for field, key in _KEYS.items() if field not in given.model_fields_set}
@@ -248,7 +248,7 @@ class _Search:
         return longest_s
 
     def _beyond_s(self, corner: _Corner, band: EffortBand) -> float:
-        """Simulate one machine: up from cold, up from the middle of that, down, and off."""
+        """Return how long a machine is beyond its band, s: heated up, after a reset, down, off."""
         weak = corner.power < 1
         network = _scaled(self._fed if weak else self._plant, corner.capacity, corner.resistance)
         running = sorted(self._windy if weak else self._calm)

@@ -84,7 +84,7 @@ class HeatFlows:
                 conductances[i][j] += sign * slope
 
     def _laplacian(self, network: ThermalNetwork, running: Sequence[str]) -> Matrix:
-        """Return a matrix: the sum of a node's conductances on the diagonal, minus each beside."""
+        """Return a matrix: a node's conductances, summed on the diagonal, negative beside it."""
         factors: dict[frozenset[str], float] = {}
         for fan, effect in network.fans.items():
             if fan in running:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 WINTER_C, SUMMER_C = 5.0, 35.0
-"""A workshop in winter and in summer."""
+"""Temperature of a workshop in winter and in summer."""
 
 SPARE = 0.1
 """What a node bears beyond what the protection allows, as a share of its rise above ambient."""
@@ -34,7 +34,7 @@ TIMES = 3.0
 and less power beyond what it loses."""
 
 LEAST_TIMES = 2.0
-"""That factor where nodes bear no more: some 30 % larger at a supply that is 10 % low."""
+"""As `TIMES`, where nodes bear no more: some 30 % larger at a supply that is 10 % low."""
 
 SHORTEST_STEPS = 10
 """Shortest derived time, in control steps: some lost readings must not cause a trip."""
@@ -143,7 +143,7 @@ class HeatedLoop:
             raise ValueError(name)
 
     def at(self, ambient_c: float) -> Heated:
-        """Return the plant in other surroundings."""
+        """Return the plant at another ambient temperature."""
         return Heated(self._network, *self._parts, ambient_c, self._always)
 
     @property
@@ -169,7 +169,7 @@ class HeatedLoop:
 
     @cached_property
     def warm(self) -> tuple[Heated, Vector]:
-        """The plant on a warm day, and what each of its nodes bears above that."""
+        """The plant on a warm day, and what each of its nodes bears above that day's ambient, K."""
         return self._bears_k(max(SUMMER_C, self.ambient_c))
 
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
@@ -251,7 +251,7 @@ class HeatedLoop:
                 return
 
     def follow(self, state: Vector, power_w: float) -> Iterator[tuple[float, Vector]]:
-        """Yield times and states from one on at a power."""
+        """Yield times and states from a state on, at a constant power."""
         quick_s = self.plant.fastest_s() / 4
         return islice(self.plant.course(state, power_w, quick_s, 64 * quick_s), MOST_POINTS)
 
@@ -265,7 +265,7 @@ class HeatedLoop:
         )
 
     def _sensed(self, state: Vector, power_w: float) -> Iterator[tuple[float, float]]:
-        """Follow a start until the course no longer depends on it."""
+        """Yield times and temperatures from a start on, until the course is independent of it."""
         enough_k = (self.highest_c - self.lowest_c) * OWN + self.step_k
         most_k = min(
             self.plant.sensed_k(state) + enough_k, self.highest_c - self.ambient_c + self.step_k
@@ -369,7 +369,7 @@ class HeatedLoop:
         )
 
     def rounded_s(self, seconds: float, shortest_s: float) -> float:
-        """Round a time up to two digits, at least the shortest, and at most what can be counted."""
+        """Round a time up to two digits: at least the shortest, at most a day, and countable."""
         return self._rounded_s(seconds, shortest_s, math.ceil)
 
     def rounded_down_s(self, seconds: float, shortest_s: float) -> float:
@@ -409,7 +409,7 @@ def _full_w(loop: Loop, heater: Switch) -> float:
 
 
 def _some(found: list[Vector]) -> list[Vector]:
-    """Select a few, evenly spaced."""
+    """Select a few of the states, evenly spaced."""
     return found[:: max(1, len(found) // PLACES)]
 
 

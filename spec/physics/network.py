@@ -214,7 +214,7 @@ class Heated:
     def course(
         self, state: Vector, power_w: float, first_s: float, longest_s: float
     ) -> Iterator[tuple[float, Vector]]:
-        """Yield times and states without end, in steps that double now and then to `longest_s`."""
+        """Yield times and states without end; after every 64 a step doubles, up to `longest_s`."""
         time_s, step_s = 0.0, min(first_s, longest_s)
         about, matrix = state, self.step(power_w, step_s, state)
         yield time_s, state

@@ -51,7 +51,7 @@ class Reserve(NamedTuple):
 
 
 def reserves(controller: Controller) -> Iterator[Reserve]:
-    """List the loops of a good spec that have a plant and must heat to their highest setpoint."""
+    """Yield the reserve of each loop of a checked spec that must heat to its highest setpoint."""
     simulation = controller.simulation
     if simulation is None:
         return

@@ -34,12 +34,12 @@ HOTTEST_K = 1e5
 
 
 class SizedWall(NamedTuple):
-    """One wall, its ends at the given temperatures; resistances in K/W."""
+    """One wall between two given temperatures; resistances in K/W."""
 
     inside_k_per_w: float
     layers_k_per_w: float
     outside_k_per_w: float
-    """Film and radiation."""
+    """Resistance of film and radiation side by side."""
     loss_w: float
     surface_c: float
     """Temperature of the outer surface, °C."""
@@ -66,7 +66,7 @@ def wind_film_w_per_m2k(wind_m_per_s: float) -> float:
 
 
 def sized_wall(wall: Wall, inside_c: float, outside_c: float) -> SizedWall:
-    """Find what flows through a wall when its surface radiates as warm as it then is."""
+    """Find the heat through a wall, and the temperature at which its surface gives it off."""
     inside = 1 / (wall.inside_w_per_m2k * wall.area_m2)
     layers = sum(
         each.thickness_mm / 1000 / (each.conductivity_w_per_mk * wall.area_m2)

@@ -36,7 +36,7 @@ LONGEST_S = 4 * 3600.0
 
 
 class Times(NamedTuple):
-    """Times of the rules that count heat, s; infinite without such a rule."""
+    """Times of rules `heating` and `frozen`, s, infinite without the rule; and its `holding`."""
 
     within_s: float
     for_s: float
@@ -62,7 +62,7 @@ class Lie(NamedTuple):
         return (percent - self.first_percent) / self.per_s
 
     def percent(self, time_s: float) -> float:
-        """Return the duty at a time."""
+        """Return the duty at a time after the reading became wrong."""
         return min(self.most_percent, self.first_percent + self.per_s * time_s)
 
 
@@ -101,7 +101,7 @@ def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
 
 
 def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, lie: Lie, time_s: float) -> Vector:
-    """Return each node's peak if this lasts for a time and the heat then spreads, above ambient."""
+    """Return each node's peak above ambient, if `lie` lasts `time_s` and the heat then spreads."""
     step_s, state = min(time_s, LONGEST_S) / PIECES, start
     size = len(start) - 1 - bool(plant.lag_s)
     peaks, about = start[:size], start

@@ -25,7 +25,7 @@ class Write(NamedTuple):
     name: str
     """`LOOP.setpoint` and so on, or a command."""
     value: float | bool
-    """°C, % or a gain; a switch's state."""
+    """The value in °C, in % or in the gain's unit; or a switch's state."""
 
     @property
     def loop(self) -> str:

@@ -32,7 +32,7 @@ TABLE_STEPS = 0.5
 """The firmware's table is nowhere half a step of the ADC away from the exact curve."""
 
 SHOWN = 5
-"""Temperatures of a table for people; the check uses ten times as many between each two."""
+"""Places of a table for people; the check of `accuracy` divides the range ten times as finely."""
 
 EDGE = 0.5 / CODES
 

@@ -27,7 +27,7 @@ INTERNAL_V = {"atmega328p": 1.1}
 USUAL_INTERNAL_V = 2.56
 
 ZERO_OHM = {"pt100": 100.0, "pt1000": 1000.0}
-"""Resistance at 0 °C."""
+"""Resistance of each platinum element at 0 °C."""
 
 
 class Circuit(Protocol):
@@ -173,7 +173,7 @@ def reference_v(sensor: Any, mcu: str) -> float:
 
 
 def of_voltage(sensor: Any, scale: float, mcu: str, *, open_is_high: bool) -> Linear:
-    """Return the circuit of a sensor that gives a voltage, V for each unit, on a chip's ADC."""
+    """Return the circuit of a sensor that gives `scale` volts for each unit, on a chip's ADC."""
     full_v = reference_v(sensor, mcu)
     return Linear(sensor.offset_v / full_v, scale / full_v, open_is_high)
 
@@ -224,7 +224,7 @@ def code_share(code: int, readings: int) -> float:
 
 
 def _thermistor(sensor: Any, full_v: float) -> Curve:
-    """Return the curve's form, as its numbers show it."""
+    """Return the thermistor's curve, of the kind that the spec's keys show."""
     curve = sensor.curve
     if hasattr(curve, "codes"):
         over = full_v / divider_v(sensor.divider)

@@ -82,7 +82,7 @@ class SteinhartHart:
 class Points:
     """A table of (°C, Ω), temperature ascending; between its points ln R is linear in 1/T.
 
-    That is a beta of its own between each two points. Beyond its ends the last one goes on.
+    That is a beta of its own between each two points. Beyond its ends the outermost ones go on.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -143,7 +143,7 @@ class Coded:
         return self.resistor_ohm * (over if self.pulled_up else 1 / over)
 
     def _beyond(self, place: int) -> Points:
-        """Return the two pairs at an end, as resistances."""
+        """Return the two pairs at an end, as points of temperature and resistance."""
         ends = self.pairs[:2] if place == 0 else self.pairs[-2:]
         return Points(tuple(sorted((at_c, self._shown(share)) for share, at_c in ends)))
 

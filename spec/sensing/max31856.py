@@ -128,7 +128,7 @@ class Max31856(Averaged):
 
     @property
     def read_s(self) -> float:
-        """Time of another conversion, as its conversions are not in step with ours, and to read it.
+        """Time of one more conversion, which keeps no step with the loop, and of reading it.
 
         One conversion of 16 takes longer: it tests for an open thermocouple. READ_TICKS is enough
         on the slowest pins.
@@ -167,7 +167,7 @@ def variants(sensor: object) -> dict[str, Max31856]:
 
 
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
-    """Find the highest setpoint of each selectable type that bears less than the loop's maximum.
+    """Find each selectable type's highest setpoint, where it is below the loop's highest.
 
     Args:
         sensor: the loop's sensor.

@@ -47,7 +47,7 @@ class _Converter(Averaged):
         return _STEP_K
 
     def fitting(self, period_s: float) -> str:
-        """Nothing of its own makes a conversion shorter."""
+        """Offer nothing: no setting of the converter makes a conversion shorter."""
         del period_s
         return ""
 
@@ -124,7 +124,7 @@ class Max31855(_Converter):
 
     @property
     def read_s(self) -> float:
-        """Time of another conversion, as its conversions are not in step with ours."""
+        """Time of one more conversion, as those of the chip keep no step with the loop."""
         return 0.1
 
     @property

@@ -44,7 +44,7 @@ def eeprom_suffices(controller: Controller) -> Findings:
 
 
 def settings_fit(controller: Controller) -> Findings:
-    """Find more loops with settings than one record holds."""
+    """Find settings of the loops that do not all fit into one record."""
     size = settings_bytes(controller)
     if size <= MOST_RECORD_BYTES:
         return
@@ -66,7 +66,7 @@ def _largest(controller: Controller, areas: Layout) -> Path:
 
 
 def _shares(areas: Layout) -> str:
-    """List the bytes that each area takes, the largest first."""
+    """List the bytes that each area takes, the largest area first."""
     names = ("settings", "programs", "progress of the program", "log")
     sizes = {name: area.slot_bytes * area.slots for name, area in zip(names, areas, strict=True)}
     ordered = sorted(sizes.items(), key=lambda each: -each[1])
@@ -88,7 +88,7 @@ def _smaller(controller: Controller) -> str:
 
 
 def _most(given: int, changed: Callable[[int], Controller], least: int = 1) -> int:
-    """Return the highest number that the EEPROM has room for; 0 if it is below `least`."""
+    """Return the highest number below `given` that the EEPROM has room for; 0 if below `least`."""
     return next((each for each in range(given - 1, least - 1, -1) if _suffices(changed(each))), 0)
 
 

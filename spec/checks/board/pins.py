@@ -148,7 +148,7 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
 
 
 def _kept_off(controller: Controller) -> Iterator[tuple[str, Switch, str, Path]]:
-    """List the outputs that must be off until the program runs: name, output, word, user's path."""
+    """List outputs that must be off until the program runs: name, output, word, path of its use."""
     for name, loop, heater in loop_heaters(controller):
         yield loop.heater, heater, "heater", ("loops", name, "heater")
     relay = controller.switches.get(controller.safety.relay or "")

@@ -16,7 +16,7 @@ HEATS = re.compile(r"M(104|109|140|190|141|191)\b(?:.*\b(T\d+))?")
 OWN = {"140": "B", "190": "B", "141": "C", "191": "C"}
 """Names of the bed (B) and chamber (C), by the commands that set them."""
 LONGEST_HOST_LINE = 80
-"""Characters of a line that a host sends; the firmware's own limit is above it."""
+"""Most characters of a line that a host sends; the firmware's own limit is above it."""
 
 
 def host_names_once(controller: Controller) -> Findings:
@@ -73,7 +73,7 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
 
 
 def host_steppers(controller: Controller) -> Findings:
-    """Find steppers of a host that are other outputs."""
+    """Find steppers of a host that are no outputs, or outputs that cannot feed material."""
     for index, interface in placed(controller, Gcode).items():
         for address, name in interface.steppers.items():
             path = ("interfaces", index, "steppers", address)

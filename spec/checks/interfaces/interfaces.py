@@ -36,7 +36,7 @@ def step_fits_range(controller: Controller) -> Findings:
 
 
 def countdowns_have_a_use(controller: Controller) -> Findings:
-    """Find countdowns where programs or a host have the time, or where a power cut loses it."""
+    """Find countdowns that programs or a host replace, a power cut loses, or may never start."""
     for index, interface in placed(controller, LcdKeypad).items():
         if interface.countdown is None:
             continue

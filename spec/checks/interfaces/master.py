@@ -16,10 +16,10 @@ from heatwright.spec.quantity import celsius, duration, number, rounded_up
 from heatwright.spec.scenario.writes import COMMANDS, GAINS, Write
 
 LONGEST_FRAME = 256
-"""Bytes (Modbus over serial line, 2.5.1)."""
+"""Most bytes of a request or an answer (Modbus over serial line, 2.5.1)."""
 
 LONGEST_TALK = 96 + 2048
-"""Characters of the longest line that a host's firmware takes, and of its longest answer."""
+"""Characters of the longest line that the firmware takes from a host, and the longest answer."""
 
 HOST_CHARACTER_BITS = 10
 """Bits of one character in 8N1 format: start bit, 8 data bits, stop bit."""
@@ -58,12 +58,12 @@ def exchange_s(modbus: ModbusRtu) -> float:
 
 
 def polls_s(host: Gcode) -> float:
-    """Return the longest time in which a healthy host sends at least two requests, s."""
+    """Return the time within which a healthy host has sent two requests, at the latest, s."""
     return 2 * HOST_POLLS_S + LONGEST_TALK * HOST_CHARACTER_BITS / host.baud
 
 
 def masters_have_time(controller: Controller) -> Findings:
-    """Check that `master_lost_after` outlasts the longest exchange on the line and fits 16 bits."""
+    """Check that `master_lost_after` outlasts an exchange, or a host's polls, and fits 16 bits."""
     modbus, host = modbus_of(controller), gcode_of(controller)
     for name, loop in controller.loops.items():
         seconds = loop.protection.master_lost_after_s

@@ -98,7 +98,7 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
 
 
 def something_acts(controller: Controller) -> Findings:
-    """Find controllers whose every gain is 0."""
+    """Find loops whose kp and ki are both 0."""
     for name, loop in controller.loops.items():
         algorithm = loop.algorithm.pid
         if algorithm and algorithm.kp == 0 and algorithm.ki == 0:

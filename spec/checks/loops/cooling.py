@@ -84,7 +84,7 @@ def coolers_cool(controller: Controller) -> Findings:
 
 
 def dead_band_has_room(controller: Controller) -> Findings:
-    """Check that the hysteresis is inside the band, and the rest larger than a step of the sensor.
+    """Check the hysteresis against the dead band, and what is left against the sensor's step.
 
     Between where heating ends and cooling begins there must be a reading at which neither is on.
     """

@@ -37,7 +37,7 @@ def bands_in_order(controller: Controller) -> Findings:
 
 
 def ready_can_last(controller: Controller) -> Findings:
-    """Check that `ready_within` is above the loop's resting error: dead band and sensor's step."""
+    """Check that `ready_within` is above the sensor's step, the dead band and the hysteresis."""
     for name, loop, sensor in loop_sensors(controller):
         if loop.ready_within_k is None:
             continue

@@ -45,7 +45,7 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
     """Check that `over_temperature` does not trip on a healthy machine.
 
     At the highest setpoint a healthy loop may read too high by the sensor's error. An on-off loop
-    also swings up by half its hysteresis before it switches off, and a loop with a dead band may
+    also rises above it by its hysteresis before it switches off, and a loop with a dead band may
     rest above the setpoint by that band.
     """
     for name, loop, sensor, _ in loop_types(controller):

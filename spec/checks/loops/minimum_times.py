@@ -95,7 +95,7 @@ def minimum_times_break_no_rule(controller: Controller) -> Findings:
 
 
 def _bounds(loop: Loop) -> list[tuple[str, str, tuple[str, str], float]]:
-    """List outputs with a key, and the rule's key and time, s, that it must stay below.
+    """List an output and its key, then the rule's key and its time, s, which must be longer.
 
     A heater that is held off, or that waits for a cooler held on, does not heat. A heater held on,
     or a cooler held off, lets the temperature rise.

@@ -81,7 +81,7 @@ def _watched(controller: Controller) -> Iterator[_Watched]:
 
 
 def monitors_in_order(controller: Controller) -> Findings:
-    """Check that the warning is below the limit, that both can be read, and that it is steady."""
+    """Check warning against limit, both against the sensor's range, and hysteresis against step."""
     for name, monitor, sensor, _ in _watched(controller):
         path: Path = ("monitors", name)
         (lowest_c, highest_c), because_of = sensor.range_c, (("sensors", monitor.sensor),)

@@ -17,7 +17,7 @@ MOST_BUSES, QUICK_HZ = 4, 16_000_000
 """Most 1-Wire buses with this clock or a faster one; with a slower one, one less (measured)."""
 
 MOST_MISSING = 255
-"""Missing readings an 8-bit counter holds."""
+"""Most missing readings: an 8-bit counter holds them."""
 
 WATCHDOG_TOLERANCE = 0.1
 """Deviation of the watchdog's own oscillator, 128 kHz nominal, with supply and temperature (data
@@ -35,7 +35,7 @@ def periods_s(count: int, loop: Loop) -> float:
 
 
 def restart_s(first_s: float, loop: Loop) -> float:
-    """Return how long a loop goes without readings, s, if its sensor takes a time for its first.
+    """Return how long a loop has no reading, s, if its sensor restarts, which takes `first_s`.
 
     One step finds the reading lost; each that comes before the first new one finds none.
     """

@@ -111,7 +111,7 @@ def spread_has_no_rests(controller: Controller) -> Findings:
 
 
 def pulses_fit(controller: Controller) -> Findings:
-    """Find shortest pulses and pauses that leave no room in the window."""
+    """Find shortest pulses and pauses that do not fit the window, or are no multiple of a step."""
     for name, output in _outputs(controller):
         together_s = output.minimum_on_s + output.minimum_off_s
         if together_s > output.window_s:

@@ -103,7 +103,7 @@ def cooling_is_slow_enough(machine: Machine) -> Findings:
 
 
 def dead_band_holds(machine: Machine) -> Findings:
-    """Find shortest times in which the temperature goes through the whole dead band.
+    """Find shortest times on in which the temperature goes through the whole dead band.
 
     Heater and cooler would then alternate for ever, however well the lead is chosen.
     """

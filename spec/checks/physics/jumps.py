@@ -19,7 +19,7 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     pulse_k = _pulse_k(machine)
     if not machine.course or not noise_k + pulse_k:
         return
-    # Quantization and noise are independent: their jumps add as the root of their squares.
+    # Quantization and noise are independent: their jumps add up as root of the sum of squares.
     jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
     if not jumps_k:
         return  # nothing moves

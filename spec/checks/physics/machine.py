@@ -89,7 +89,7 @@ class Machine:
 
     @property
     def pulse_w(self) -> float:
-        """Power while the heater is on."""
+        """Power while the heater is on, W: more than the rated power where the supply is higher."""
         return self.power_w / self.output.full_share
 
     @property

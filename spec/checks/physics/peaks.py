@@ -22,7 +22,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, duration
 
 SHARE = 0.02
-"""Largest error of this course against that of `verify`: a share of the rise above ambient."""
+"""Largest error of the peaks computed here against `verify`: a share of the rise above ambient."""
 
 
 class _Case(NamedTuple):
@@ -111,7 +111,7 @@ class _Stand:
         yield _Case("that has fallen out", fallen(algorithm), falls_s, else_s)
 
     def worst(self, times: Times, share: float = 0.0) -> _Peak | None:
-        """Return the node that is furthest above what it bears; None if all are within a share."""
+        """Return the node furthest above what it bears; None if all stay within `share` of that."""
         peaks = [peak for case in self._cases for peak in self._too_hot(case, times, share)]
         return max(peaks, key=lambda peak: peak.peak_c - peak.bears_c, default=None)
 

@@ -174,7 +174,7 @@ def plant_covers_loops(controller: Controller) -> Findings:
 
 
 def heaters_have_power(controller: Controller) -> Findings:
-    """Find heaters of the plant without a power."""
+    """Find heaters of the plant that are steppers, or without a power."""
     if controller.simulation is None:
         return
     for name in controller.simulation.plant.heat:

@@ -42,7 +42,7 @@ BRIEF_S = 60.0
 
 
 def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
-    """Run the checks of this file on every loop that has a plant.
+    """Run all checks of a machine's physics on every loop that the plant heats.
 
     any_setpoint -- whether somebody may choose another setpoint than the initial one.
     """

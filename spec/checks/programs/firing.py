@@ -37,7 +37,7 @@ class Ramp(NamedTuple):
 
     @property
     def rate_k_per_s(self) -> float:
-        """Slope of the setpoint."""
+        """Slope of the setpoint, K/s."""
         return (self.to_k - self.from_k) / self.seconds
 
     def setpoint_k(self, time_s: float) -> float:

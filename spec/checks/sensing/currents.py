@@ -36,7 +36,7 @@ def current_sensors_measure_currents(controller: Controller) -> Findings:
 
 
 def currents_are_watched(controller: Controller) -> Findings:
-    """Find measured currents of outputs that are no heater: only a heater's loop watches it."""
+    """Find measured currents of outputs that are no heater: only a loop's heater is watched."""
     heaters = {loop.heater for loop in controller.loops.values()}
     for name in current_sensors(controller):
         if name not in heaters:

@@ -11,7 +11,7 @@ _SENSE: Path = ("simulation", "plant", "sense")
 
 
 def senses_fit(controller: Controller) -> Findings:
-    """Find temperature sensors placed at an output, and current sensors placed at a node."""
+    """Find temperature sensors at an output, and current sensors at a node or another output."""
     if controller.simulation is None:
         return
     used = {sensor: output for output, sensor in current_sensors(controller).items()}

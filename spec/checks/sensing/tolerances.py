@@ -1,4 +1,4 @@
-"""Tolerances of analog chains: each belongs to an existing part, and is less than its value."""
+"""Tolerances of analog chains: each belongs to an existing part; a voltage's is at most half."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def tolerances_have_a_part(controller: Controller) -> Findings:
 
 
 def tolerances_leave_a_voltage(controller: Controller) -> Findings:
-    """Find tolerances that are as large as the voltage."""
+    """Find tolerances that are more than half of the voltage."""
     for name, sensor in _chains(controller):
         told = sensor.tolerances
         voltages = {"reference": (told.reference_v, reference_v(sensor, controller.board.mcu))}
