@@ -17,8 +17,6 @@ COLOURS = {
     OWN: "#7f7f7f", "relay": "#0050a0", "simc": "#e69f00", "lambda": "#009e73", ROBUST: "#cc79a7",
 }  # fmt: skip
 WIDTH_IN = 12.0
-ROOM_K = 2.0
-"""Least height above and below the setpoint that the enlarged panel shows."""
 
 
 Tuned = tuple[Task, Sequence[Judged], Mapping[str, Tried]]
