@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 Told: TypeAlias = "DataclassInstance | Mapping[str, object] | tuple[Told, ...]"
-"""A template's variables: the fields of a dataclass, or of several; the last counts.
+"""A template's variables: the fields of dataclasses; of two with one name, the last counts.
 
 Packages from outside may give a mapping.
 """

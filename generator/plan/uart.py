@@ -12,7 +12,7 @@ ONE_UART = {"atmega328p"}
 
 @dataclass(frozen=True, slots=True)
 class UartRegisters:
-    """Names of registers and vectors."""
+    """Names of the registers and interrupt vectors of one serial port."""
 
     number: str
     """The number in register names, such as UDR0."""

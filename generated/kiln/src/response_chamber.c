@@ -12,7 +12,7 @@ enum { RESPONSE_NONE, RESPONSE_OUTSIDE, RESPONSE_INSIDE, RESPONSE_SETTLED }; /* 
 
 struct response_chamber_state response_chamber;
 
-/* Starts to measure the response to a setpoint; if this moves in each step, `rising` is its direction. */
+/* Starts to measure the response to a setpoint; if this moves all the time, `rising` is its way. */
 static void begin(void)
 {
     const float setpoint_c = loop_chamber.setpoint_c;
