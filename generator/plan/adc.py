@@ -50,7 +50,7 @@ class AdcNames:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A conversion of the scan."""
+    """A channel that the scan converts once."""
 
     macro: str
     name: str

@@ -236,7 +236,7 @@ class FabricatorClient:
             raise WrongSlave(f"it has digest {self.digest:08x}, not {DIGEST:08x}")
 
     def acknowledge(self) -> None:
-        """A change from 0 to 1 acknowledges the latched fault. This writes 0, then 1."""
+        """A change from 0 to 1 acknowledges the latched fault. Writes 0, then 1."""
         self._line.switch(0, False)
         self._line.switch(0, True)
 
