@@ -31,7 +31,7 @@ class Wires:
     """A drawing that is made only when it is rendered: planning a firmware does not wait for it."""
 
     def __init__(self, name: str, board: str, rows: Iterable[Wiring]) -> None:
-        """Draw the controller `name` on its board."""
+        """Keep what is drawn later: the controller `name` on its board."""
         self._name, self._board, self._rows = name, board, tuple(rows)
 
     def __str__(self) -> str:

@@ -50,7 +50,7 @@ class AdcNames:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A conversion of the scan."""
+    """A channel that the scan converts once."""
 
     macro: str
     name: str
@@ -133,7 +133,7 @@ def known_limits(root: Source) -> tuple[Constant, ...]:
 
 
 def has_sensors(controller: Controller) -> bool:
-    """Return whether anything but keys is measured."""
+    """Return whether the ADC measures anything but keys."""
     return bool(controller.adc_sensors)
 
 
@@ -145,7 +145,7 @@ def channel_of(controller: Controller, pin: str) -> int:
 
 
 def _channels(root: Source) -> list[Channel]:
-    """Sensors first, in the order of the file, then the keys."""
+    """List sensors in the order of the file, then keys; a known voltage is first and last."""
     controller = root.controller
     channels = [
         _channel(controller, channel_macro(name), sensor.pin, root.at("sensors", name, "pin"))

@@ -26,7 +26,7 @@ CONSTANTS = (
 
 
 DATA_LINES = (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
-"""With the bit that each has of a byte's upper half."""
+"""The four data lines, each with its bit in a byte's upper half."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,7 +38,7 @@ class Source:
 
     @property
     def where(self) -> str:
-        """Such as `chamber.yaml:19 loops.air.period`; a key left out has its section's line."""
+        """The place as `chamber.yaml:19 loops.air.period`; a missing key has its section's line."""
         keys = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in self.path)
         left_out = "" if self.path in self.spec.tree.positions else " (default)"
         return c_comment(f"{self.spec.file_name}:{self.spec.line(self.path)} {keys[1:]}{left_out}")

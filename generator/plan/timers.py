@@ -35,7 +35,7 @@ class TimerRegisters:
 
     @property
     def control_b(self) -> str:
-        """The register with the clock."""
+        """The register that selects the clock."""
         return f"TCCR{self.number}" if self.alone else f"TCCR{self.number}B"
 
     @property
@@ -66,11 +66,11 @@ class TimerRegisters:
         return f"{self._mask} |= {self._enable(channel)};"
 
     def interrupt_off(self, channel: str | None = None) -> str:
-        """Disable this interrupt."""
+        """Disable the interrupt of a channel's match."""
         return f"{self._mask} &= (uint8_t)~{self._enable(channel)};"
 
     def interrupt_is_on(self, channel: str | None = None) -> str:
-        """C condition: this interrupt is enabled."""
+        """C condition: the interrupt of a channel's match is enabled."""
         return f"({self._mask} & {self._enable(channel)})"
 
     def only_interrupt(self) -> str:

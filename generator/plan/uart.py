@@ -12,7 +12,7 @@ ONE_UART = {"atmega328p"}
 
 @dataclass(frozen=True, slots=True)
 class UartRegisters:
-    """Names of registers and vectors."""
+    """Names of the registers and interrupt vectors of one serial port."""
 
     number: str
     """The number in register names, such as UDR0."""
@@ -83,17 +83,17 @@ class UartRegisters:
 
     @property
     def send_vector(self) -> str:
-        """Interrupt of an empty data register."""
+        """Vector of the interrupt of an empty data register."""
         return f"{self.vectors}_UDRE_vect"
 
     @property
     def receive_vector(self) -> str:
-        """Interrupt of a byte received."""
+        """Vector of the interrupt of a received byte."""
         return f"{self.vectors}_RX{'C' if self.old else ''}_vect"
 
     @property
     def sent_vector(self) -> str:
-        """Interrupt when the last bit has left and no byte waits."""
+        """Vector of the interrupt when the last bit has left and no byte waits."""
         return f"{self.vectors}_TX{'C' if self.old else ''}_vect"
 
     @property
@@ -103,7 +103,7 @@ class UartRegisters:
 
     @property
     def interrupt_off(self) -> str:
-        """Disable this interrupt."""
+        """Disable the interrupt of an empty data register."""
         return f"UCSR{self.number}B &= (uint8_t)~(1u << UDRIE{self.number});"
 
 

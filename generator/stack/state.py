@@ -79,7 +79,7 @@ class State:
 def advance(state: State, instruction: Instruction, stack_top: int) -> State:
     """Return the state after an instruction that only computes.
 
-    `stack_top` is the address at which the program first sets its stack pointer.
+    `stack_top` is the address to which the program first sets its stack pointer.
     """
     effect = _EFFECTS.get(instruction.name)
     if effect is None:

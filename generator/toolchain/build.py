@@ -79,7 +79,7 @@ def build(
 
 
 def project_files(project_dir: Path) -> dict[str, bytes]:
-    """Return the content of every file of the project, by path."""
+    """Return the content of every file of the project that is not in IGNORED, by path."""
     if not (project_dir / "platformio.ini").is_file():
         raise BuildFailed(f"{project_dir}: no PlatformIO project here: platformio.ini is missing")
     return {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The user's cache: folders named by a digest of their contents, so that they are never stale."""
+"""The user's cache: folders named by a digest of what they are made from, so never stale."""
 
 import hashlib
 import shutil

@@ -21,7 +21,7 @@ from heatwright.spec.loading.user_cache import cache_dir
 
 PLATFORM = Path(__file__).parents[1] / "platform"
 STATE = "appstate.json"
-"""Files that PlatformIO itself writes to its core directory, and repairs if damaged."""
+"""The file that PlatformIO itself writes to its core directory, and repairs if damaged."""
 
 REMEDY = (
     "the AVR compiler is missing: sudo apt-get install gcc-avr avr-libc binutils-avr"
@@ -30,7 +30,7 @@ REMEDY = (
 
 
 def compiler() -> str | None:
-    """Version of the AVR compiler, C library and linker on the PATH; None if one is missing."""
+    """Text that changes with the PATH's AVR compiler, library or linker; None if one is missing."""
     gcc, linker = which("avr-gcc"), which("avr-ld")
     if gcc is None or linker is None or which("avr-objcopy") is None:
         return None
@@ -78,7 +78,7 @@ def core_files() -> dict[str, bytes]:
 
 
 def boards() -> dict[str, bytes]:
-    """Return PlatformIO's data of each board, by PlatformIO's name."""
+    """Return the files with PlatformIO's data of each board, by path."""
     known = {board.platformio: board for board in BOARDS.values()}
     # Nanos sold since 2018 differ only in the upload.
     known["nanoatmega328new"] = BOARDS["nano"]
@@ -110,7 +110,7 @@ def scons_version() -> str:
 
 
 def package(folder: str, kind: str, name: str, number: str) -> dict[str, bytes]:
-    """Return the two files by which PlatformIO recognises a folder as an installed package."""
+    """Return the one or two files by which PlatformIO recognises a folder as a package, by path."""
     spec = {"owner": "platformio", "id": None, "name": name, "requirements": None, "uri": None}
     record = {"type": kind, "name": name, "version": number, "spec": spec}
     files = {f"{folder}/{name}/.piopm": json.dumps(record).encode()}

@@ -23,7 +23,7 @@ class Bytes(NamedTuple):
     ram: int
 
     def __add__(self, other: tuple[int, ...]) -> "Bytes":  # type: ignore[override]
-        """Add both."""
+        """Add flash to flash, and RAM to RAM."""
         flash, ram = other
         return Bytes(self.flash + flash, self.ram + ram)
 

@@ -4,7 +4,7 @@
 
 #include <stdbool.h> /* bool */
 
-/* Show the warning, by turns with the line's other text; false if it is the other text's turn. */
+/* Show the warning, by turns with the line's other text; false: there is none, or not its turn. */
 bool monitors_show(void);
 
 #endif

@@ -1,4 +1,4 @@
-/* Serial transmitter, emptied by interrupt. It receives nothing. */
+/* Serial transmitter: an interrupt sends its buffer. It receives nothing. */
 #ifndef SERIAL_H
 #define SERIAL_H
 

@@ -14,7 +14,7 @@ enum {
     PROGRAM_IDLE = 0,
     PROGRAM_RUNNING = 1,
     PROGRAM_PAUSED = 2,
-    PROGRAM_RETURNING = 3, /* back towards the setpoint; the clocks are stopped */
+    PROGRAM_RETURNING = 3, /* the temperature returns to the setpoint; the clocks are stopped */
     PROGRAM_RESTORING = 4, /* after a power cut: the first reading decides whether it continues */
     PROGRAM_INTERRUPTED = 5 /* by a fault: kept until it is resumed */
 };
@@ -34,7 +34,7 @@ enum {
     PROGRAM_STOPPED = 2, /* by the operator */
     PROGRAM_FAILED = 3,  /* by a fault */
     PROGRAM_TOO_FAR = 4,          /* it was interrupted, and the temperature has changed too much */
-    PROGRAM_POWER_UNREADABLE = 5  /* after a power cut, the stored program is another one */
+    PROGRAM_POWER_UNREADABLE = 5  /* after a power cut, record and stored program do not match */
 };
 
 /* program.order */
@@ -70,7 +70,7 @@ struct program_state {
     float rate_k_per_s; /* of the setpoint */
     uint32_t length;  /* of the segment, steps */
     uint32_t elapsed; /* steps of progress in the segment */
-    uint16_t waited;  /* steps of waiting below the setpoint */
+    uint16_t waited;  /* steps in the segment of waiting for a temperature below the setpoint */
     uint32_t clock;   /* steps in the program without pauses */
     uint32_t segment_clock; /* steps in the segment without pauses */
     uint32_t energy;  /* sum over the steps of the heater's duty in tenths of a percent */

@@ -28,7 +28,7 @@ volatile uint16_t checks_stack_guard __attribute__((section(".noinit")));
 
 static uint8_t ticks_without_gate;
 
-/* Reads the EEPROM cell that was last written or read once more: its address and its data are
+/* Reads once more the EEPROM cell that was last written or read: its address and its data are
  * still in the EEPROM's registers. */
 static bool eeprom_has_kept_it(void)
 {

@@ -14,7 +14,7 @@ void gate_renew_main(void);
 /* True if the gate has counted that permit down since it was renewed. */
 bool gate_has_run(void);
 
-/* Renew the permits of loop air: it has computed its duty; it has had a good reading. */
+/* Renew one permit of loop air: it has computed its duty; it has had a good reading. */
 void gate_renew_air(void);
 void gate_renew_air_sensor(void);
 

@@ -8,7 +8,7 @@
 struct guard_air_state {
     uint8_t fresh; /* forget the past at the next good reading */
     float setpoint_last_c;
-    uint8_t in_band;        /* the temperature has been in the band of this setpoint */
+    uint8_t in_band;        /* MET_*: limits of this setpoint's band that the temperature has met */
     uint16_t runaway_steps; /* outside the band since then */
     uint16_t heating_steps; /* with full heat, without the expected rise */
     float heating_from_c;

@@ -12,7 +12,7 @@ void lcd_start(void);
 /* Write `text` into `line` (0 or 1) from the first column, followed by blanks. */
 void lcd_write(uint8_t line, const char *text);
 
-/* Once per tick: send a few changed cells. */
+/* Once per tick: send a few cells, or instructions of the start-up sequence. */
 void lcd_tick(void);
 
 #endif

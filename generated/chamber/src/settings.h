@@ -25,7 +25,7 @@ bool settings_are_sound(void);
 /* Write a record soon, in the background. */
 void settings_save(void);
 
-/* The same, in two records: if one is damaged later, the other still contains the fault. */
+/* Write two records, with the latched fault: if one is damaged later, the other still has it. */
 void settings_save_fault(void);
 
 /* Once per tick: write one byte. */

@@ -23,7 +23,7 @@ static const float PER_HOLD = 1.5f;            /* integral's maximum: so many ti
 static const float LEAST_RATIO = 10.0f;        /* integral time / time constant of the closed loop */
 static const float MOST_RATIO = 40.0f;
 static const float LEAST_LACK_PERCENT = 0.01f;
-static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* below it the result is useless */
+static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* least slope of a useful result */
 
 struct autotune_nozzle_state autotune_nozzle;
 
@@ -135,7 +135,7 @@ static void judge(void)
     const float both = rise + fall;
 
     autotune_nozzle.hold_percent = (loop_nozzle.output_maximum_percent * LOOP_NOZZLE_TUNING_SWING_SHARE) * on / (on + off);
-    /* Lag and dead time together, at most `on` and at most `off`, s. */
+    /* Lag and dead time together, s; at most the harmonic mean of `on` and `off`. */
     const float late = limit(rise * on - swing, 0.0f, 2.0f * rise * on) / both;
     const float share = 3.0f / (4.0f + 6.0f * on / off); /* overshoot by a lag, divided by rise x lag */
     const float carried = rise * (1.0f - share); /* K of overshoot that 1 s of dead time adds beyond that of 1 s of lag */

@@ -19,7 +19,7 @@
 #include "host.h" /* host_take_urgent */
 #include "settings.h" /* settings_keep */
 
-enum { MOST_REPORT_S = 60 }; /* of M155, as in Marlin */
+enum { MOST_REPORT_S = 60 }; /* longest interval of M155's reports, as in Marlin */
 
 static const float FULL_FAN = 255.0f;
 static const float FAN_PERCENT = 100.0f / 255.0f;
@@ -27,7 +27,7 @@ static const float FAN_PERCENT = 100.0f / 255.0f;
 static uint8_t fault_said = FAULT_NONE;
 static uint16_t report_every_ticks; /* 0: only on M105 */
 static uint16_t ticks_to_report;
-static bool was_heard; /* a host or key, since the reset: without one, none can be lost */
+static bool was_heard; /* a line or key came since the reset: before, no host can be lost */
 static uint16_t silent_ticks;
 
 static void refuse(uint8_t why)

@@ -391,7 +391,7 @@ static bool gains(void)
     }
 }
 
-/* Bias and amplitude of the relay, in the duty's unit, as hosts expect: it switches fully on or off. */
+/* Bias and amplitude of the relay, in duty of 0 to 127, as hosts expect: it is fully on or off. */
 static bool cycle(void)
 {
     switch (step) {

@@ -17,7 +17,7 @@ struct loop_nozzle_state {
     float setpoint_c;
     float temperature_c;
     float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
-    float asked_percent;    /* duty_percent of the last step with a reading */
+    float asked_percent;    /* duty of the last step with a reading or fault */
     uint8_t mode;           /* MODE_*, in this step */
     float manual_percent;   /* the duty that was set by hand */
     /* Limits in force (extruder.yaml:38 loops.nozzle.algorithm.limits_adjustable): */

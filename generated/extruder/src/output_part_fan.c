@@ -53,7 +53,7 @@ ISR(TIMER5_COMPB_vect)
     set_pin();
 }
 
-/* Called with each duty, interrupts off: a flipped bit of the timer's registers lasts no longer. */
+/* Called with each duty, interrupts off: a flipped register bit lasts until the next duty. */
 static void set_registers(void)
 {
     TCCR5A = 0;

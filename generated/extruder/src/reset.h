@@ -9,7 +9,7 @@
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
 extern uint8_t reset_cause;
 
-/* RESET_HANG_MARK while the main loop has hung for longer than its permit at the gate. */
+/* RESET_HANG_MARK after the main loop outlasts its permit, or an unused interrupt comes. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 
@@ -20,7 +20,7 @@ extern uint16_t reset_power_mark;
 /* extruder.yaml:49 safety.self_checks (default): the watchdog resets, after the right time by this clock. */
 extern bool reset_clock_is_right;
 
-/* Let the watchdog reset, and measure its time: returns only in the start after that reset. */
+/* Let the watchdog reset, and measure its time: returns after that reset, or if none came. */
 void reset_prove_watchdog(void);
 
 /* Latch a fault if the watchdog or a brown-out caused the reset. */

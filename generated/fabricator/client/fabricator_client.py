@@ -48,7 +48,7 @@ class NoAnswer(ModbusError):
 
 
 class Refused(ModbusError):
-    """The slave has answered with an exception; `code` is 1 function, 2 address, 3 value."""
+    """The slave has answered with an exception: `code` 1 bad function, 2 address, 3 value."""
 
     def __init__(self, code: int) -> None:
         """Keep the code."""
@@ -236,7 +236,7 @@ class FabricatorClient:
             raise WrongSlave(f"it has digest {self.digest:08x}, not {DIGEST:08x}")
 
     def acknowledge(self) -> None:
-        """A change from 0 to 1 acknowledges the latched fault. Both are written."""
+        """A change from 0 to 1 acknowledges the latched fault. Writes 0, then 1."""
         self._line.switch(0, False)
         self._line.switch(0, True)
 

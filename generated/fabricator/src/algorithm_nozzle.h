@@ -7,8 +7,8 @@
 
 struct algorithm_nozzle_state {
     float rate_k_per_s; /* filtered slope of the temperature */
-    uint8_t heating; /* 1: below the band */
-    uint8_t cooling; /* 1: above the band */
+    uint8_t heating; /* 1: the algorithm wants the heater on */
+    uint8_t cooling; /* 1: the algorithm wants the cooler on */
 };
 
 extern struct algorithm_nozzle_state algorithm_nozzle;

@@ -7,8 +7,8 @@
 
 struct current_heater_state {
     int16_t raw;           /* last reading, the sum of the sensor's codes */
-    float amperes;         /* mean over the pulses */
-    float applied_percent; /* the duty while it was measured */
+    float amperes;         /* the current, a mean over the pulses */
+    float applied_percent; /* the duty while the current was measured */
     float limit_percent;   /* the highest duty that the current allows */
     uint16_t leak_steps;   /* in a row with current while the heater is off */
     uint16_t none_steps;   /* in a row with too little current while it is on */

@@ -51,7 +51,7 @@ struct fault_state {
     uint8_t code;             /* FAULT_NONE or the code of the rule that tripped */
     uint8_t acknowledgements; /* since reset, wraps */
     uint8_t trips;            /* trips, each soon after the last, that count for the lock-out */
-    float temperature_c;      /* of the loop that tripped, 0 at start-up */
+    float temperature_c;      /* of the loop or monitor that tripped, 0 if neither did */
     uint32_t time_s;          /* since reset */
 };
 
@@ -61,7 +61,7 @@ extern uint8_t fault_complement; /* complement of fault.code: a flipped bit in o
 /* Take over the fault that was latched before the reset. */
 void fault_restore(const struct fault_state *latched);
 
-/* In each control step: a flipped bit of the RAM that could move heat becomes a fault.
+/* In each control step: a flipped bit in RAM that could change the heat becomes a fault.
  * `settings_sound` is the result of settings_are_sound(). */
 void fault_judge(bool settings_sound, float temperature_c);
 

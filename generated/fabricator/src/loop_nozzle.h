@@ -17,8 +17,8 @@ struct loop_nozzle_state {
     float setpoint_c;
     float temperature_c;
     float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
-    float asked_percent;    /* duty_percent before the current limited it, of the last step with a reading */
-    uint8_t cooling;        /* 1: the algorithm wants the cooler on */
+    float asked_percent;    /* before its limit by current: duty of the last step with a reading or fault */
+    uint8_t cooling;        /* 1: the cooler is wanted on */
     uint8_t enabled;        /* 1: switched on, in this step */
 };
 

@@ -7,8 +7,8 @@
 
 enum { MAP_NOT_THERE = 0xFF };
 
-/* Return the entry with this address; or MAP_NOT_THERE if any of the `count` (at least 1) addresses
- * from there on does not exist. */
+/* Return the index of the entry with this address; or MAP_NOT_THERE if any of the `count` (at least
+ * 1) addresses from there on does not exist. */
 uint8_t map_find(const struct map_entry *table, uint8_t size, uint16_t address, uint16_t count);
 
 uint16_t map_word(const struct map_entry *entry);

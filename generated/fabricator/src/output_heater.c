@@ -11,7 +11,7 @@
 struct output_heater_state output_heater;
 static volatile bool on; /* state set by the last tick */
 
-/* Called with each duty, interrupts off: a flipped bit of the timer's registers lasts no longer. */
+/* Called with each duty, interrupts off: a flipped register bit lasts until the next duty. */
 static void set_registers(void)
 {
     ICR1 = OUTPUT_HEATER_PERIOD_COUNTS - 1u;

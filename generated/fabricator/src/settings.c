@@ -26,7 +26,7 @@ struct record {
 enum {
     CHECKED = offsetof(struct record, size), /* the CRC covers the record from here on */
     OWN_SIZE = sizeof(struct record) - CHECKED,
-    SEALED = 1 * sizeof(float), /* the sealed bytes: the first ones of the settings */
+    SEALED = 1 * sizeof(float), /* number of sealed bytes: the first ones of the settings */
     BLANK = 0xFF /* size in a slot that was never written */
 };
 

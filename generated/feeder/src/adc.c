@@ -17,7 +17,7 @@ enum { ENABLED = (1u << ADEN) | (1u << ADPS2) | (1u << ADPS1) | (1u << ADPS0) };
 /* The voltage at the pin AREF. */
 enum { REFERENCE = 0 };
 
-static volatile uint8_t scanned; /* channels of this scan that have been converted */
+static volatile uint8_t scanned; /* number of channels that this scan has converted */
 static volatile uint16_t codes[ADC_CHANNELS];
 
 /* ADMUX of each channel. */

@@ -12,7 +12,7 @@ struct autotune_nozzle_state {
     uint8_t result;      /* AUTOTUNE_* */
     uint8_t starts;      /* tunings since reset, wraps */
     uint8_t cycles;      /* number of swings to make */
-    uint8_t phase;
+    uint8_t phase;       /* COOL, HEAT and so on, in autotune_nozzle.c */
     uint8_t switches;    /* how often the relay has switched on */
     uint16_t steps;      /* since the start */
     uint16_t half_steps; /* since the relay switched, or the slope's measurement began */
@@ -24,10 +24,10 @@ struct autotune_nozzle_state {
     float peak_c;        /* highest reading since the heater went off */
     float hysteresis_k;  /* half the relay's width */
     float high_c;        /* temperature when the relay last switched off */
-    float swing_sum;     /* K, from switching on to switching off */
+    float swing_sum;     /* K, fall from each switching off to the next switching on */
     float peak_sum;      /* K, from switching off to the peak */
     float hold_percent;  /* duty that holds the target */
-    float lag_s;
+    float lag_s;         /* lag and dead time that explain the swings */
     float dead_s;
     float kp; /* the gains found, %/K */
     float ki; /* %/(K*s) */
@@ -38,7 +38,7 @@ struct autotune_nozzle_state {
 
 extern struct autotune_nozzle_state autotune_nozzle;
 
-/* Start a tuning with so many swings. */
+/* Start a tuning with so many swings, limited to 3 to 20. */
 void autotune_nozzle_start(uint8_t cycles);
 
 /* End the tuning without a result, if it runs. */

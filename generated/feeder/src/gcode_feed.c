@@ -7,7 +7,7 @@
 #include "output_feed.h" /* output_feed_move */
 #include "settings.h" /* settings */
 
-/* So that the difference of any two positions fits into 32 bits, too. */
+/* Largest position: the difference of any two positions fits into 32 bits, too. */
 static const float MOST_STEPS = 1.0e9f;
 
 static const float SECONDS_PER_MINUTE = 60.0f;

@@ -26,7 +26,7 @@ bool words_take(char *text);
  * `number` set; WORD_BAD: with something that is no number. */
 uint8_t words_find(char letter, float *number);
 
-/* Set `count` to the number of `letter`, or to `if_none`; false if it is given but not 0..255. */
+/* Set `count` to the number of `letter`, or to `if_none`; false: it is no integer of 0 to 255. */
 bool words_count(char letter, uint8_t if_none, uint8_t *count);
 
 #endif

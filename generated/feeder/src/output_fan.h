@@ -5,7 +5,7 @@
 
 void output_fan_start(void);
 
-/* A share above 0 switches on at once. */
+/* A duty above 0 switches on, 0 off, at once. */
 void output_fan_set(float duty_percent);
 
 #endif

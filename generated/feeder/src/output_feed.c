@@ -24,7 +24,7 @@ static bool ending; /* slow down, and cancel the rest of the move */
 static float wanted_steps_per_s;
 static float steps_per_s; /* present speed; 0 while at rest */
 
-/* Set for the interrupt: parts of an interval; counts of a part, and its 1/256 counts. */
+/* Set for the interrupt: parts of an interval; whole counts of a part, and its 1/256 counts. */
 static uint16_t parts;
 static uint16_t part_counts;
 static uint8_t part_rest;
@@ -172,7 +172,7 @@ void output_feed_disable(void)
     }
 }
 
-/* Starts the steps at the present speed. */
+/* From now on makes the steps at the present speed. */
 static void run(void)
 {
     const uint32_t counts = (uint32_t)(OUTPUT_FEED_COUNTS_256_PER_S / steps_per_s);

@@ -8,7 +8,7 @@
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
 extern uint8_t reset_cause;
 
-/* RESET_HANG_MARK while the main loop has hung for longer than its permit at the gate. */
+/* RESET_HANG_MARK after the main loop outlasts its permit, or an unused interrupt comes. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 

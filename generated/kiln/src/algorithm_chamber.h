@@ -8,7 +8,7 @@
 struct algorithm_chamber_state {
     float proportional; /* % of full power */
     float integral; /* % of full power */
-    float derivative; /* filtered slope, K/s */
+    float derivative; /* filtered slope of the falling temperature, K/s */
     float last;       /* temperature of the last step, degC */
     uint8_t started; /* 1: at least one step since the last reset */
     float kp; /* gains in use since the last step, %/K */

@@ -22,7 +22,7 @@ struct log_entry {
 };
 
 /* Entries are numbered from 0 since the log began. Number of the first that may still exist, and of
- * the one behind the newest. */
+ * the next one, which is behind the newest. */
 uint32_t log_ring_first(void);
 uint32_t log_ring_end(void);
 

@@ -18,7 +18,7 @@
 #include "progress.h" /* progress_saves */
 
 enum {
-    COMMAND_SIZE = 8,  /* more than the longest command */
+    COMMAND_SIZE = 8,  /* length of the longest commands, "response" and "monitors" */
     SECONDS_SIZE = 10, /* digits of any 32-bit count */
     TENTHS_SIZE = 7,   /* "-3276.7" */
     PERCENT_SIZE = 3,
@@ -120,7 +120,7 @@ static void send_saves(void)
     log_port_send(text, size);
 }
 
-/* Writes a float in tenths, rounded half away from zero and limited to what fits. */
+/* Writes a float that is not negative, rounded half up to one decimal and limited to what fits. */
 static uint8_t put_float_tenths(char *text, float value)
 {
     const float tenths = value * 10.0f + 0.5f;

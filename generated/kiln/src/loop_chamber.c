@@ -60,7 +60,7 @@ static float mean_celsius(void)
     return sum_c * LOOP_CHAMBER_SHARE;
 }
 
-/* Applies the program's setpoint and on or off: kiln.yaml:51 programs.loop. The loop's own switch is off
+/* The program decides setpoint and switch: kiln.yaml:51 programs.loop. The loop's own switch is off
  * meanwhile, so the loop is off when the program has ended. */
 static void follow_program(void)
 {

@@ -25,7 +25,7 @@ static uint16_t length;
 static bool inside;
 static uint8_t answer[ANSWER_SIZE] = { 1, 1, 1, 1, 1, 1 }; /* the last bytes; initially no answer */
 
-/* Called after three bytes of 0xFF: evaluates the bytes before them. */
+/* Called after each byte of 0xFF: after the third in a row, evaluates the bytes before them. */
 static uint8_t judge_answer(void)
 {
     const uint8_t *const end = answer + ANSWER_SIZE - 3;

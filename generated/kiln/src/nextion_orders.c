@@ -40,7 +40,7 @@ enum {
     ORDER_LAST = ORDER_KEEP_GAINS
 };
 
-/* True if the whole `text` is an integer. */
+/* True if the whole `text` is an integer from 0 to `most`. */
 static bool take_count(const char *text, uint8_t most, uint8_t *count)
 {
     return number_whole(&text, most, count) && *text == '\0';

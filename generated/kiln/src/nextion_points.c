@@ -156,7 +156,7 @@ static bool has_target(uint8_t kind)
     return kind == PROGRAM_OVER || kind == PROGRAM_RATE || kind == PROGRAM_FAST;
 }
 
-/* True if the segments before `number` lead to `tenths`. */
+/* True if the last target before segment `number` is the temperature `tenths`. */
 static bool is_there_already(const struct stored_program *in, uint8_t number, int32_t tenths)
 {
     for (uint8_t i = (uint8_t)(number - 1u); i-- != 0;) {
@@ -208,7 +208,7 @@ static void set_segment(struct stored_program *in, const struct point *point)
     }
 }
 
-/* Inserts one segment; false: there would be a gap before it, or there is no room. */
+/* Replaces, adds or removes segments as `point` says; false: no room, or a gap before it. */
 static bool put(struct stored_program *in, const struct point *point)
 {
     if (point->number > in->segments + 1u) {

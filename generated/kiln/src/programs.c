@@ -119,7 +119,7 @@ static bool read_given(uint8_t number, struct stored_program *into)
     return false;
 }
 
-/* Reads the program from slot `slot`, if one of the place's slots is valid. */
+/* Reads the place's program from slot `slot`, or with NO_SLOT that of the spec; false: none. */
 static bool read(uint8_t number, uint8_t slot, struct stored_program *into)
 {
     if (slot == NO_SLOT) {

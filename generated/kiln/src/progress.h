@@ -26,7 +26,7 @@ struct progress_record {
 /* After a reset: find the newest record. */
 void progress_start(void);
 
-/* Copy the record that `progress_start` found; false if there was none: the copy means nothing.
+/* Copy the record that `progress_start` found; false: there was none, and the copy means nothing.
  * Call it before anything is saved. */
 bool progress_found(struct progress_record *into);
 

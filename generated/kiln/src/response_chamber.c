@@ -12,7 +12,7 @@ enum { RESPONSE_NONE, RESPONSE_OUTSIDE, RESPONSE_INSIDE, RESPONSE_SETTLED }; /* 
 
 struct response_chamber_state response_chamber;
 
-/* Starts to measure a new setpoint. If it moves in each step, its direction is that of the response. */
+/* Starts to measure the response to a setpoint; if this moves all the time, `rising` is its way. */
 static void begin(void)
 {
     const float setpoint_c = loop_chamber.setpoint_c;

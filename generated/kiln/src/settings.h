@@ -31,10 +31,10 @@ bool settings_are_sound(void);
 /* Write a record soon, in the background, with the gains that settings_keep_* has kept. */
 void settings_save(void);
 
-/* The same, in two records: if one is damaged later, the other still contains the fault. */
+/* Write two records, with the latched fault: if one is damaged later, the other still has it. */
 void settings_save_fault(void);
 
-/* The same, once nothing has changed for 10 s. */
+/* Write one record, once nothing has changed for 10 s. */
 void settings_save_later(void);
 
 /* Use another type of thermocouple from the next reading on; false: the spec does not allow it. */

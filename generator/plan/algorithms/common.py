@@ -16,7 +16,7 @@ LEAST_SLOPE_K_PER_S = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class AlgorithmPlan:
-    """Templates, their names, and constants of one algorithm in one loop."""
+    """One algorithm in one loop: its template, the values for it, and its constants."""
 
     template: str
     told: Told
@@ -27,7 +27,7 @@ class AlgorithmPlan:
 
 @dataclass(frozen=True, slots=True)
 class SwitchNames:
-    """The values for the templates of a switching algorithm; a word is empty without its term."""
+    """The values for a switching algorithm; `lead` and `hysteresis` are empty if it has none."""
 
     where: str
     lead: str
@@ -49,7 +49,7 @@ def per_period(source: Source, prefix: str, loop: Loop) -> Constant:
 
 
 def per_step(source: Source, name: str, rate: float, unit: str, loop: Loop) -> Constant:
-    """What a rate makes in a period."""
+    """The change in one control period at a rate, in the unit of the rate times s."""
     return source.number(
         name, rate * loop.period_s, f"{quantity(rate, unit)} x {told_period(loop)}"
     )

@@ -1,1 +1,1 @@
-"""What a project has beside its sources, and its builder has to know."""
+"""The files that a project has beside its sources, and what its builder has to know."""

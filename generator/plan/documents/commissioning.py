@@ -66,7 +66,7 @@ def _off_v(output: Switch) -> str:
 
 
 def _pulls(rows: Sequence[Wiring]) -> Iterator[Step]:
-    """Pull-up and pull-down resistors; not those of a divider, which have a sensor beside them."""
+    """Measure pull-up and pull-down resistors; not those of a divider, which have a sensor too."""
     for row in rows:
         for each in row.symbols:
             divides = any(other.shape == "sensor" for other in row.symbols)

@@ -45,7 +45,7 @@ class ReadmeNames:
     platformio: str
     """The board as PlatformIO calls it."""
     clock_hz: int | None
-    """Where it is not the board's own."""
+    """The clock, if it is not the board's own."""
     wires: Wires
     digest: str
     board: str
@@ -125,7 +125,7 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
 
 @dataclass(frozen=True, slots=True)
 class ReadmeLockout:
-    """The values of the lock-out."""
+    """The values for the README about the lock-out."""
 
     trips: int
     within: str
@@ -151,7 +151,7 @@ class Addressed:
 
 @dataclass(frozen=True, slots=True)
 class ReadmeHost:
-    """The values for the host."""
+    """The values for the README about a G-code host."""
 
     baud: int
     names: list[Addressed]
@@ -193,7 +193,7 @@ def _countdown(controller: Controller) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class ReadmeMaster:
-    """The values for the master."""
+    """The values for the README about Modbus."""
 
     address: int
     form: str

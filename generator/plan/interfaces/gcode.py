@@ -34,7 +34,7 @@ MOST_REMINDERS = 5
 SETTLED_S = 10.0
 """Marlin's TEMP_RESIDENCY_TIME: how long the temperature must be near before M109 ends."""
 BUSY_S = 2.0
-"""Marlin's DEFAULT_KEEPALIVE_INTERVAL."""
+"""Time between two reports of `busy`: Marlin's DEFAULT_KEEPALIVE_INTERVAL."""
 SLOWEST_MM_PER_MIN = 1.0
 NUMBERS = {"B": 10, "C": 11}
 """Numbers of bed and chamber in the firmware; they follow those of the tools, 0 to 9."""

@@ -51,7 +51,7 @@ class IndicatorNames:
     meanings: list[str]
     headers: list[Header]
     leds: list[tuple[str, list[str]]]
-    """What lights the LEDs of a meaning, and their pins, in C."""
+    """For each meaning, the C function that lights its LEDs, and the C names of their pins."""
 
 
 def plan(source: Source, interface: Indicators) -> Part:

@@ -182,7 +182,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
 
 
 def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, ...]:
-    """Return the countdown's constants, in minutes."""
+    """Return the countdown's constants: its times in minutes, and the control period in ms."""
     longest, step = (
         round(seconds / MINUTE_S) for seconds in (countdown.longest_s, countdown.step_s)
     )

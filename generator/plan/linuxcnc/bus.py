@@ -12,7 +12,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, ModbusRtu
 
 ANSWER_S = 0.005
-"""Longest time from the silence to the slave's answer."""
+"""Longest time from the silence after a request to the slave's answer."""
 MARGIN_S = 1.0
 """Margin for a PC without real time and a USB adapter that buffers. It is ample, because a late
 answer is taken for the next request's: RTU frames have no numbers."""
@@ -97,7 +97,7 @@ def round_s(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
 
 
 def rate_hz(source: Source, interface: ModbusRtu) -> float:
-    """Return the rate of the rounds, rounded down: the highest that the line allows.
+    """Return the rate of the rounds, rounded down: FASTEST_HZ, or what MOST_LOAD allows if less.
 
     If that is so slow that the master would count as lost, the rate is higher.
     """

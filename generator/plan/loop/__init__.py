@@ -1,1 +1,1 @@
-"""A control loop: what its features make of its step."""
+"""A control loop: its control step, put together from its features."""

@@ -21,7 +21,7 @@ LEAST_PERCENT = 0.1
 """Least limit of the duty: a wire that needs less trips anyway; squares stay normal numbers."""
 
 FEWEST_STEPS = 5
-"""Least number of control steps in this time: with a filter time constant of up to one step, less
+"""Least number of control steps in RULES_S: with a filter time constant of up to one step, less
 than 2 % of an old value is left after four steps."""
 
 IDLE_SHARE = 0.05

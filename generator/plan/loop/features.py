@@ -28,7 +28,7 @@ SETTINGS = (
         begin="guard_{name}.maximum_c = settings.{name}_maximum_c;",
     ),
 )
-"""Use the values set since the last step."""
+"""At the start of a step: use the values set since the last one."""
 
 SWITCHES = (
     Feature(
@@ -69,7 +69,7 @@ SWITCHES = (
         names={"idle": "loop_{name}.paused || is_off()", "idle_words": "it is switched off, or "},
     ),
 )
-"""Use the commands since the last step: on or off, and the mode."""
+"""At the start of a step: use the commands since the last one, on or off, and the mode."""
 
 READING = (
     Feature(

@@ -34,7 +34,7 @@ READ_FUNCTIONS: dict[Table, str] = {
     "inputs": "READ_INPUT_REGISTERS",
 }
 FORMS: dict[Kind, str] = {"bit": "", "u16": "H", "i16": "h", "u32": "I", "f32": "f"}
-"""Letters of Python's `struct`."""
+"""The letter of Python's `struct` for each kind of register; none for a bit."""
 SUFFIXES = {"°C": "_c", "%": "_percent", "A": "_a", "s": "_s", "K": "_k"}
 PARITIES = {"even": "E", "odd": "O", "none": "N"}
 

@@ -112,7 +112,7 @@ class PagesDocument:
     width: int
     height: int
     fonts: list[tuple[int, int]]
-    """Their numbers in the editor, and how high they are."""
+    """The number of each font in the editor, and its height in pixels."""
     pages: list[PageDocument]
     typed: int
     in_all: int

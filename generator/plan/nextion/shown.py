@@ -32,7 +32,7 @@ class Shows:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """The same for C: its name as a number."""
+    """The same component for C: `stem` is the number of its name."""
 
     stem: int
     row: int

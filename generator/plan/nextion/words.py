@@ -14,12 +14,12 @@ _OFF = (
     "interrupted: too far off",
     "power was cut: unreadable",
 )
-"""By `program.ended`."""
+"""Words while the loop is off, by `program.ended`."""
 _RUNNING = ("runs", "held back", "waits for temperature", "waits for the operator")
-"""By `program.waiting`."""
+"""Words for a running program, by `program.waiting`."""
 
 _KINDS = ("", "time", "K/h", "fast", "hold", "until")
-"""By the kind of a segment."""
+"""Words by the kind of a segment."""
 
 
 def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
@@ -52,5 +52,5 @@ def _faults(controller: Controller) -> list[str]:
 
 
 def _warnings(controller: Controller) -> tuple[str, ...]:
-    """Words by the monitor's number, cut to the line beside its name."""
+    """Words for the warning of each monitor, in the order of the monitors' numbers."""
     return tuple(f"warm: {name}" for name in controller.monitors)

@@ -79,7 +79,7 @@ class OutputNames:
     commanded: bool
     watched: bool
     stops: bool
-    """A heater that stays on for a while, and has to be stopped."""
+    """True for a heater with a minimum time on, which may have to be stopped sooner."""
     runs_where: str
 
 

@@ -12,7 +12,7 @@ from heatwright.spec import Loop
 from heatwright.spec.programs import Programs
 
 TENTHS_PER_HOUR = 36_000
-"""Seconds in an hour, for rates in tenths of a kelvin per hour."""
+"""Ten times the seconds in an hour: for rates in tenths of a kelvin per hour."""
 
 
 def plan(root: Source, loop: LoopSummary) -> Part:

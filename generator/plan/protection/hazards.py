@@ -262,7 +262,7 @@ def within(controller: Controller, rule: Rule) -> str:
 
 
 def _off_after(controller: Controller, name: str, rule: str) -> float:
-    """Bound on that time in one loop, s, as docs/safety.md derives it, for a lasting condition."""
+    """Bound on the time of `within`, s, in one loop, for a lasting condition (docs/safety.md)."""
     at_once = {
         "emergency_stop": TICK_S,
         "input_open": 2 * TICK_S,
@@ -320,7 +320,7 @@ def _lasting(loop: Loop) -> dict[str, float]:
 
 
 def _waits(controller: Controller, loop: Loop) -> dict[str, float]:
-    """Time before a control step can trip the rules that count in ticks, s."""
+    """Time that other rules of a loop count before a control step can trip them, s."""
     found = {"relay_welded": CONTACT_S, "relay_open": CONTACT_S}
     if loop.protection.master_lost_after_s is not None:
         found["master_lost"] = loop.protection.master_lost_after_s

@@ -12,10 +12,10 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec.self_checks import self_checked
 
 SETTLE_TICKS = 5
-"""A power relay closes within 15 ms with bouncing (TE T9A, data sheet); a contactor of 9 A with a
-24 V DC coil within 35 ms to 60 ms (Siemens 3RT201, system manual of 2011)."""
+"""Time until the relay is surely closed: a power relay needs 15 ms with bouncing (TE T9A, data
+sheet), a contactor of 9 A with a 24 V DC coil 35 ms to 60 ms (Siemens 3RT201, manual of 2011)."""
 CONTACT_TICKS = 10
-"""The next larger contactor, of 25 A, closes within 90 ms (3RT202)."""
+"""Time for the mirror contact to follow: a contactor of 25 A closes within 90 ms (3RT202)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ class UseOfSensor:
     """How the firmware uses a sensor."""
 
     loop: Loop
-    """Of the loops that read it, be it their monitor's, the one with the shortest period."""
+    """The loop with the shortest period of those that read the sensor, also for a monitor."""
     timer: int | None
     """Number of its own timer; None for a sensor that needs none."""
 
@@ -43,7 +43,7 @@ def current_sensor(controller: Controller, loop: Loop) -> str | None:
 
 
 def use_of(controller: Controller, name: str, timer: int | None) -> UseOfSensor:
-    """Find what is done with a sensor."""
+    """Find the loop that reads a sensor most often; `timer` is the sensor's own timer."""
     loops = (
         loop
         for loop_name, loop in controller.loops.items()

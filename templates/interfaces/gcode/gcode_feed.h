@@ -7,10 +7,10 @@
 
 enum { FEED_DONE, FEED_WAITS, FEED_BAD_NUMBER, FEED_LIMITS, FEED_HEATER_OFF };
 
-/* G0, G1: make the line's move; FEED_WAITS if the last move must end first. */
+/* G0, G1: make the line's move; FEED_WAITS if it must wait for the moves before it. */
 uint8_t feed_move(void);
 
-/* G92: give the present position the line's number. False if it is not a number. */
+/* G92: give the present position the line's number. False if that is invalid or too large. */
 bool feed_rename_place(void);
 
 /* M82, M83: a length is a position (`yes`), or a distance from the present position. */
@@ -24,7 +24,7 @@ bool feed_is_waiting(void);
 
 void feed_forget_waiting(void);
 
-/* M410: slow down, stop, and cancel the rest. */
+/* M410: slow down, stop, and cancel the rest of the moves. */
 void feed_rest(void);
 
 /* The same, if a loop that must be ready for the feed is off. */

@@ -1,9 +1,9 @@
-/* Reads numbers in the orders of a touch display: digits, perhaps a point, nothing else. */
+/* Reads numbers in the orders of a touch display: digits, perhaps a minus and a point. */
 #include "nextion_numbers.h"
 
 #include <avr/pgmspace.h> /* PROGMEM */
 
-/* Largest number to which one more digit can be appended within 32 bits, with its sign. */
+/* A number up to this one and one more digit fit into 32 bits, with the sign. */
 static const uint32_t MOST_BEFORE_DIGIT = 99999999UL;
 
 static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };

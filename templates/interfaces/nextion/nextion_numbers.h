@@ -1,4 +1,4 @@
-/* Reads numbers in the orders of a touch display: digits, perhaps a point, nothing else. */
+/* Reads numbers in the orders of a touch display: digits, perhaps a minus and a point. */
 #ifndef NEXTION_NUMBERS_H
 #define NEXTION_NUMBERS_H
 
@@ -11,10 +11,10 @@
 /* A whole number from 0 to `most`. */
 bool number_whole(const char **text, uint8_t most, uint8_t *number);
 
-/* A number, with or without sign, in steps of 10^-decimals; further digits are rounded to nearest. */
+/* A number, also with a minus, in steps of 10^-decimals; further digits are rounded to nearest. */
 bool number_scaled(const char **text, uint8_t decimals, int32_t *steps);
 
-/* The same as a float; digits beyond its precision are ignored. */
+/* The same as a float; decimals behind the sixth are rounded to nearest. */
 bool number_float(const char **text, float *number);
 
 #endif

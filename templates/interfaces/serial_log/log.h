@@ -1,4 +1,4 @@
-/* The log, read out over a serial port: each line is a command, such as `log`. */
+/* The log, read out over a serial port: each received line is a command, such as `log`. */
 #ifndef LOG_H
 #define LOG_H
 

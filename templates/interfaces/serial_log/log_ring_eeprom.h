@@ -1,4 +1,4 @@
-/* Further functions of a ring in EEPROM. */
+/* Functions that the log's ring of entries has only in EEPROM. */
 #ifndef LOG_RING_EEPROM_H
 #define LOG_RING_EEPROM_H
 
