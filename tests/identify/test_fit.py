@@ -172,7 +172,7 @@ def test_two_bodies() -> None:
 def test_a_beginning_below_the_surroundings_is_doubted(begins_c: float, said: int) -> None:
     network = machine(noise=0.3).model_copy(update={"initial_c": begins_c})
     found = fit(recorded(network, steps()), Structure())
-    doubts = [each for each in found.warnings if "colder than its surroundings" in each]
+    doubts = [each for each in found.warnings if "colder than the ambient" in each]
     assert len(doubts) == said
     assert all("would have begun at 8" in each and "--cold" in each for each in doubts)
 
@@ -182,7 +182,7 @@ def test_a_record_too_short_for_the_losses_says_so() -> None:
     found = fit(record, Structure())
     assert told(found)["capacity_body"]
     assert not told(found)["resistance_body"]
-    assert any("resistance body – ambient cannot be told" in each for each in found.warnings)
+    assert any("does not show the resistance body – ambient" in each for each in found.warnings)
 
 
 def test_no_lag_and_no_dead_time_may_be_none() -> None:

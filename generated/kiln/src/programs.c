@@ -51,11 +51,8 @@ static uint8_t next_byte = sizeof(struct slot); /* to be written next; sizeof: n
 
 static uint8_t *address(uint8_t number, uint8_t slot, uint8_t offset)
 {
-    uint8_t before = (uint8_t)(2u * (uint8_t)(number - 1u) + slot);
+    const uint8_t before = (uint8_t)(2u * (uint8_t)(number - 1u) + slot);
 
-    if (before >= 2u * PROGRAM_PLACES) {
-        before = 0; /* RAM may be damaged: nothing else in the EEPROM is written */
-    }
     return (uint8_t *)(PROGRAMS_EEPROM + before * sizeof(struct slot) + offset);
 }
 
