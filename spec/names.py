@@ -37,4 +37,5 @@ def check_name(name: str) -> None:
             "Use lower-case letters, digits and single _, with a letter first",
         )
     if name in RESERVED:
-        raise refuse(f"{name!r} is a word of C or of the system", f"Use another, such as {name}_1")
+        by = "C or an operating system"
+        raise refuse(f"{name!r} is reserved by {by}", f"Use another, such as {name}_1")

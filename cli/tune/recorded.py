@@ -22,7 +22,7 @@ _AT_NODES: dict[str, Callable[[str, Any], str | None]] = {
     "sense": lambda _, sense: sense.get("node"),
     "bears": lambda node, _: node,
 }
-"""Parts of a plant in YAML, and how to find the node of each entry; None: no node."""
+"""Keys of a plant in YAML, each with a function that returns the node of an entry, None if none."""
 
 
 def with_machine_of(path: Path, spec: Spec, log: Path) -> Spec:

@@ -55,7 +55,7 @@ class PwmTimers(NamedTuple):
 
 
 def share_pwm(controller: Controller) -> PwmTimers:
-    """Decide which timer makes each PWM output; a pin that does not exist is left out."""
+    """Decide which timer makes each PWM output; one without an existing digital pin is left out."""
     board = controller.board
     outputs = {
         name: output

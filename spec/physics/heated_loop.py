@@ -30,11 +30,11 @@ SPARE = 0.1
 """What a node bears beyond what the protection allows, as a share of its rise above ambient."""
 
 TIMES = 3.0
-"""Factor by which a machine may be slower than its plant: capacities and resistances 30 % larger,
-and less power beyond what it loses."""
+"""Factor on a time that the plant takes, as the real machine may be slower: its capacities and
+resistances may be 30 % larger, and less of its power may remain after its losses."""
 
 LEAST_TIMES = 2.0
-"""As `TIMES`, where nodes bear no more: some 30 % larger at a supply that is 10 % low."""
+"""As `TIMES`, if the nodes bear no longer time: some 30 % larger, with a supply 10 % low."""
 
 SHORTEST_STEPS = 10
 """Shortest derived time, in control steps: some lost readings must not cause a trip."""

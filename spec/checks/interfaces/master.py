@@ -130,7 +130,7 @@ def _place(controller: Controller, path: Path, write: Write) -> Findings:
         kind = controller.loops[write.loop].algorithm.kind
         yield Finding(
             path,
-            f"{kind} can be neither tuned nor driven by hand",
+            f"the algorithm {kind} has no gains, and its duty cannot be set by hand",
             f"Write {listed([f'{write.loop}.{what}' for what in ('setpoint', 'enabled')])}, or use "
             "pid",
             because_of,

@@ -1,4 +1,4 @@
-"""Settings around a PID: its bands, `ready_within`, the experiment that tunes it."""
+"""Checks of the settings that belong to control: bands, `ready_within` and autotune."""
 
 from __future__ import annotations
 

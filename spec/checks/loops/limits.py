@@ -142,8 +142,8 @@ def protections_in_range(controller: Controller) -> Findings:
             implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
             yield Finding(
                 (*path, "maximum"),
-                f"{celsius(loop.protection.maximum_c)}{implied} may never be read: the range of "
-                f"{loop.sensor} {with_type}ends at {celsius(highest_c)}, where a reading may be "
+                f"{celsius(loop.protection.maximum_c)}{implied} may be beyond all readings: the "
+                f"range of {loop.sensor} {with_type}ends at {celsius(highest_c)}, where a reading may be "
                 f"{about(sensor.error_k(highest_c))} K too low",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_wider}{or_less}"
                 f"{or_lower(loop, kind)}",
@@ -153,7 +153,7 @@ def protections_in_range(controller: Controller) -> Findings:
         if loop.protection.minimum_c < reaches_c:
             yield Finding(
                 (*path, "minimum"),
-                f"{celsius(loop.protection.minimum_c)} may never be read: the range of "
+                f"{celsius(loop.protection.minimum_c)} may be beyond all readings: the range of "
                 f"{loop.sensor} {with_type}ends at {celsius(lowest_c)}, where a reading may be "
                 f"{about(sensor.error_k(lowest_c))} K too high",
                 f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}{or_wider}{or_less}",
@@ -193,8 +193,8 @@ def rise_rate_above_steps(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "protection", "rise_rate"),
                 f"{number(loop.protection.rise_rate_k_per_s)} K/s is {number(limit_k)} K in a "
-                f"period, less than the sensor's step of {about(step_k)} K, so any "
-                "movement would be a fault",
+                f"period, less than a step of the sensor's reading, {about(step_k)} K, so any "
+                "change of it would be a fault",
                 f"Use at least {rounded_up(loop.rate_k_per_s(step_k))} K/s",
                 (("sensors", loop.sensor), ("loops", name, "period")),
             )

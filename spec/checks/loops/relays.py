@@ -28,7 +28,7 @@ def relay_is_free(controller: Controller) -> Findings:
     elif relay in driven_by_loops(controller) | driven_by_host(controller):
         yield Finding(
             RELAY,
-            f"something else already switches {relay}: it could not cut the heater's supply",
+            f"a loop or a host also switches {relay}: the relay could not cut the heater's supply",
             "Give the relay an output of its own",
             because_of,
         )

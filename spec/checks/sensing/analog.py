@@ -123,7 +123,7 @@ def ranges_can_be_shown(controller: Controller) -> Findings:
 
 
 def _already_wrong(sensor: AdcThermometer, mcu: str) -> bool:
-    """Return whether another check of this file already reports an error."""
+    """Return whether another check in this module already reports this sensor."""
     if _above_supply(sensor, mcu):
         return True
     return (sensor.gives_voltage and sensor.scale_v_per_k == 0) or _beyond(sensor)

@@ -70,9 +70,9 @@ def currents_can_be_smoothed(controller: Controller) -> Findings:
             if each.output.frequency_hz < needed_hz:
                 yield Finding(
                     ("outputs", each.name, "frequency"),
-                    f"the filter for the mean current needs {FILTER_PULSES} pulses, and there are "
-                    f"fewer in {within}a period of {loop.told_period} at "
-                    f"{hertz(each.output.frequency_hz)}",
+                    f"the filter for the mean current needs {FILTER_PULSES} pulses in {within}the "
+                    f"period of {loop.told_period}, and {hertz(each.output.frequency_hz)} gives "
+                    "fewer",
                     f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
                     because_of,
                 )
