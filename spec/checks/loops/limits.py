@@ -143,8 +143,8 @@ def protections_in_range(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "maximum"),
                 f"{celsius(loop.protection.maximum_c)}{implied} may be beyond all readings: the "
-                f"range of {loop.sensor} {with_type}ends at {celsius(highest_c)}, where a reading may be "
-                f"{about(sensor.error_k(highest_c))} K too low",
+                f"range of {loop.sensor} {with_type}ends at {celsius(highest_c)}, where a reading "
+                f"may be {about(sensor.error_k(highest_c))} K too low",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_wider}{or_less}"
                 f"{or_lower(loop, kind)}",
                 (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
