@@ -107,7 +107,7 @@ def test_the_firmwares_plotter_lines_need_only_the_spec(heatwright: Heatwright) 
 def test_the_block_warns_where_a_record_tells_too_little(heatwright: Heatwright) -> None:
     written("short.csv", machine(noise=0.3), (40, (20, 1.0)))
     told = heatwright("identify short.csv --power 40W").out
-    assert "# WARNING: the resistance body – ambient cannot be told" in told
+    assert "# WARNING: this record does not show the resistance body – ambient" in told
     assert "# NOT TOLD by this record" in told
 
 
