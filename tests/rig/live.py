@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -186,8 +186,11 @@ def simulated(name: str, speed: float) -> Iterator[tuple[str, int]]:
             assert process.stdout is not None
             told = json.loads("".join(process.stdout.readline() for _ in range(5)))
             assert told["speed"] == speed
+            port = Path(told["port"])
+            made_ns = port.stat().st_ctime_ns
             yield told["port"], told["baud"]
         finally:
             process.send_signal(signal.SIGINT)
         assert process.wait(timeout=20) == 0
-    assert not Path(told["port"]).exists()
+    with suppress(FileNotFoundError):  # it is gone; another test may have one of its name by now
+        assert port.stat().st_ctime_ns != made_ns
