@@ -151,9 +151,9 @@ def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tr
     tried = list(machines(place))
     tripped = []
     for number, machine in enumerate(tried):
-        tripped.append(_of_machine(place, machine))
+        tripped.append(_of_machine(place, machine, part.setting))
         progress(number + 1, len(tried))
-    return tuple(each._replace(setting=part.setting) for each in tripped if each is not None)
+    return tuple(each for each in tripped if each is not None)
 
 
 def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Finding, ...]:
@@ -189,12 +189,12 @@ def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tr
     return None
 
 
-def _of_machine(place: Place, machine: Healthy) -> Tripped | None:
+def _of_machine(place: Place, machine: Healthy, setting: Setting) -> Tripped | None:
     world = _World(Place(stricter(place.controller), place.loop_name), machine)
     try:
         take_through(world, machine.setpoints_c)
     except _TrippedError:
-        return world.tripped()
+        return world.tripped()._replace(setting=setting)
     return None
 
 
@@ -265,8 +265,7 @@ def _once_more(controller: Controller, tripped: Tripped) -> Tripped | None:
     if tripped.part is None or tripped.machine is None:
         return _of_scenario(stricter(controller))
     place = Place(with_setting(controller, tripped.setting), tripped.part)
-    found = _of_machine(place, tripped.machine)
-    return found and found._replace(setting=tripped.setting)
+    return _of_machine(place, tripped.machine, tripped.setting)
 
 
 def stricter(controller: Controller) -> Controller:

@@ -448,8 +448,7 @@ class _Controller:
         least_s = max(10.0, loop.period_s, _worn_after_s(slots))
         part: Part = {"loop": self.programmed, "points": points, "places": places}
         part["save_every"] = text(draws.number(least_s, min(3600, 65_535 * loop.period_s), 60), "s")
-        dead_k = float(loop.algorithm.get("dead_band", "0 K").split()[0])
-        rests_k = max(loop.step_k, loop.band_k, dead_k, 0.1)
+        rests_k = max(loop.step_k, loop.band_k, loop.dead_k, 0.1)
         part["reached_within"] = text(round(1.2 * rests_k + 0.1, 2), "K")
         part |= self._hold_back(loop, 1.2 * rests_k + 0.2)
         if draws.some():

@@ -359,8 +359,7 @@ class LoopDraw:
 
     def ready(self) -> None:
         """Let the loop say when it is ready."""
-        dead_k = float(self.algorithm.get("dead_band", "0 K").split()[0])
-        least_k = max(self.band_k, self.step_k, dead_k, 0.5)
+        least_k = max(self.band_k, self.step_k, self.dead_k, 0.5)
         self.loop["ready_within"] = text(tidy(self.draws.one(1.5, 4.0) * least_k), "K")
 
     def _protection(self) -> None:
@@ -460,9 +459,14 @@ class LoopDraw:
         self._rule(rules, "runaway", rule)
         self.runs_away = rules["runaway"] != "off"
 
+    @property
+    def dead_k(self) -> float:
+        return float(self.algorithm.get("dead_band", "0 K").split()[0])
+
     def _beyond_dead_band(self, limit_k: float) -> float:
-        dead_k = float(self.algorithm.get("dead_band", "0 K").split()[0])
-        return limit_k if limit_k > dead_k or self.kind != "pid" else math.ceil(dead_k) + limit_k
+        if limit_k > self.dead_k or self.kind != "pid":
+            return limit_k
+        return math.ceil(self.dead_k) + limit_k
 
     def _plant(self) -> None:
         """Write the part of the machine that this loop heats."""
