@@ -162,6 +162,6 @@ void lcd_tick(void)
         send_changed();
     } else if (refresh_left != 0) {
         refresh_left--;
-        send_cell(refresh_left);
+        send_cell(refresh_left % LCD_CELLS); /* a flipped bit must not write beyond the cells */
     }
 }
