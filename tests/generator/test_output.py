@@ -300,25 +300,3 @@ def test_no_index_passes_the_end_of_its_array_unseen(name: str) -> None:
         indices = "|".join(INDEX.findall(text))
         found = re.findall(rf"\b(?:{indices})(?: \+ 1u)? [!=]= (?:{ends})\b.*", text)
         assert not (indices and found), (file, found)
-
-
-FUNCTION = re.compile(r"^\w[\w *]*?\b(\w+)\(([^)]*)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
-
-
-@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.yaml")))
-def test_no_variable_that_is_kept_is_handed_on_as_an_index_unbounded(name: str) -> None:
-    """A display's cell was: a bit that flipped made it write beyond the cells, a byte a tick."""
-    for file, text in sources_of(name).items():
-        kept = set(
-            re.findall(r"^static (?:volatile )?u?int\w+ (\w+)(?: =[^;]*)?;", text, re.MULTILINE)
-        )
-        functions = FUNCTION.findall(text)
-        by_index = "|".join(
-            function
-            for function, parameters, body in functions
-            if any(f"[{each}]" in body for each in re.findall(r"(\w+)(?:,|$)", parameters))
-        )
-        for function, _, body in functions:
-            for handed in kept & set(re.findall(rf"\b(?:{by_index})\((\w+)[,)]", body)):
-                bounded = rf"\b{handed} (?:= .* %|<) [A-Z_]+\b"
-                assert not by_index or re.search(bounded, body), (file, function, handed)

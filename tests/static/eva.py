@@ -30,6 +30,9 @@ under the model that is made here:
   (`admit`): it does not change them, and nothing else writes the notes.
 - Four bytes that a master sends as a gain are any finite number: what is not finite is refused by
   the comparison behind it, as a negative one is.
+- After damage (`damaged`) nothing is known of the RAM but where its pointers lead to: one turn of
+  the main loop, interrupts among it, begins with any bytes. What it reads and writes by an index
+  is in its array, and in the EEPROM.
 
 Three properties are asserted: without the main loop's permit, or with a fault, every heater's pin
 is off when the tick ends; what a loop asks of its heater is from 0 to 100 %; a fault is latched
@@ -111,7 +114,7 @@ class Shared(NamedTuple):
     """All names of pointers."""
 
 
-def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
+def proof_of(spec: str, sources: Sources, folder: Path, *, damaged: bool = False) -> Proof:
     """Have Eva look at a firmware: a spec's text or an example's name, and its files."""
     board = board_of(spec)
     registers, header = _registers(board.mcu)
@@ -134,7 +137,8 @@ def proof_of(spec: str, sources: Sources, folder: Path) -> Proof:
             *sorted(name for name in sources if name.endswith(".c")), "harness.c",
             str(STUBS / "string.c"),
             "-absolute-valid-range", ram,
-            "-eva", "-main", "powered", "-warn-special-float", "non-finite",
+            "-eva", *(("-lib-entry", "-main", "run_tick") if damaged else ("-main", "powered")),
+            "-warn-special-float", "non-finite",
             "-eva-split-return", "auto", "-eva-subdivide-non-linear", "20",
             *_for(sources),
             "-eva-domains-function", "bitwise:gate_tick+",

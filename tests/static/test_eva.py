@@ -3,6 +3,7 @@
 Only those are here of which it proves all. It takes minutes of a processor each.
 """
 
+import re
 import shutil
 from pathlib import Path
 
@@ -14,9 +15,13 @@ ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = ("barrel", "chamber", "dryer", "fabricator", "hotplate", "incubator", "oven", "press")
 
 
-def proof(name: str, sources: dict[str, str], folder: Path) -> Proof:
+DAMAGED = ("chamber", "press", "barrel", "fabricator")
+BEYOND = re.compile(r"out of bounds|in_eeprom")
+
+
+def proof(name: str, sources: dict[str, str], folder: Path, *, damaged: bool = False) -> Proof:
     assert shutil.which("frama-c"), "make setup EVIDENCE=1"
-    return proof_of(name, sources, folder)
+    return proof_of(name, sources, folder, damaged=damaged)
 
 
 @pytest.mark.parametrize("name", PROVEN)
@@ -26,6 +31,13 @@ def test_no_run_does_what_c_leaves_undefined(name: str, tmp_path: Path) -> None:
     assert found.alarms == ()
     assert found.asserted == 1 + 2 * len(controller_of(name).loops)
     assert found.unreached == 0
+
+
+@pytest.mark.parametrize("name", DAMAGED)
+def test_whatever_the_ram_holds_no_index_leaves_its_array(name: str, tmp_path: Path) -> None:
+    """A display's cell did, a slot of the EEPROM, a byte on a 1-Wire line."""
+    alarms = proof(name, sources_of(name), tmp_path, damaged=True).alarms
+    assert [alarm for alarm in alarms if BEYOND.search(alarm)] == []
 
 
 def test_what_is_broken_is_told(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@
 
 #include <avr/pgmspace.h> /* PROGMEM */
 #include <stdbool.h>      /* bool */
+#include <string.h>       /* memset */
 #include <util/delay.h>   /* _delay_us */
 
 #include "config.h" /* LCD_* */
@@ -27,7 +28,6 @@ static char wanted[LCD_CELLS];
 static char shown[LCD_CELLS];
 static bool changed;         /* there may be cells to send */
 static uint8_t position;     /* where the search for changed cells continues */
-static uint8_t refresh_left; /* cells to send again although unchanged */
 static uint8_t start_up_index;
 static bool is_set_up; /* the first start-up sequence has been sent */
 static uint8_t instructions_a_tick = 1;
@@ -95,7 +95,7 @@ void lcd_write(uint8_t line, const char *text)
 static void send_start_up(void)
 {
     pin_lcd_rs_low();
-    for (uint8_t i = 0; i < instructions_a_tick; i++) {
+    for (uint8_t i = 0; i < instructions_a_tick && start_up_index < sizeof START_UP; i++) {
         const uint8_t instruction = pgm_read_byte(&START_UP[start_up_index]);
         if (start_up_index < NIBBLES) {
             send_nibble(instruction);
@@ -104,14 +104,14 @@ static void send_start_up(void)
         }
         start_up_index++;
         _delay_us(EXECUTION_US);
-        if (start_up_index >= sizeof START_UP) {
-            start_up_index = 0;
-            is_set_up = true;
-            instructions_a_tick = LATER_A_TICK;
-            refresh_left = LCD_CELLS;
-            ticks_left = LCD_RESYNC_TICKS;
-            return;
-        }
+    }
+    if (start_up_index >= sizeof START_UP) {
+        start_up_index = 0;
+        is_set_up = true;
+        instructions_a_tick = LATER_A_TICK;
+        memset(shown, 0, sizeof shown); /* every cell is sent again */
+        changed = true;
+        ticks_left = LCD_RESYNC_TICKS;
     }
 }
 
@@ -160,8 +160,5 @@ void lcd_tick(void)
     }
     if (changed) {
         send_changed();
-    } else if (refresh_left != 0) {
-        refresh_left--;
-        send_cell(refresh_left % LCD_CELLS); /* a flipped bit must not write beyond the cells */
     }
 }

@@ -112,7 +112,8 @@ ISR(TIMER2_COMPA_vect)
     } else {
         pin_sensor_air_release(); /* ends the slot of a zero */
         _delay_us(1);                    /* recovery */
-        if (one_wire_air.index >= one_wire_air.size) {
+        if (one_wire_air.index >= one_wire_air.size
+            || one_wire_air.index >= sizeof one_wire_air.data) { /* `size` is damaged */
             result = READING_OK;
         } else {
             data_slot();

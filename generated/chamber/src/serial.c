@@ -16,7 +16,7 @@ ISR(USART_UDRE_vect)
 {
     uint8_t next = sent;
 
-    if (next < size) {
+    if (next < size && next < SERIAL_SIZE) {
         UDR0 = (uint8_t)buffer[next];
         next++;
         sent = next;

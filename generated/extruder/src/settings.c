@@ -61,7 +61,7 @@ static uint8_t seal; /* sum of the sealed settings, when they were last set */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
-    return (uint8_t *)(of_slot * sizeof(union slot) + offset);
+    return (uint8_t *)(of_slot % SETTINGS_SLOTS * sizeof(union slot) + offset);
 }
 
 /* CRC-16 with polynomial x^16 + x^15 + x^2 + 1, as Modbus uses it. */

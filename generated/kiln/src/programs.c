@@ -51,7 +51,7 @@ static uint8_t next_byte = sizeof(struct slot); /* to be written next; sizeof: n
 
 static uint8_t *address(uint8_t number, uint8_t slot, uint8_t offset)
 {
-    const uint8_t before = (uint8_t)(2u * (uint8_t)(number - 1u) + slot);
+    const uint8_t before = (uint8_t)((2u * (uint8_t)(number - 1u) + slot) % (2u * PROGRAM_PLACES));
 
     return (uint8_t *)(PROGRAMS_EEPROM + before * sizeof(struct slot) + offset);
 }

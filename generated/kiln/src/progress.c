@@ -32,7 +32,7 @@ static bool save_wanted;
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
-    return (uint8_t *)(PROGRESS_EEPROM + of_slot * sizeof(struct slot) + offset);
+    return (uint8_t *)(PROGRESS_EEPROM + of_slot % PROGRESS_SLOTS * sizeof(struct slot) + offset);
 }
 
 static uint16_t crc_of(const struct slot *slot)
