@@ -18,6 +18,7 @@ from heatwright.generator.plan.parts import Told
 from heatwright.spec.registry import KindIncomplete
 
 _STATEMENT_LINE = re.compile(r"^[ \t]*//% (.*)$", re.MULTILINE)
+_GUARD = re.compile(r"^#ifndef (\w+)\n#define \1$|^#pragma once$", re.MULTILINE)
 _COMMENTS = {
     ".ini": "; {}\n",
     **dict.fromkeys((".md", ".svg", ".xml"), "<!-- {} -->\n"),
@@ -69,6 +70,15 @@ def _begun(suffix: str, banner: str) -> str:
     return _COMMENTS.get(suffix, "// {}\n").format(inside)
 
 
+def _guarded(path: PurePosixPath, text: str) -> str:
+    """Return a text; that of a header with a guard behind its first comment, unless it has one."""
+    if path.suffix != ".h" or _GUARD.search(text):
+        return text
+    guard = f"{path.stem.upper()}_H"
+    comment, end, rest = text.partition("*/\n") if text.startswith("/*") else ("", "", text)
+    return f"{comment}{end}#ifndef {guard}\n#define {guard}\n{rest.rstrip()}\n\n#endif\n"
+
+
 def names(told: Told) -> dict[str, object]:
     """Return a template's variables by name; dataclasses within are not taken apart."""
     if isinstance(told, Mapping):
@@ -81,10 +91,10 @@ def names(told: Told) -> dict[str, object]:
 def render(plan: Plan) -> Mapping[str, str]:
     """Return the text of every file by its path in the project, in the order of the paths."""
     environment = _environment()
-    texts = {
-        file.path: _begun(PurePosixPath(file.path).suffix, plan.banner)
-        + environment.get_template(file.template).render(names(file.told))
-        for file in plan.files
-    }
+    texts = {}
+    for file in plan.files:
+        path = PurePosixPath(file.path)
+        text = environment.get_template(file.template).render(names(file.told))
+        texts[file.path] = _begun(path.suffix, plan.banner) + _guarded(path, text)
     _compiled().save()
     return texts

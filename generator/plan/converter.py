@@ -19,7 +19,7 @@ from heatwright.generator.plan.parts import (
     pulled,
 )
 from heatwright.generator.plan.pins import driven, label, lifted
-from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.sensors.common import UseOfSensor, raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Max6675, Max31855
 from heatwright.spec.boards import Pin
@@ -47,6 +47,7 @@ class ConverterNames:
     clock: str
     data: str
     step: str
+    raw: str
 
 
 def plan_converter(
@@ -57,8 +58,8 @@ def plan_converter(
     select, clock, data = (
         pins[each] for each in (sensor.chip_select, sensor.clock, sensor.data_out)
     )
-    step = quantity(sensor.step_k, "K")
-    wires = ConverterNames(chip.name, label(select), label(clock), label(data), step)
+    names = label(select), label(clock), label(data)
+    wires = ConverterNames(chip.name, *names, quantity(sensor.step_k, "K"), raw_type(sensor))
     told = source.named(name), wires
     of_sensor = f"of sensor {name}"
     return Part(

@@ -1,10 +1,6 @@
 /* A monitor's warning on the display's second line. */
-#ifndef MONITORS_SHOWN_H
-#define MONITORS_SHOWN_H
 
 #include <stdbool.h> /* bool */
 
 /* Show the warning, by turns with the line's other text; false: there is none, or not its turn. */
 bool monitors_show(void);
-
-#endif

@@ -1,6 +1,4 @@
 /* Numbers as text, without printf. */
-#ifndef TEXT_H
-#define TEXT_H
 
 #include <stdint.h> /* uint8_t */
 
@@ -9,5 +7,3 @@ enum { TEXT_SIZE = 13 }; /* "-20000000.00" and the closing 0 */
 /* Write `value` with `decimals` digits behind the point, rounded half away from zero, and a
  * closing 0; values beyond 20 million are written as 20 million. Returns the length. */
 uint8_t text_number(char text[TEXT_SIZE], float value, uint8_t decimals);
-
-#endif

@@ -1,6 +1,4 @@
 /* Who decides the duty of a loop that has a manual mode. */
-#ifndef MODE_H
-#define MODE_H
 
 enum {
     MODE_AUTOMATIC = 0, /* the algorithm sets the duty; a host's setpoint of 0 is off */
@@ -18,5 +16,3 @@ enum {
     AUTOTUNE_TOO_HOT = 5, /* the temperature rose too far above the target */
     AUTOTUNE_NO_USE = 6 /* the numbers found cannot be gains */
 };
-
-#endif

@@ -1,6 +1,4 @@
 /* Bits of a loop's state. */
-#ifndef STATE_H
-#define STATE_H
 
 enum {
     STATE_WORK = 1, /* the loop is on, and no fault is latched */
@@ -8,5 +6,3 @@ enum {
     STATE_COOL = 4, /* its cooler is wanted on */
     STATE_WARM = 8  /* it works, and its last reading is good and near the setpoint */
 };
-
-#endif

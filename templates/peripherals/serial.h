@@ -1,6 +1,4 @@
 /* Serial transmitter: an interrupt sends its buffer. It receives nothing. */
-#ifndef SERIAL_H
-#define SERIAL_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -14,5 +12,3 @@ bool serial_is_empty(void);
 
 /* Send `size` bytes, at most SERIAL_SIZE; only while the transmitter is empty. */
 void serial_send(const char *text, uint8_t size);
-
-#endif

@@ -1,6 +1,4 @@
 /* The program that moves a loop's setpoint: docs/control.md, "Programs". */
-#ifndef PROGRAM_H
-#define PROGRAM_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int16_t, uint16_t, uint32_t */
@@ -107,5 +105,3 @@ void program_fail(void);
 
 /* Write into `record` what is needed to continue after a loss of power. */
 void program_note(struct progress_record *record);
-
-#endif

@@ -1,6 +1,4 @@
 /* The program's progress in EEPROM: all that is needed to continue after a loss of power. */
-#ifndef PROGRESS_H
-#define PROGRESS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, uint16_t, uint32_t */
@@ -38,5 +36,3 @@ uint32_t progress_saves(void);
 
 /* Once per tick, after the control step: write one byte. */
 void progress_tick(void);
-
-#endif

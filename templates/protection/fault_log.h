@@ -1,6 +1,4 @@
 /* The last faults since the reset, for a display. */
-#ifndef FAULT_LOG_H
-#define FAULT_LOG_H
 
 #include <stdint.h> /* uint8_t, uint32_t */
 
@@ -20,5 +18,3 @@ uint8_t fault_log_count(void);
 
 /* Once per tick: add a new fault to the list. */
 void fault_log_tick(void);
-
-#endif

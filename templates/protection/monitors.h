@@ -1,6 +1,4 @@
 /* The monitors, for the interfaces that show them, numbered from 1. */
-#ifndef MONITORS_H
-#define MONITORS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -21,5 +19,3 @@ bool monitors_is_heard(uint8_t number);
 
 /* The monitor's last good reading, in degC. */
 float monitors_celsius(uint8_t number);
-
-#endif

@@ -7,7 +7,7 @@
 
 struct algorithm_air_state {
     float rate_k_per_s; /* filtered slope of the temperature */
-    uint8_t heating;
+    uint8_t heating; /* 1: the algorithm wants the heater on */
 };
 
 extern struct algorithm_air_state algorithm_air;

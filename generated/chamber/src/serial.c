@@ -8,7 +8,7 @@
 
 #include "config.h" /* SERIAL_* */
 
-static char buffer[SERIAL_SIZE];
+static char to_send[SERIAL_SIZE];
 static uint8_t size;
 static volatile uint8_t sent;
 
@@ -16,12 +16,12 @@ ISR(USART_UDRE_vect)
 {
     uint8_t next = sent;
 
-    if (next < size && next < SERIAL_SIZE) {
-        UDR0 = (uint8_t)buffer[next];
+    if (next < size && next < sizeof to_send) {
+        UDR0 = (uint8_t)to_send[next];
         next++;
         sent = next;
     }
-    if (next >= size) {
+    if (next >= size) { /* disabled with the last byte, so that it does not interrupt the copying of the next text */
         UCSR0B &= (uint8_t)~(1u << UDRIE0);
     }
 }
@@ -41,7 +41,7 @@ bool serial_is_empty(void)
 
 void serial_send(const char *text, uint8_t length)
 {
-    memcpy(buffer, text, length);
+    memcpy(to_send, text, length);
     size = length;
     sent = 0;
     UCSR0B |= (1u << UDRIE0);

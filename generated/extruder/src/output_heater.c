@@ -17,6 +17,7 @@
 #include "pins.h"   /* pin_output_heater_* */
 
 struct output_heater_state output_heater;
+
 static uint16_t period_start; /* count of the timer at the period's start */
 static uint16_t pulse_counts; /* of the present period */
 static uint16_t next_counts;  /* of the next period */

@@ -9,7 +9,7 @@
 #include "pins.h"   /* pin_output_heater_* */
 
 struct output_heater_state output_heater;
-static volatile bool on; /* state set by the last tick */
+static volatile bool on; /* state set by the last tick: in pulses, or continuously */
 
 /* Called with each duty, interrupts off: a flipped register bit lasts until the next duty. */
 static void set_registers(void)

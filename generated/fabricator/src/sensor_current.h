@@ -11,8 +11,8 @@ void sensor_current_begin(void);
 /* Once per tick: continue the measurement. */
 void sensor_current_tick(void);
 
-/* Return READING_OK with the last reading in `raw`, a sum of 4 codes; or FAULT_SENSOR_STALE,
- * with `raw` unchanged. */
+/* Return READING_OK with the last reading in `raw`, a sum of 4 codes; or the rule that is
+ * broken, with `raw` unchanged. */
 uint8_t sensor_current_take(int16_t *raw);
 
 /* Convert a reading to amperes; never negative. */

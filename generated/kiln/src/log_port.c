@@ -39,7 +39,7 @@ ISR(USART1_UDRE_vect)
 {
     uint8_t next = sent;
 
-    if (next < size) {
+    if (next < size && next < sizeof to_send) {
         UDR1 = (uint8_t)to_send[next];
         next++;
         sent = next;

@@ -288,9 +288,8 @@ COMMANDS = (
     ),
     Feature(when=lambda loop: loop.hosted, public=("ready",)),
     Feature(when=lambda loop: loop.switched and loop.tunable, public=("switched_mode",)),
-    Feature(when=lambda loop: loop.switched and loop.autotune, public=("switched_tuning",)),
     Feature(when=lambda loop: loop.hosted and loop.tunable, public=("hosted_mode",)),
-    Feature(when=lambda loop: loop.hosted and loop.autotune, public=("hosted_tuning",)),
+    Feature(when=lambda loop: loop.autotune, public=("tuning",)),
     Feature(when=lambda loop: loop.lasting, public=("lasting",)),
 )
 """Commands of a host, a master or a person."""

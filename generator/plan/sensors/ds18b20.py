@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pulled
 from heatwright.generator.plan.pins import label, open_drain
-from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.sensors.common import UseOfSensor, raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, halted, registers, slot_interval
 from heatwright.spec import Ds18b20, Loop
@@ -30,6 +30,7 @@ class OneWireNames:
 
     pin: str
     step: str
+    raw: str
     timer: int
     slot_us: str
     reset_us: str
@@ -54,6 +55,7 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     line = OneWireNames(
         pin=label(pin),
         step=quantity(1 / 16, "K"),
+        raw=raw_type(sensor),
         timer=timer,
         slot_us=f"{slot_us:g}",
         reset_us=f"{8 * slot_us:g}",

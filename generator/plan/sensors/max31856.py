@@ -18,7 +18,7 @@ from heatwright.generator.plan.parts import (
     pulled,
 )
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
-from heatwright.generator.plan.sensors.common import UseOfSensor
+from heatwright.generator.plan.sensors.common import UseOfSensor, raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Max31856
 from heatwright.spec.boards import Pin
@@ -50,12 +50,12 @@ class RegisterNames:
 def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
     """Plan the sensor and the wires to its registers."""
     pins = source.controller.board.pins
-    names = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
-    select, clock, told, data = (pins[each] for each in names)
+    wires = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
+    select, clock, told, data = (pins[each] for each in wires)
     loops = source.controller.loops
     users = [user for user, loop in loops.items() if loop.sensor == name]
-    step = quantity(sensor.step_k, "K")
-    wires = ConverterNames("MAX31856", label(select), label(clock), label(data), step)
+    names = label(select), label(clock), label(data)
+    chip = ConverterNames("MAX31856", *names, quantity(sensor.step_k, "K"), raw_type(sensor))
     registers = RegisterNames(
         told=label(told),
         selectable=bool(sensor.selectable),
@@ -63,7 +63,7 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
         users=users,
         programmed=any(facts_of(source.controller, user).programmed for user in users),
     )
-    context = source.named(name), wires, registers
+    context = source.named(name), chip, registers
     of_sensor = f"of sensor {name}"
     return Part(
         files=(

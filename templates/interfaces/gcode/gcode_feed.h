@@ -1,6 +1,4 @@
 /* G0, G1 and related commands: converts the feed's millimetres to motor steps. */
-#ifndef GCODE_FEED_H
-#define GCODE_FEED_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -31,5 +29,3 @@ void feed_rest(void);
 void feed_rest_if_off(void);
 
 float feed_position_mm(void);
-
-#endif

@@ -1,6 +1,4 @@
 /* Assembles lines from the host, and checks their number and checksum. */
-#ifndef GCODE_LINE_H
-#define GCODE_LINE_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int32_t */
@@ -31,5 +29,3 @@ uint8_t line_tick(void);
 /* True from time to time while a host that numbers its lines is silent: it may have missed an "ok",
  * or we the end of its line; then each would wait for the other. */
 bool line_asks_for_more(void);
-
-#endif

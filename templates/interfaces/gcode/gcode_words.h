@@ -1,6 +1,4 @@
 /* Reads the words of one line of G-code: a letter and a number, such as S200. */
-#ifndef GCODE_WORDS_H
-#define GCODE_WORDS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint16_t */
@@ -27,5 +25,3 @@ uint8_t words_find(char letter, float *number);
 
 /* Set `count` to the number of `letter`, or to `if_none`; false: it is no integer of 0 to 255. */
 bool words_count(char letter, uint8_t if_none, uint8_t *count);
-
-#endif

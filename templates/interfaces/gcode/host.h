@@ -1,6 +1,4 @@
 /* The serial line to a host: two rings, filled and emptied by interrupt. */
-#ifndef HOST_H
-#define HOST_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -28,5 +26,3 @@ bool host_stop_is_ahead(void);
 
 /* Send one byte; false when there is no room now. */
 bool host_put(char byte);
-
-#endif

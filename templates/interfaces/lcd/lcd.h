@@ -1,6 +1,4 @@
 /* HD44780 text display, 16 x 2, 4-bit bus, written a few cells per tick. */
-#ifndef LCD_H
-#define LCD_H
 
 #include <stdint.h> /* uint8_t */
 
@@ -13,5 +11,3 @@ void lcd_write(uint8_t line, const char *text);
 
 /* Once per tick: send a few cells, or instructions of the start-up sequence. */
 void lcd_tick(void);
-
-#endif

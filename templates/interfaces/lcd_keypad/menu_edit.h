@@ -1,6 +1,4 @@
 /* The menu's screens that change a stored program. */
-#ifndef MENU_EDIT_H
-#define MENU_EDIT_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -9,5 +7,3 @@ void menu_edit_show(void);
 
 /* True if the screen has used the key. */
 bool menu_edit_key(uint8_t key);
-
-#endif

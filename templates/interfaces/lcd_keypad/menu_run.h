@@ -1,6 +1,4 @@
 /* The menu's screens that show, start, pause and end a program. */
-#ifndef MENU_RUN_H
-#define MENU_RUN_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -19,5 +17,3 @@ bool menu_run_key(uint8_t key);
 
 /* End a hold that waits for the operator; false if there is none. */
 bool menu_run_go_on(void);
-
-#endif

@@ -1,11 +1,7 @@
 /* Contents of the display, and functions of the keys. */
-#ifndef PANEL_H
-#define PANEL_H
 
 /* After a step of the loop: show its new state. */
 void panel_refresh(void);
 
 /* Once per tick: read the keys and act. */
 void panel_tick(void);
-
-#endif

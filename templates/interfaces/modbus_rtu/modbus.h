@@ -1,6 +1,4 @@
 /* The Modbus slave: executes the functions. */
-#ifndef MODBUS_H
-#define MODBUS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint16_t */
@@ -21,5 +19,3 @@ uint16_t modbus_silent_ticks(void);
 
 /* True if there was such a request since the reset. */
 bool modbus_was_heard(void);
-
-#endif

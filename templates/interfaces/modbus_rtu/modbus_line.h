@@ -1,6 +1,4 @@
 /* The line of the Modbus slave: receives frames, which end with a silence, and sends answers. */
-#ifndef MODBUS_LINE_H
-#define MODBUS_LINE_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, uint16_t */
@@ -33,5 +31,3 @@ uint16_t modbus_line_length(void);
 
 /* Send `length` bytes of `modbus_frame` and a CRC, or nothing if 0; then receive again. */
 void modbus_line_answer(uint8_t length);
-
-#endif

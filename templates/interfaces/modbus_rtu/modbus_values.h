@@ -1,6 +1,4 @@
 /* Finds entries of the register map, and makes the words and bits that a master reads. */
-#ifndef MODBUS_VALUES_H
-#define MODBUS_VALUES_H
 
 #include "modbus_map.h" /* struct map_entry */
 
@@ -15,5 +13,3 @@ bool map_bit(const struct map_entry *entry);
 
 /* Convert a float to steps of 1 / `per_unit`, rounded to nearest and limited to -32767..32767. */
 int16_t map_scaled(float value, float per_unit);
-
-#endif

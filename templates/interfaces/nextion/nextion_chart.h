@@ -1,6 +1,4 @@
 /* The charts of a touch display: the whole firing on one page, the last minutes on another. */
-#ifndef NEXTION_CHART_H
-#define NEXTION_CHART_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -16,5 +14,3 @@ void chart_beat(void);
 
 /* Send one instruction for the chart of the page shown; false if none is due. */
 bool chart_say(uint8_t page);
-
-#endif

@@ -1,6 +1,4 @@
 /* Assembles the bytes from a touch display to orders of its pages, and its own answers. */
-#ifndef NEXTION_FRAME_H
-#define NEXTION_FRAME_H
 
 #include <stdint.h> /* uint8_t */
 
@@ -18,5 +16,3 @@ extern uint8_t frame_page;
 
 /* Process one byte; returns the FRAME_* that it has completed. */
 uint8_t frame_take(uint8_t byte);
-
-#endif

@@ -1,6 +1,4 @@
 /* Reads numbers in the orders of a touch display: digits, perhaps a minus and a point. */
-#ifndef NEXTION_NUMBERS_H
-#define NEXTION_NUMBERS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int32_t */
@@ -16,5 +14,3 @@ bool number_scaled(const char **text, uint8_t decimals, int32_t *steps);
 
 /* The same as a float; decimals behind the sixth are rounded to nearest. */
 bool number_float(const char **text, float *number);
-
-#endif

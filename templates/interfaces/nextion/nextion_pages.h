@@ -1,6 +1,4 @@
 /* The page that a touch display shows, and the page that it should show. */
-#ifndef NEXTION_PAGES_H
-#define NEXTION_PAGES_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -30,5 +28,3 @@ bool pages_are_turning(void);
 
 /* Send the order for a page; false if none is due. */
 bool pages_say(void);
-
-#endif

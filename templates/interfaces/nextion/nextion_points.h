@@ -1,6 +1,4 @@
 /* The program that a touch display shows, and the changes to it. */
-#ifndef NEXTION_POINTS_H
-#define NEXTION_POINTS_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int32_t */
@@ -31,5 +29,3 @@ int32_t points_minutes(uint32_t seconds);
 
 /* In each turn: have a change written; then show the program that was requested meanwhile. */
 void points_turn(void);
-
-#endif

@@ -1,6 +1,4 @@
 /* The serial line to the touch display. */
-#ifndef NEXTION_PORT_H
-#define NEXTION_PORT_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, uint16_t */
@@ -24,5 +22,3 @@ bool nextion_port_is_free(void);
 
 /* Send `size` bytes; only while the port is free. They must not change until it is free again. */
 void nextion_port_send(const char *bytes, uint8_t size);
-
-#endif

@@ -1,6 +1,4 @@
 /* Builds instructions to a touch display piece by piece. */
-#ifndef NEXTION_SAY_H
-#define NEXTION_SAY_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int32_t, uint32_t */
@@ -22,5 +20,3 @@ void say_text(const char *text);
 
 /* Send the instruction. */
 void say_end(void);
-
-#endif

@@ -1,6 +1,4 @@
 /* Sets a touch display with another baud rate to the baud rate of this line. */
-#ifndef NEXTION_SEARCH_H
-#define NEXTION_SEARCH_H
 
 #include <stdbool.h> /* bool */
 
@@ -12,5 +10,3 @@ bool search_is_on(void);
 
 /* One turn of the search; true while it uses the line. The last turn restores the baud rate. */
 bool search_turn(void);
-
-#endif

@@ -1,6 +1,4 @@
 /* The contents of the components of a touch display's page. */
-#ifndef NEXTION_SHOW_H
-#define NEXTION_SHOW_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -13,5 +11,3 @@ bool show_is_due(uint8_t page);
 
 /* Check the next component, and send its content if it has changed; false if it has not. */
 bool show_say(void);
-
-#endif

@@ -1,6 +1,4 @@
 /* The dialogue with a touch display: bytes from it, and instructions to it, sent in turns. */
-#ifndef NEXTION_TALK_H
-#define NEXTION_TALK_H
 
 void talk_start(void);
 
@@ -9,5 +7,3 @@ void talk_hear(void);
 
 /* Send at most one instruction. */
 void talk_turn(void);
-
-#endif

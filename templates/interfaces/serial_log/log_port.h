@@ -1,6 +1,4 @@
 /* The serial port of the log: a few bytes each way, by interrupt. */
-#ifndef LOG_PORT_H
-#define LOG_PORT_H
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t */
@@ -23,5 +21,3 @@ bool log_port_is_empty(void);
 
 /* Send `size` bytes, at most LOG_PORT_SIZE; only while the port is empty. */
 void log_port_send(const char *text, uint8_t size);
-
-#endif

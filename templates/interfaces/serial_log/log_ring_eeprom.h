@@ -1,11 +1,7 @@
 /* Functions that the log's ring of entries has only in EEPROM. */
-#ifndef LOG_RING_EEPROM_H
-#define LOG_RING_EEPROM_H
 
 /* Before the first tick: find the newest entry. */
 void log_ring_start(void);
 
 /* Once per tick: write one byte, if one is due and the EEPROM is free. */
 void log_ring_tick(void);
-
-#endif

@@ -1,6 +1,4 @@
 /* The commands of the log, and their answers. */
-#ifndef LOG_TALK_H
-#define LOG_TALK_H
 
 #include <stdbool.h> /* bool */
 
@@ -9,5 +7,3 @@ bool log_talk_is_due(void);
 
 /* Read commands, and send the next line of an answer. */
 void log_talk(void);
-
-#endif
