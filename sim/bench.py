@@ -101,8 +101,7 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
 
     """
     if controller.simulation is None:
-        message = "A bench needs a machine: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A bench needs a machine: the specification has no `simulation`")
     step_s = step_s or step_of(controller)
     simulation = controller.simulation
     events = tuple(simulation.scenario if scenario is None else scenario)

@@ -24,8 +24,7 @@ def row_scenario(controller: Controller) -> tuple[Event, ...]:
 
     """
     if controller.simulation is None:
-        message = "A comparison needs a machine: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A comparison needs a machine: the specification has no `simulation`")
     return tuple(event for event in controller.simulation.scenario if event.for_s is not None)
 
 

@@ -127,8 +127,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
     """
     name = loop or next(iter(controller.loops))
     if not len(log):
-        message = "There are no control steps to compare"
-        raise ReplayError(message)
+        raise ReplayError("There are no control steps to compare")
     player = Player(controller, name)
     _check_members(log, player.members)
     expected = np.array(player.play(log), player.members)
@@ -162,12 +161,10 @@ def _check_members(log: StepLog, members: list[Member]) -> None:
         wanted.append(LOADED)
     lacking = [name for name in wanted if name not in found]
     if lacking:
-        message = f"The log lacks {', '.join(lacking)}"
-        raise ReplayError(message)
+        raise ReplayError(f"The log lacks {', '.join(lacking)}")
     for name, width in members:
         if log.dtype[name] != np.dtype(width):
-            message = f"{name} is {log.dtype[name]} in the log, not {np.dtype(width)}"
-            raise ReplayError(message)
+            raise ReplayError(f"{name} is {log.dtype[name]} in the log, not {np.dtype(width)}")
 
 
 def _bits(values: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -129,8 +129,7 @@ def end_s(scenario: Iterable[Event]) -> float:
     for event in scenario:
         if event.for_s is not None:
             return event.for_s
-    message = "A scenario needs its end: - {for: 30 min}"
-    raise ValueError(message)
+    raise ValueError("A scenario needs its end: - {for: 30 min}")
 
 
 def _presses(event: Event, start_s: float) -> list[Action]:

@@ -34,8 +34,7 @@ class Plants:
         self._plants = tuple(cast("Network", each) for each in plants)
         first = self._plants[0]
         if len({_structure(each) for each in self._plants}) > 1:
-            message = "plants of several structures"
-            raise UnlikeError(message)
+            raise UnlikeError("plants of several structures")
         self.nodes, self._fans = first.nodes, first.fans
         self._states = first.states
         self._vectors = np.array([each.vector for each in self._plants])

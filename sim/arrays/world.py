@@ -226,6 +226,5 @@ class _Runs(Run):
 
 def _simulation_of(controller: Controller) -> Simulation:
     if controller.simulation is None:
-        message = "A bench needs a machine: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A bench needs a machine: the specification has no `simulation`")
     return controller.simulation

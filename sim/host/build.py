@@ -127,8 +127,7 @@ def _names(parts: Parts) -> list[str]:
 def _compiler() -> str:
     found = shutil.which("gcc")
     if not found:
-        message = f"There is no gcc: {INSTALL}"
-        raise HostBuildFailed(message)
+        raise HostBuildFailed(f"There is no gcc: {INSTALL}")
     return found
 
 

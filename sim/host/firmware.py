@@ -168,8 +168,7 @@ class Host:
         self.library.host_run(courses)
         for course, loop in zip(courses, found, strict=True):
             if course.done != course.steps:
-                message = f"Step {course.done + 1} of {loop} did not come"
-                raise HostHangs(message)
+                raise HostHangs(f"Step {course.done + 1} of {loop} did not come")
         return found
 
     def number(self, value: float, decimals: int) -> str:
@@ -186,6 +185,5 @@ class Host:
         text = bytes(memory[guard : guard + size])
         outside = bytes(memory[:guard] + memory[-guard:])
         if outside != b"\xa5" * (2 * guard) or text.find(0) != length:
-            message = f"text_number({value!r}, {decimals}) left {bytes(memory)!r}"
-            raise ValueError(message)
+            raise ValueError(f"text_number({value!r}, {decimals}) left {bytes(memory)!r}")
         return text[:length].decode("ascii")

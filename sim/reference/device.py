@@ -244,8 +244,7 @@ class ReferenceDevice:
             if isinstance(loop.operator, ProgrammedOperator):
                 loop.operator.order(order, number)
                 return
-        message = "The specification has no programs"
-        raise ValueError(message)
+        raise ValueError("The specification has no programs")
 
     def write(self, name: str, value: float | bool) -> None:
         """Write a value as the master; one that the firmware would refuse changes nothing.
@@ -256,8 +255,7 @@ class ReferenceDevice:
 
         """
         if self._master is None:
-            message = "The specification has no modbus_rtu interface"
-            raise ValueError(message)
+            raise ValueError("The specification has no modbus_rtu interface")
         self._master.write(name, value)
 
     def advance(self, until_s: float) -> None:

@@ -47,8 +47,7 @@ class TunablePid(PidControl):
         if not self._adjustable:
             return
         if limits is None:
-            message = "The loop needs its limits"
-            raise ValueError(message)
+            raise ValueError("The loop needs its limits")
         sound = in_order(limits, self._widest, self._least_maximum)
         self.limits = limits if sound else self._widest
         *self._integral_limits, self.full_percent = self.limits

@@ -33,8 +33,7 @@ class Display:
 
         """
         if not isinstance(operator, SwitchedOperator):
-            message = "A display needs a loop that is switched"
-            raise TypeError(message)
+            raise TypeError("A display needs a loop that is switched")
         self._does: Does = {**_steering(operator), 16: lambda _: acknowledge()}
         self._programs: ProgrammedOperator | None = None
         if isinstance(operator, ProgrammedOperator):
@@ -52,8 +51,7 @@ class Display:
         """
         found = _ORDER.findall(text)
         if not found:
-            message = f"{text!r} is no order of a display: write one such as #8 1;"
-            raise ValueError(message)
+            raise ValueError(f"{text!r} is no order of a display: write one such as #8 1;")
         for order, data in found:
             self._do(int(order), data)
 

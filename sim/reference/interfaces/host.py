@@ -52,8 +52,7 @@ class Host:
 
         """
         if not self._served:
-            message = "The specification has no gcode interface"
-            raise ValueError(message)
+            raise ValueError("The specification has no gcode interface")
         line = parsed(text)
         if line.command in ("M106", "M107"):
             self._set_fan(line)

@@ -29,8 +29,7 @@ def parsed(text: str) -> Line:
     plain = text.split(";", maxsplit=1)[0].split("*", maxsplit=1)[0].upper()
     words = [(letter, number) for letter, number in _WORD.findall(plain) if letter != "N"]
     if not words or words[0][0] not in "GMT" or not words[0][1]:
-        message = f"{text!r} has no command"
-        raise ValueError(message)
+        raise ValueError(f"{text!r} has no command")
     (letter, code), *rest = words
     return Line(f"{letter}{int(float(code))}", {word: _value(number) for word, number in rest})
 

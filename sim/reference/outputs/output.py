@@ -151,8 +151,7 @@ def pwm_period(controller: Controller, name: str) -> PwmPeriod:
         if max(counts.values()) < limit:
             fewest = math.ceil(LATEST_S * board.clock_hz / prescaler)
             return PwmPeriod(counts[name], fewest if channel.by_interrupts else 0)
-    message = f"{wanted_hz[name]:g} Hz is too slow for timer {channel.timer}"
-    raise ValueError(message)
+    raise ValueError(f"{wanted_hz[name]:g} Hz is too slow for timer {channel.timer}")
 
 
 def _frequency_hz(controller: Controller, name: str) -> float:

@@ -47,8 +47,7 @@ class ProgrammedOperator(SwitchedOperator):
         """
         super().__init__(controller, name, reference)
         if reference.program is None or controller.programs is None:
-            message = f"Loop {name} has no programs"
-            raise ValueError(message)
+            raise ValueError(f"Loop {name} has no programs")
         self._run: ProgramRun = reference.program
         self._keeps = controller.programs.on_fault == "pause"
         stored = controller.programs.stored

@@ -39,8 +39,7 @@ class Limiter:
         """
         output = controller.switches[loop.heater]
         if output.current is None:
-            message = f"The current of {loop.heater} is not measured"
-            raise ValueError(message)
+            raise ValueError(f"The current of {loop.heater} is not measured")
         current = output.current
         self.amperes_of = Converter(controller.ammeters[current.sensor], controller.board)
         root = rms_to_mean(output)
