@@ -19,9 +19,7 @@ __all__ = ["row_controller", "row_loop", "row_scenario", "run_row"]
 def row_scenario(controller: Controller) -> tuple[Event, ...]:
     """Return the scenario of every row: the end of the file's scenario, without its events.
 
-    Raises:
-        ValueError: the specification has no simulation.
-
+    Raises ValueError: the specification has no simulation.
     """
     if controller.simulation is None:
         raise ValueError("A comparison needs a machine: the specification has no `simulation`")

@@ -27,9 +27,7 @@ class Plants:
     def __init__(self, plants: Sequence[Plant]) -> None:
         """Combine plants that advance in equal steps of time.
 
-        Raises:
-            UnlikeError: their nodes, heaters, fans or sensors are not the same.
-
+        Raises UnlikeError: their nodes, heaters, fans or sensors are not the same.
         """
         self._plants = tuple(cast("Network", each) for each in plants)
         first = self._plants[0]

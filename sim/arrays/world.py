@@ -85,9 +85,7 @@ def device_of(
 
     It has the methods of `ReferenceDevice`; each argument and result may be an array.
 
-    Raises:
-        UnlikeError: they differ in more than numbers.
-
+    Raises UnlikeError: they differ in more than numbers.
     """
     kind = on_arrays("heatwright.sim.reference.device").ReferenceDevice
     noises = noise_k or [{} for _ in controllers]

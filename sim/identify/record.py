@@ -86,9 +86,7 @@ class Record:
 def record_of(log: Log, roles: Roles, scales: Scales) -> Record:
     """Make a record of a log.
 
-    Raises:
-        Unusable: something is missing, or the record cannot determine a plant.
-
+    Raises Unusable: something is missing, or the record cannot determine a plant.
     """
     notes: list[str] = []
     times_s, readings_c, powers_w = tabled(log, roles, scales, notes)

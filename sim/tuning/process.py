@@ -138,9 +138,7 @@ def at_full_power(
 ) -> Iterator[tuple[float, float]]:
     """Yield time, s, and temperature before the sensor's dead time, °C, from cold at full power.
 
-    Raises:
-        ValueError: the specification has no simulation.
-
+    Raises ValueError: the specification has no simulation.
     """
     if controller.simulation is None:
         raise ValueError("A machine is needed: the specification has no `simulation`")

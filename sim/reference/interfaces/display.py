@@ -28,9 +28,7 @@ class Display:
     ) -> None:
         """Serve an operator's loop; `acknowledge` acknowledges a fault of any loop.
 
-        Raises:
-            TypeError: the loop has no switch.
-
+        Raises TypeError: the loop has no switch.
         """
         if not isinstance(operator, SwitchedOperator):
             raise TypeError("A display needs a loop that is switched")
@@ -45,9 +43,7 @@ class Display:
     def send(self, text: str) -> None:
         """Execute the orders of a text.
 
-        Raises:
-            ValueError: there is no order in it.
-
+        Raises ValueError: there is no order in it.
         """
         found = _ORDER.findall(text)
         if not found:

@@ -47,9 +47,7 @@ class Host:
     def send(self, text: str) -> None:
         """Execute a line; a command that the firmware would refuse changes nothing.
 
-        Raises:
-            ValueError: the controller has no host, or the line has no command.
-
+        Raises ValueError: the controller has no host, or the line has no command.
         """
         if not self._served:
             raise ValueError("The specification has no gcode interface")

@@ -41,9 +41,7 @@ class ProgrammedOperator(SwitchedOperator):
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Take the programs of the spec.
 
-        Raises:
-            ValueError: the spec has none for this loop.
-
+        Raises ValueError: the spec has none for this loop.
         """
         super().__init__(controller, name, reference)
         if reference.program is None or controller.programs is None:

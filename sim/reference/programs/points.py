@@ -26,9 +26,7 @@ class Editor:
     def __init__(self, controller: Controller) -> None:
         """Take the limits of the spec.
 
-        Raises:
-            ValueError: the specification has no programs.
-
+        Raises ValueError: the specification has no programs.
         """
         if controller.programs is None:
             raise ValueError("The specification has no programs")
@@ -39,9 +37,7 @@ class Editor:
     def edited(self, copy: Copy, text: str) -> Copy:
         """Return a program with segments changed.
 
-        Raises:
-            ValueError: some of it is invalid; the program is then unchanged.
-
+        Raises ValueError: some of it is invalid; the program is then unchanged.
         """
         parts = list(copy)
         for point in text.removesuffix(":").split(":"):

@@ -33,9 +33,7 @@ class Limiter:
     def __init__(self, controller: Controller, loop: Loop) -> None:
         """Derive the constants of a loop whose heater's current is measured.
 
-        Raises:
-            ValueError: it is not measured.
-
+        Raises ValueError: it is not measured.
         """
         output = controller.switches[loop.heater]
         if output.current is None:
