@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bears import bears_c
+from heatwright.sim.faults.effects import Felt, Heated
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import asked_share, share_for, steady_c
-from heatwright.sim.faults.sensing.any_sensor import feel, mend
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.plants import profile_c
@@ -74,15 +75,8 @@ def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     if not seen_c:
         return
     takes = share_for(site, seen_c[0], ambient_c=starts.ambient_c(site))
-    share = takes / asked_share(site, ASKED * full)
-
-    def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = effects.weakened(share)
-
-    def cure(world: World) -> None:
-        world.wiring.heat.pop(site.loop.heater)
-
-    yield Fault("heater_aged", lambda: _held(site, seen_c[0]), cause, cure, watch_s=watch_s)
+    aged = Heated(site.loop.heater, effects.weakened(takes / asked_share(site, ASKED * full)))
+    yield Fault("heater_aged", lambda: _held(site, seen_c[0]), aged, aged.mend, watch_s=watch_s)
 
 
 def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
@@ -111,11 +105,12 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
             felt_c - min(true_c - setpoint_c, rate_k_per_s * (world.now_s - began_s))
         )
 
+    drifts = Felt(site.loop.sensor, change)
     yield Fault(
         "reading_drifts_low",
         lambda: _held(site, setpoint_c),
-        feel(site, change),
-        mend(site),
+        drifts,
+        drifts.mend,
         watch_s=watch_s + (true_c - setpoint_c) / rate_k_per_s,
     )
 
@@ -127,10 +122,6 @@ def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault
         return
     stands_c = seen_c[0] + site.loop.algorithm.swing_k / 2 + STANDING_K
     rate_k_per_s = site.loop.protection.rise_rate_k_per_s / SLOW
-    yield Fault(
-        "reading_stands_high",
-        lambda: _held(site, seen_c[0]),
-        feel(site, lambda world: effects.drifting(world, rate_k_per_s, stands_c)),
-        mend(site),
-        watch_s=watch_s,
-    )
+    rises = Felt(site.loop.sensor, lambda world: effects.drifting(world, rate_k_per_s, stands_c))
+    make = partial(_held, site, seen_c[0])
+    yield Fault("reading_stands_high", make, rises, rises.mend, watch_s=watch_s)

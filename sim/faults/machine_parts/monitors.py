@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import NamedTuple, cast
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, lasting_s, reading_s
+from heatwright.sim.faults.effects import Felt, standing
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
+from heatwright.sim.faults.usual import harmless
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -105,25 +106,15 @@ def _break(watched: Watched, what: str) -> Act:
     return act
 
 
-def _feel(watched: Watched, tip_c: float) -> Act:
-    def act(world: World) -> None:
-        world.wiring.feel[watched.monitor.sensor] = lambda _: tip_c
-
-    return act
-
-
-def _feel_again(world: World, *, watched: Watched) -> None:
-    world.wiring.feel.pop(watched.monitor.sensor)
-
-
 def _over_limit(site: Site, watched: Watched) -> Fault:
     """The monitored part becomes too hot, and no loop's sensor feels it."""
     allowed_s = reading_s(watched.loop)
+    hot = Felt(watched.monitor.sensor, standing(watched.over_c))
     return Fault(
         f"monitor_{watched.name}_over_limit",
         lambda: starts.heating(site),
-        _feel(watched, watched.over_c),
-        partial(_feel_again, watched=watched),
+        hot,
+        hot.mend,
         trip=Trip(("monitor_limit",), allowed_s),
         off_within_s=allowed_s + TICK_S,
         all_off=True,
@@ -138,20 +129,15 @@ def _warned(site: Site, watched: Watched) -> Fault:
         if not world.device.read(f"monitor_{watched.name}.warns"):
             return f"monitor {watched.name} does not warn at {watched.warned_c:.1f} °C"
         told = "; ".join(untold(world))
-        _feel(watched, watched.well_c)(world)
+        Felt(watched.monitor.sensor, standing(watched.well_c))(world)
         world.run(watched.loop.periods_s(3))
         if world.device.read(f"monitor_{watched.name}.warns"):
             return f"the warning of {watched.name} does not end at {watched.well_c:.1f} °C"
         return told
 
-    return Fault(
-        f"monitor_{watched.name}_warns",
-        lambda: starts.heating(site),
-        _feel(watched, watched.warned_c),
-        calm=True,
-        watch_s=watched.loop.next_step_s(reading_s(watched.loop)),
-        judge=judge,
-    )
+    warm = Felt(watched.monitor.sensor, standing(watched.warned_c))
+    for_s = watched.loop.next_step_s(reading_s(watched.loop))
+    return harmless(site, f"monitor_{watched.name}_warns", warm, for_s, judge)
 
 
 def untold(world: World) -> Iterator[str]:

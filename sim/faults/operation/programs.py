@@ -10,7 +10,8 @@ from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import answer_s, watchdog_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.processor import INTERRUPTS_ON, hang
-from heatwright.sim.faults.fault import Fault, Judge, Trip
+from heatwright.sim.faults.effects import Heated
+from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
@@ -49,7 +50,7 @@ def faults(site: Site) -> Iterator[Fault]:
     programs = site.controller.programs
     if programs is None or not site.facts.programmed or not programs.stored:
         return
-    yield Fault(
+    lost = Fault(
         "sensor_lost_in_program",
         lambda: under_way(site),
         memory.cut_line,
@@ -58,6 +59,7 @@ def faults(site: Site) -> Iterator[Fault]:
         sensor_lies=True,
         judge=_judge(programs),
     )
+    yield lost
     yield Fault(
         "hung_in_program",
         lambda: under_way(site),
@@ -66,14 +68,8 @@ def faults(site: Site) -> Iterator[Fault]:
         judge=_judge(programs),
     )
     if programs.on_fault == "pause":
-        yield Fault(
-            "power_cut_in_interrupted_program",
-            lambda: under_way(site),
-            _cut_while_latched,
-            trip=Trip(SENSOR_RULES, answer_s(site.loop)),
-            sensor_lies=True,
-            judge=_judge(programs),
-        )
+        name = "power_cut_in_interrupted_program"
+        yield replace(lost, id=name, cause=_cut_while_latched, cure=nothing)
     yield from _lagging(site, programs)
     yield from _power_cuts(site, programs)
 
@@ -94,8 +90,11 @@ def under_way(site: Site) -> World:
 
 
 def _started(site: Site) -> World:
-    ambient_c = starts.ambient_c(site)
-    world = World(site, Weather(ambient_c, ambient_c))
+    return _started_at(site, starts.ambient_c(site))
+
+
+def _started_at(site: Site, start_c: float) -> World:
+    world = World(site, Weather(start_c, starts.ambient_c(site)))
     starts.first_steps(world)
     world.device.program("start", 1)
     world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
@@ -189,18 +188,12 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
         return
     ambient_c = starts.ambient_c(site)
     share = _share_for(site, first.to_c - BELOW_TARGET_K, ambient_c)
-
-    def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = effects.weakened(share)
-
-    def mend(world: World) -> None:
-        world.wiring.heat.pop(site.loop.heater)
-
+    weak = Heated(site.loop.heater, effects.weakened(share))
     yield Fault(
         "heater_too_weak_for_program",
         lambda: _started(site),
-        cause,
-        mend,
+        weak,
+        weak.mend,
         watch_s=ramp_s + hold_back.limit_s + watch_s(site),
         judge=lambda world: _lag_was_long(world, programs, hold_back),
     )
@@ -260,12 +253,8 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
 
 def _hot(site: Site, programs: Programs) -> World:
     """Return a world with a program, so hot that it can cool more than a resumption allows."""
-    ambient_c = starts.ambient_c(site)
-    warm_c = ambient_c + programs.after_power_loss.resume_within_k + 4 * FAR_K
-    world = World(site, Weather(warm_c, ambient_c))
-    starts.first_steps(world)
-    world.device.program("start", 1)
-    world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
+    resumes_within_k = programs.after_power_loss.resume_within_k
+    world = _started_at(site, starts.ambient_c(site) + resumes_within_k + 4 * FAR_K)
     world.run(WATCH_S)
     return world
 
