@@ -151,7 +151,7 @@ def _relay_closed_cycles(world: World) -> int:
         for name in controller.loops
         if name != world.site.loop_name
     )
-    return relay.closed_cycles if relay is not None and others_rest else 0
+    return relay.wired.closed_cycles if relay is not None and others_rest else 0
 
 
 def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:
