@@ -68,7 +68,7 @@ def machines(site: Place) -> Iterator[Healthy]:
         )
         yield from reachable(site, name, what, network, ambient_c)
     what = "the most noise at its sensor that its rules bear"
-    yield from reachable(site, "healthy_noisy", what, noisy(site), starts.ambient_c(site))
+    yield from reachable(site, "healthy_noisy", what, noisy(site), site.ambient_c)
 
 
 def reachable(

@@ -91,7 +91,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     good = log[(status == 0) & (has == 1)]
     single = f"{prefix}reading_c"
     read_c = good[single if single in (log.dtype.names or ()) else f"{prefix}temperature_c"]
-    times_s, tips_c = world.tips_c(sensor)
+    times_s, tips_c = world.told(sensor)
     thermometer = controller.thermometers[sensor]
     age_s = controller.loops[name].next_step_s(thermometer.conversion_s) + world.step_s
     if thermometer.clips_c is not None:
@@ -136,7 +136,7 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
         return
     sensor = controller.ammeters[current.sensor]
     log = world.device.steps(name)
-    times_s, flowed_a = world.currents_a(current.sensor)
+    times_s, flowed_a = world.told(current.sensor)
     volts = current_v(sensor, flowed_a)
     codes = np.minimum(np.floor(CODES * volts / reference_v(sensor, controller.board)), CODES - 1)
     age_s = loop.next_step_s(sensor.oversample * TICK_S) + world.step_s

@@ -32,7 +32,7 @@ from heatwright.sim.machine import (
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.outputs.output import heater_of
-from heatwright.sim.scenario import PRESS_S, Action
+from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ThermalNetwork, modbus_of
 from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.commands import gcode_of, lockout_of
@@ -246,15 +246,8 @@ class World:
         feel = self.wiring.feel.get(self.site.loop.sensor)
         return feel(self.sensed_c) if feel else self.sensed_c
 
-    def tips_c(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times, s, and the temperature of a sensor's tip from each of them on, °C."""
-        return self._told(sensor)
-
-    def currents_a(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times, s, and the current that a sensor had to measure from each of them on, A."""
-        return self._told(sensor)
-
-    def _told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return times, s, and a sensor's true value from each of them on: its tip's °C, or A."""
         rows = self._machine.rows
         told = rows[:, BITS].astype(int) & SENSED > 0
         return rows[told, TIME], rows[told, TIPS + self._machine.sensors.index(sensor)]
@@ -342,19 +335,6 @@ class World:
             yield
         finally:
             self.site, self.hand = kept
-
-    def do(self, action: Action) -> None:
-        """Do an action of a scenario, without waiting for its effect."""
-        if action.line is not None:
-            self.device.send(action.line)
-        elif action.write is not None:
-            self.device.write(*action.write)
-        elif action.program is not None:
-            self.device.program(*action.program)
-        elif action.extrude_mm_per_s is not None:
-            self.coupling.extruded_mm_per_s = action.extrude_mm_per_s
-        else:
-            self.device.press(action.key)
 
     def press(self, key: str, times: int = 1) -> None:
         """Press a key and release it, several times."""

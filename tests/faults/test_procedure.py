@@ -174,7 +174,7 @@ def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
     worlds: list[World] = []
     result = try_fault(making(faults_of(text)["switch_shorted_when_hot"], worlds.append))
     assert result.detail == ""
-    times_s, tips_c = worlds[0].tips_c("bed")
+    times_s, tips_c = worlds[0].told("bed")
     trip_s = worlds[0].trips.since(0.0)[0].time_s
     seen_c = tips_c[times_s <= trip_s + SHOWN_S + 2 * STEP_S]
     assert result.peak_c <= seen_c.max()

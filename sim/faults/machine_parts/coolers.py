@@ -11,7 +11,7 @@ from heatwright.sim.faults.effects import Heated
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.usual import harmless, watched
-from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.faults.world import Site, World
 
 WATCH_S = 60.0
 TURNS = 40
@@ -43,8 +43,7 @@ def cooling(site: Site) -> World:
     """Return a world well above its setpoint, with the cooler on."""
     target_c = starts.setpoints_c(site)[0]
     start_c = min(target_c + BEYOND_K, site.loop.protection.maximum_c - MARGIN_K)
-    world = World(site, Weather(start_c, starts.ambient_c(site)))
-    starts.first_steps(world)
+    world = starts.begun(site, start_c)
     world.set_setpoint(target_c)
     world.until(OfState(lambda now: now.loop("cooling") == 1), LONGEST_S)
     return world

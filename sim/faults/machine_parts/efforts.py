@@ -10,7 +10,7 @@ from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.faults.effects import Felt, Heated
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import asked_share, share_for, steady_c
-from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.plants import profile_c
 from heatwright.spec.loops import Effort
@@ -44,8 +44,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 def _held(site: Site, setpoint_c: float) -> World:
     """Return a world at its setpoint."""
-    world = World(site, Weather(setpoint_c, starts.ambient_c(site)))
-    starts.first_steps(world)
+    world = starts.begun(site, setpoint_c)
     world.set_setpoint(setpoint_c)
     starts.first_steps(world)
     return world
@@ -53,7 +52,7 @@ def _held(site: Site, setpoint_c: float) -> World:
 
 def _setpoints_c(site: Site) -> list[float]:
     """List the setpoints that need more than the loop's least duty, the highest setpoint first."""
-    highest_c, ambient_c = starts.highest_c(site), starts.ambient_c(site)
+    highest_c, ambient_c = starts.highest_c(site), site.ambient_c
     least_c = steady_c(site, asked_share(site, _duties(site)[0]), ambient_c=ambient_c)
     reached = [each for each in starts.setpoints_c(site) if each <= highest_c]
     return [each for each in reversed(reached) if each > max(ambient_c, least_c)]
@@ -74,7 +73,7 @@ def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[0] < SEEN * full]
     if not seen_c:
         return
-    takes = share_for(site, seen_c[0], ambient_c=starts.ambient_c(site))
+    takes = share_for(site, seen_c[0], ambient_c=site.ambient_c)
     aged = Heated(site.loop.heater, effects.weakened(takes / asked_share(site, ASKED * full)))
     yield Fault("heater_aged", lambda: _held(site, seen_c[0]), aged, aged.mend, watch_s=watch_s)
 
@@ -85,7 +84,7 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     if setpoint_c is None:
         return
     takes = BEYOND * effort.band.at(setpoint_c)[0]
-    ambient_c = starts.ambient_c(site)
+    ambient_c = site.ambient_c
     if not takes < _duties(site)[1]:
         return
     true_c = steady_c(site, asked_share(site, takes), ambient_c=ambient_c)

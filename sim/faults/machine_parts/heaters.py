@@ -66,7 +66,7 @@ def _leaking(site: Site) -> Fault:
     )
     start_c = lowest_c + above_k
     level_c = start_c + 3 * (rising.rise_k if rising else MARGIN_K) + MARGIN_K
-    share = share_for(site, level_c, ambient_c=starts.ambient_c(site), cooled=True)
+    share = share_for(site, level_c, ambient_c=site.ambient_c, cooled=True)
 
     def settled() -> World:
         world = starts.at_rest(site, above_k=above_k)
@@ -84,7 +84,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
         ("heat_from_elsewhere", lambda: starts.at_rest(site, above_k=0.0), above_c),
         ("fire", lambda: starts.hot(site), maximum_c + MARGIN_K),
     ):
-        share = 2 * share_for(site, hold_c, ambient_c=starts.ambient_c(site), cooled=True)
+        share = 2 * share_for(site, hold_c, ambient_c=site.ambient_c, cooled=True)
 
         def cause(world: World, hold_c: float = hold_c, share: float = share) -> None:
             world.wiring.besides[site.loop.heater] = Beside(share, site.loop.sensor, hold_c)

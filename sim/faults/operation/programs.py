@@ -15,7 +15,7 @@ from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.world import STEP_S, Site, Weather, World
+from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.programs.state import (
     FAILED,
@@ -90,12 +90,11 @@ def under_way(site: Site) -> World:
 
 
 def _started(site: Site) -> World:
-    return _started_at(site, starts.ambient_c(site))
+    return _started_at(site, site.ambient_c)
 
 
 def _started_at(site: Site, start_c: float) -> World:
-    world = World(site, Weather(start_c, starts.ambient_c(site)))
-    starts.first_steps(world)
+    world = starts.begun(site, start_c)
     world.device.program("start", 1)
     world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
     return world
@@ -186,7 +185,7 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
     ramp_s = _ramp_s(site, first)
     if hold_back is None or ramp_s is None or first.to_c is None:
         return
-    ambient_c = starts.ambient_c(site)
+    ambient_c = site.ambient_c
     share = _share_for(site, first.to_c - BELOW_TARGET_K, ambient_c)
     weak = Heated(site.loop.heater, effects.weakened(share))
     yield Fault(
@@ -205,7 +204,7 @@ def _ramp_s(site: Site, segment: Segment) -> float | None:
         return segment.over_s
     if segment.at_k_per_h is None or segment.to_c is None:
         return None
-    return abs(segment.to_c - starts.ambient_c(site)) / segment.at_k_per_h * 3600.0
+    return abs(segment.to_c - site.ambient_c) / segment.at_k_per_h * 3600.0
 
 
 def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
@@ -254,7 +253,7 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
 def _hot(site: Site, programs: Programs) -> World:
     """Return a world with a program, so hot that it can cool more than a resumption allows."""
     resumes_within_k = programs.after_power_loss.resume_within_k
-    world = _started_at(site, starts.ambient_c(site) + resumes_within_k + 4 * FAR_K)
+    world = _started_at(site, site.ambient_c + resumes_within_k + 4 * FAR_K)
     world.run(WATCH_S)
     return world
 

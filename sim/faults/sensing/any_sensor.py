@@ -34,7 +34,7 @@ def _frost(site: Site) -> Iterator[Fault]:
     )
     yield replace(
         watched(site, "frost", cools, cools.mend),
-        make=lambda: starts.resting(site, max(start_c, starts.ambient_c(site))),
+        make=lambda: starts.resting(site, max(start_c, site.ambient_c)),
     )
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import cast
 
-from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.sensing.readings import (
@@ -82,7 +81,7 @@ def _never_converts(site: Site) -> Fault:
     """Return a chip that answers its power-on value from the start, with a correct CRC."""
     return Fault(
         "never_converts",
-        lambda: World(site, Weather(starts.ambient_c(site), starts.ambient_c(site))),
+        lambda: World(site, Weather(site.ambient_c, site.ambient_c)),
         _never_converting,
         _fail(Faults()),
         trip=Trip(SENSOR_RULES, answer_s(site.loop)),
