@@ -10,7 +10,7 @@ from functools import lru_cache
 from heatwright.sim.faults.bears import coldest_c, hottest_c
 from heatwright.sim.faults.machine import sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place
-from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World, given
+from heatwright.sim.faults.world import Condition, Site, Weather, World, given, switched
 from heatwright.sim.plants import profile_c
 
 COMMANDED_STEP_K = 10.0
@@ -108,7 +108,7 @@ def heater_on(site: Site) -> Condition:
     """
     if site.controller.outputs[site.loop.heater].frequency_hz:
         return given(site)
-    return Switched(on=True)
+    return switched(on=True)
 
 
 def at_rest(site: Site, *, above_k: float) -> World:
@@ -163,6 +163,6 @@ def held(site: Site) -> World:
         full = site.loop.algorithm.full_percent
         world.until(OfState(lambda now: 0 < now.loop("duty_percent") < full), LONGEST_S)
         return world
-    world.until(Switched(on=False), LONGEST_S)
+    world.until(switched(on=False), LONGEST_S)
     world.until(heater_on(site), LONGEST_S)
     return world

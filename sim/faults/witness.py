@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.circuits import current_v, reference_v
-from heatwright.sim.faults.machine import sensor_blur_k
+from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.machine_parts.currents import CODES
 from heatwright.sim.faults.world import World
 from heatwright.sim.replay import replay_all
@@ -99,7 +99,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     spans = _spans(times_s, good["time_s"] - age_s, good["time_s"] + world.step_s)
     least_c, most_c = _extremes(tips_c, spans)
     readings_c, which = np.unique(read_c, return_inverse=True)  # most rows have equal readings
-    blurs_k = [sensor_blur_k(controller, sensor, each) for each in readings_c.tolist()]
+    blurs_k = [blur_k(controller, sensor, each) for each in readings_c.tolist()]
     off_k, found_c = thermometer.step_k + np.array(blurs_k)[which], read_c.astype(np.float64)
     is_true = (least_c - off_k <= found_c) & (found_c <= most_c + off_k)
     for row in np.flatnonzero(~is_true)[:1]:

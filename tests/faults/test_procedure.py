@@ -23,7 +23,14 @@ from heatwright.sim.faults.operation.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.records import Change, TripLog
 from heatwright.sim.faults.site import OfState, State
-from heatwright.sim.faults.world import STEP_S, Below, Spread, Switched, Weather, World
+from heatwright.sim.faults.world import (
+    SPREAD,
+    STEP_S,
+    Weather,
+    World,
+    below,
+    switched,
+)
 from heatwright.sim.machine import Heat
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -307,8 +314,8 @@ def test_the_machine_ends_a_wait_at_the_step_in_which_it_is_so() -> None:
     for seen in (lambda condition: condition, partial):
         world = starts.heating(site_of("chamber"))
         at_s = [world.now_s]
-        for condition in (Switched(on=False), Switched(on=True), Spread(), Below(60.0)):
-            if condition == Spread():
+        for condition in (switched(on=False), switched(on=True), SPREAD, below(60.0)):
+            if condition is SPREAD:
                 world.wiring.heat["heater"] = Heat(0.0)
                 world.run(world.step_s)
             assert world.until(seen(condition), 600.0)

@@ -133,17 +133,11 @@ class Instructions:
 
     def _get(self, given: Sequence[str]) -> None:
         value = self._value(given[0])
-        if isinstance(value, str):
-            self._send(Code.TEXT.answer(value.encode(_TEXT, "replace")))
-        else:
-            self._send(Code.NUMBER.answer(value.to_bytes(4, "little", signed=True)))
+        code = Code.TEXT if isinstance(value, str) else Code.NUMBER
+        self._send(code.answer(_bytes_of(value)))
 
     def _print(self, given: Sequence[str]) -> None:
-        value = self._value(given[0])
-        if isinstance(value, str):
-            self._send(value.encode(_TEXT, "replace"))
-        else:
-            self._send(value.to_bytes(4, "little", signed=True))
+        self._send(_bytes_of(self._value(given[0])))
 
     def _print_hex(self, given: Sequence[str]) -> None:
         if not re.fullmatch(r"[0-9A-Fa-f]{2}( [0-9A-Fa-f]{2})*", given[0]):
@@ -191,6 +185,12 @@ class Instructions:
         if waveform is None:
             raise Refused(Code.INVALID_WAVEFORM)
         waveform.add(self._number(given[1]), self._number(given[2]))
+
+
+def _bytes_of(value: Value) -> bytes:
+    if isinstance(value, str):
+        return value.encode(_TEXT, "replace")
+    return value.to_bytes(4, "little", signed=True)
 
 
 def _text_of(number: int, form: int, length: int) -> str:
