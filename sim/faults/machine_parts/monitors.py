@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple, cast
 
 from heatwright.sim.circuits import Wiring
-from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, lasting_s, reading_s
 from heatwright.sim.faults.effects import Felt, standing
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
-from heatwright.sim.faults.usual import harmless
+from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -73,17 +73,15 @@ def _broken(site: Site, watched: Watched) -> Iterator[Fault]:
     """Yield a torn and a shorted sensor: the heaters go off after `stale_after`."""
     allowed_s = lasting_s(watched.monitor.stale_after_s, watched.loop)
     for what in ("torn", "shorted"):
-        yield Fault(
-            f"monitor_{watched.name}_{what}",
-            lambda: starts.heating(site),
-            _break(watched, what),
-            _break(watched, ""),
-            trip=Trip(SENSOR_RULES, allowed_s),
-            off_within_s=allowed_s + TICK_S,
-            all_off=True,
-            others_lie=(f"monitor_{watched.name}",),
-            again=True,
-        )
+        name, torn = f"monitor_{watched.name}_{what}", _break(watched, what)
+        trip = Trip(SENSOR_RULES, allowed_s)
+        broken = _stops(tripping(site, name, torn, trip, _break(watched, "")), allowed_s)
+        yield replace(broken, others_lie=(f"monitor_{watched.name}",))
+
+
+def _stops(fault: Fault, allowed_s: float) -> Fault:
+    """Demand of a monitor's fault that all heaters are off when it trips."""
+    return replace(fault, off_within_s=allowed_s + TICK_S, all_off=True, again=True)
 
 
 def _break(watched: Watched, what: str) -> Act:
@@ -110,16 +108,8 @@ def _over_limit(site: Site, watched: Watched) -> Fault:
     """The monitored part becomes too hot, and no loop's sensor feels it."""
     allowed_s = reading_s(watched.loop)
     hot = Felt(watched.monitor.sensor, standing(watched.over_c))
-    return Fault(
-        f"monitor_{watched.name}_over_limit",
-        lambda: starts.heating(site),
-        hot,
-        hot.mend,
-        trip=Trip(("monitor_limit",), allowed_s),
-        off_within_s=allowed_s + TICK_S,
-        all_off=True,
-        again=True,
-    )
+    name, trip = f"monitor_{watched.name}_over_limit", Trip(("monitor_limit",), allowed_s)
+    return _stops(tripping(site, name, hot, trip, hot.mend), allowed_s)
 
 
 def _warned(site: Site, watched: Watched) -> Fault:

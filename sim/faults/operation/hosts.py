@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, Trip, nothing
 from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.interfaces.gcode import GcodeHost
+from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.lines.serial_noise import SerialNoise
 from heatwright.spec.commands import gcode_of
 
@@ -41,15 +43,19 @@ def faults(site: Site) -> Iterator[Fault]:
     yield harmless(site, "host_garbled", _garble, WATCH_S, _hears_all)
 
 
+def lost(
+    site: Site, name: str, after_s: float, part: Callable[[World], ModbusMaster | GcodeHost]
+) -> Fault:
+    """Return a master or host that becomes silent; it cannot acknowledge until it is back."""
+    trip = Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S)
+    return tripping(
+        site, name, lambda world: part(world).unplug(), trip, lambda world: part(world).plug()
+    )
+
+
 def _silent(site: Site, after_s: float) -> Iterator[Fault]:
     """Yield a host that becomes silent, and one that only asks for the temperatures."""
-    yield tripping(
-        site,
-        "host_lost",
-        lambda world: world.device.host.unplug(),
-        Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S),
-        lambda world: world.device.host.plug(),
-    )
+    yield lost(site, "host_lost", after_s, lambda world: world.device.host)
     yield harmless(site, "host_only_asks", nothing, after_s + WATCH_S)
 
 

@@ -6,11 +6,11 @@ import random
 from collections.abc import Iterator
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.controller.processor import stays_off
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.operation.hosts import lost
 from heatwright.sim.faults.operation.operators import keeps_time
-from heatwright.sim.faults.usual import harmless, tripping
+from heatwright.sim.faults.usual import harmless
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.native.characters import Format
@@ -33,7 +33,8 @@ def faults(site: Site) -> Iterator[Fault]:
     if modbus is None:
         return
     if site.loop.protection.master_lost_after_s is not None:
-        yield _lost(site, site.loop.protection.master_lost_after_s)
+        silent_s = site.loop.protection.master_lost_after_s
+        yield lost(site, "master_lost", silent_s, lambda world: world.device.master)
     yield harmless(site, "master_insists_on_heat", _insist, WATCH_S, stays_off)
     for name, cause in (
         ("master_out_of_bounds", _ask_too_much),
@@ -42,17 +43,6 @@ def faults(site: Site) -> Iterator[Fault]:
         ("bus_of_other_slaves", _speak_to_others),
     ):
         yield harmless(site, name, cause, WATCH_S, _unmoved)
-
-
-def _lost(site: Site, after_s: float) -> Fault:
-    """A master that becomes silent; nobody can acknowledge until it is back."""
-    return tripping(
-        site,
-        "master_lost",
-        lambda world: world.device.master.unplug(),
-        Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S),
-        lambda world: world.device.master.plug(),
-    )
 
 
 def _insist(world: World) -> None:
