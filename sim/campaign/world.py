@@ -97,12 +97,7 @@ class DrawnWorld(World):
 
     def _due(self) -> Iterator[_Due]:
         for action in actions(self._simulation.scenario):
-            yield _Due(
-                action.time_s,
-                partial(action.give, self.device, self.coupling),
-                action.text,
-                action.disturbs,
-            )
+            yield _Due(action.time_s, partial(self.do, action), action.text, action.disturbs)
         for ask in self._drawn.asks:
             text = f"{ask.loop} {celsius(ask.setpoint_c)}"
             yield _Due(ask.at_s, partial(self._ask, ask), text, False)

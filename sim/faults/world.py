@@ -32,7 +32,7 @@ from heatwright.sim.machine import (
 from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.outputs.output import heater_of
-from heatwright.sim.scenario import PRESS_S
+from heatwright.sim.scenario import PRESS_S, Action
 from heatwright.spec import ThermalNetwork, modbus_of
 from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.commands import gcode_of, lockout_of
@@ -219,7 +219,7 @@ class World:
 
     def watch_peaks(self) -> None:
         """Record the highest temperatures from now on."""
-        self.peaks = Peaks(self._machine, self.site.loop.sensor)
+        self.peaks: Peaks = Peaks(self._machine, self.site.loop.sensor)
 
     @property
     def peak_c(self) -> float:
@@ -300,6 +300,10 @@ class World:
             yield
         finally:
             self.site, self.hand = kept
+
+    def do(self, action: Action) -> None:
+        """Do an action of a scenario, without waiting for its effect."""
+        action.give(self.device, self.coupling)
 
     def press(self, key: str, times: int = 1) -> None:
         """Press a key and release it, several times."""
