@@ -1,7 +1,5 @@
 """One row of a comparison: the same machine under another algorithm, setpoint or output."""
 
-from collections.abc import Callable
-
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
 from heatwright.spec import (
@@ -27,20 +25,8 @@ def row_scenario(controller: Controller) -> tuple[Event, ...]:
 
 
 def run_row(
-    controller: Controller,
-    row: ComparisonRow,
-    *,
-    plant: ThermalNetwork | None = None,
-    step_s: float | None = None,
-    progress: Callable[[float, float], None] | None = None,
+    controller: Controller, row: ComparisonRow, *, plant: ThermalNetwork | None = None
 ) -> Trace:
     """Run a row with the reference model."""
     varied = row_controller(controller, row)
-    return bench(
-        varied,
-        ReferenceDevice(varied),
-        row_scenario(controller),
-        plant=plant,
-        step_s=step_s,
-        progress=progress,
-    )
+    return bench(varied, ReferenceDevice(varied), row_scenario(controller), plant=plant)

@@ -203,7 +203,7 @@ class World:
     @property
     def sensed_c(self) -> float:
         """The machine's temperature at the loop's sensor, whatever its tip feels, °C."""
-        return self._felt(self.site.loop.sensor)
+        return float(self._machine.felt[self._machine.sensors.index(self.site.loop.sensor)])
 
     @property
     def tip_c(self) -> float:
@@ -230,9 +230,6 @@ class World:
     def bears_c(self) -> Mapping[str, float]:
         """What every node bears, °C."""
         return bears_c(self.site.controller, self._network)
-
-    def _felt(self, sensor: str) -> float:
-        return float(self._machine.felt[self._machine.sensors.index(sensor)])
 
     def run(self, seconds: float) -> None:
         """Run for a time, rounded to whole steps."""
