@@ -19,15 +19,12 @@ from heatwright.sim.interfaces.look import NEVER, Look
 from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
 from heatwright.sim.native.eeprom import Eeprom
-from heatwright.sim.native.fan import Fan
 from heatwright.sim.native.hw import Hw, Range
 from heatwright.sim.native.log import Log
 from heatwright.sim.native.one_wire import Line, Slave, Timing, attach, install
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.native.pins import Pins
-from heatwright.sim.native.relay import Relay
 from heatwright.sim.native.shim import load
-from heatwright.sim.native.snapshots import Snapshots, snapshots
 from heatwright.sim.native.uart import Uarts
 
 RAM_FILL = 0xC5
@@ -301,56 +298,18 @@ class Avr:
         pins = tuple(-1 if name is None else self.pins.watch(name, logged=False) for name in names)
         return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._slave_errors)
 
-    def relay(
-        self,
-        coil: str,
-        contact: str | None,
-        *,
-        active_high: bool,
-        operate_s: float,
-        release_s: float,
-    ) -> Relay:
-        """Put a relay's coil on a pin, and its mirror contact to ground, if any, on another.
-
-        operate_s, release_s -- from the coil's level to the movement of the contacts.
-        """
-        self.pins.pull(coil, "low" if active_high else "high")
-        pins = self.pins.watch(coil), None if contact is None else self.pins.watch(contact)
-        return Relay(
-            self._owner, *pins, active_high=active_high, operate_s=operate_s, release_s=release_s
-        )
-
-    def fan(
-        self,
-        motor: str,
-        line: str,
-        *,
-        active_high: bool,
-        full_hz: float,
-        lag_s: float,
-    ) -> Fan:
-        """Put a fan's motor on a pin, and the open collector of its tachometer on another.
-
-        full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed.
-        """
-        self.pins.pull(motor, "low" if active_high else "high")
-        pins = self.pins.watch(motor), self.pins.watch(line, logged=False)
-        return Fan(
-            self._owner,
-            *pins,
-            active_high=active_high,
-            full_hz=full_hz,
-            lag_s=lag_s,
-        )
-
-    def snapshots(self, counter: Range, ram: Range) -> Snapshots:
+    def snapshots(self, counter: Range, ram: Range) -> Log:
         """Record a range of RAM when the processor goes to sleep and the counter has changed.
 
-        Raises ValueError outside RAM, or beyond eight recorders.
+        The records have the cycle and the image of the range. Raises ValueError outside RAM, or
+        beyond eight recorders.
         """
-        found, log = snapshots(self._owner, counter, ram)
-        self._logs.append(log)
-        return found
+        number = self._lib.hw_snapshot(self._hw, *counter, *ram)
+        if number < 0:
+            raise ValueError("There are too many snapshots, or their range is not in RAM.")
+        record = np.dtype([("cycle", "<u8"), ("image", "u1", (ram[1],))])
+        self._logs.append(Log(self._owner, number, record))
+        return self._logs[-1]
 
     def profile(self, program: Elf) -> Profile:
         """Profile the loaded program from now on."""

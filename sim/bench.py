@@ -5,14 +5,13 @@ from typing import Protocol
 
 import numpy as np
 
-from heatwright.sim.coupling import Coupling, metered_step_s, sums_noise
+from heatwright.sim.coupling import Coupling, Driver, metered_step_s, sums_noise
 from heatwright.sim.plants import Plant, plant_of
 from heatwright.sim.reference.device import ReferenceDevice
-from heatwright.sim.scenario import Action, actions, end_s
+from heatwright.sim.scenario import Action, Operable, actions, end_s
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
 from heatwright.spec import Controller, Event, ThermalNetwork
 from heatwright.spec.board.timers import TICK_S
-from heatwright.spec.scenario.program_orders import Order
 
 __all__ = ["STEP_S", "Device", "ReferenceDevice", "bench", "step_of"]
 
@@ -28,35 +27,14 @@ Progress = Callable[[float, float], None]
 """Called with the simulated time and the end, s."""
 
 
-class Device(Protocol):
+class Device(Driver, Operable, Protocol):
     """A controller seen from outside: the simulated binary or the reference model."""
 
     def sense(self, sensor: str, felt: float) -> None:
         """Give a sensor this temperature from now on, °C, or this current, A."""
 
-    def press(self, key: str | None) -> None:
-        """Hold a key of the keypad from now on: right, up, down, left, select; None for none."""
-
     def advance(self, until_s: float) -> None:
         """Run to a time since power-up, s. What is due at that very time is done after it."""
-
-    def send(self, line: str) -> None:
-        """Send a line of G-code as the host, or a command as the display."""
-
-    def write(self, name: str, value: float | bool) -> None:
-        """Write a value as the master, by its name in a scenario."""
-
-    def program(self, order: Order, number: int = 0) -> None:
-        """Give the program an order: start or jump with a number, pause and so on."""
-
-    def relay_fraction(self) -> float:
-        """Return the share of time (0..1) the safety relay has conducted since the last call."""
-
-    def on_fraction(self, output: str) -> float:
-        """Return the mean active fraction (0..1) of an output since the last call."""
-
-    def travel_mm(self, output: str) -> float:
-        """Return a stepper's feed since the last call, mm."""
 
     def steps(self, loop: str) -> StepLog:
         """Return a row for every control step so far."""
@@ -101,8 +79,7 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
 
     """
     if controller.simulation is None:
-        message = "A bench needs a machine: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A bench needs a machine: the specification has no `simulation`")
     step_s = step_s or step_of(controller)
     simulation = controller.simulation
     events = tuple(simulation.scenario if scenario is None else scenario)
@@ -208,21 +185,9 @@ class Run:
         while self._done < len(self._hand) and self._hand[self._done].time_s < until_s:
             action = self._hand[self._done]
             self._device.advance(action.time_s)
-            self._do(action)
+            action.give(self._device, self._coupling)
             self._done += 1
         self._device.advance(until_s)
-
-    def _do(self, action: Action) -> None:
-        if action.line is not None:
-            self._device.send(action.line)
-        elif action.write is not None:
-            self._device.write(*action.write)
-        elif action.program is not None:
-            self._device.program(*action.program)
-        elif action.extrude_mm_per_s is not None:
-            self._coupling.extruded_mm_per_s = action.extrude_mm_per_s
-        else:
-            self._device.press(action.key)
 
 
 def _events(hand: tuple[Action, ...]) -> tuple[TraceEvent, ...]:

@@ -1,7 +1,5 @@
 """One row of a comparison: the same machine under another algorithm, setpoint or output."""
 
-from collections.abc import Callable
-
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
 from heatwright.spec import (
@@ -19,31 +17,16 @@ __all__ = ["row_controller", "row_loop", "row_scenario", "run_row"]
 def row_scenario(controller: Controller) -> tuple[Event, ...]:
     """Return the scenario of every row: the end of the file's scenario, without its events.
 
-    Raises:
-        ValueError: the specification has no simulation.
-
+    Raises ValueError: the specification has no simulation.
     """
     if controller.simulation is None:
-        message = "A comparison needs a machine: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A comparison needs a machine: the specification has no `simulation`")
     return tuple(event for event in controller.simulation.scenario if event.for_s is not None)
 
 
 def run_row(
-    controller: Controller,
-    row: ComparisonRow,
-    *,
-    plant: ThermalNetwork | None = None,
-    step_s: float | None = None,
-    progress: Callable[[float, float], None] | None = None,
+    controller: Controller, row: ComparisonRow, *, plant: ThermalNetwork | None = None
 ) -> Trace:
     """Run a row with the reference model."""
     varied = row_controller(controller, row)
-    return bench(
-        varied,
-        ReferenceDevice(varied),
-        row_scenario(controller),
-        plant=plant,
-        step_s=step_s,
-        progress=progress,
-    )
+    return bench(varied, ReferenceDevice(varied), row_scenario(controller), plant=plant)

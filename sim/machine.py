@@ -192,8 +192,8 @@ class Machine:
         m.h, m.clock_hz, m.powered_s = device.avr.pointer, device.avr.clock_hz, device.powered_s
         m.row, m.phase, m.read_at = 0, self._lib.HW_SENSES, device.avr.cycle
         m.steps_motors = self._coupling.moves
-        m.relay = self._ffi.NULL if device.relay is None else device.relay.pointer
-        m.relay_closed = 0 if device.relay is None else device.relay.closed_cycles
+        m.relay = self._ffi.NULL if device.relay is None else device.relay.wired.pointer
+        m.relay_closed = 0 if device.relay is None else device.relay.wired.closed_cycles
         tips = [m.feelers[number] for number in range(m.feeler_count)]
         tips += [m.meters[number] for number in range(m.meter_count)]
         for name, tip in zip(self.sensors, tips, strict=True):

@@ -34,7 +34,8 @@ class AirflowSwitch:
         """Connect to a processor that has just been powered on."""
         output, proof = _parts(controller, self.fan)
         pins = controller.board.pins
-        self._relay = avr.relay(
+        self._relay = Relay(
+            avr,
             pins[output.pin].port_name,
             pins[proof.pin].port_name,
             active_high=output.active == "low",
@@ -67,7 +68,8 @@ class FanTachometer:
         output, proof = _parts(controller, self.fan)
         assert proof.tachometer is not None  # noqa: S101 - else it is an AirflowSwitch
         pins = controller.board.pins
-        self._motor = avr.fan(
+        self._motor = Fan(
+            avr,
             pins[output.pin].port_name,
             pins[proof.pin].port_name,
             active_high=output.active == "high",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.relay import Armature, Relay, Wire
 from heatwright.spec import Controller
@@ -34,7 +32,8 @@ class SafetyRelay:
         output, feedback = controller.on_off_output(name), controller.safety.relay_feedback
         pins = controller.board.pins
         self._avr = avr
-        self._relay = avr.relay(
+        self._relay = Relay(
+            avr,
             pins[output.pin].port_name,
             None if feedback is None else pins[feedback].port_name,
             active_high=output.active == "high",
@@ -47,31 +46,16 @@ class SafetyRelay:
     def fail(self, armature: Armature = Armature.SOUND, wire: Wire = Wire.SOUND) -> None:
         """Set the faults of armature and wire, or repair them."""
         self.armature, self.wire = armature, wire
-        self._wired.fail(armature, wire)
+        self.wired.fail(armature, wire)
 
     @property
     def closed(self) -> bool:
         """Whether the main contacts conduct now."""
-        return self._wired.closed
-
-    @property
-    def operations(self) -> int:
-        """How often the main contacts have opened or closed since power-up."""
-        return self._wired.operations
+        return self.wired.closed
 
     def power_off(self) -> None:
         """Release the coil, because the controller's supply is off, until `power_on`."""
         self._avr = None
-
-    @property
-    def pointer(self) -> Any:
-        """The relay's C pointer, for the shim's functions."""
-        return self._wired.pointer
-
-    @property
-    def closed_cycles(self) -> int:
-        """Cycles for which the main contacts have conducted since power-up."""
-        return self._wired.closed_cycles
 
     def closed_fraction(self) -> float:
         """Return the share of time (0..1) in which the main contacts conducted since the last call.
@@ -80,12 +64,13 @@ class SafetyRelay:
         """
         if self._avr is None:
             return float(self.armature is Armature.WELDED)
-        cycle, closed = self._avr.cycle, self._wired.closed_cycles
+        cycle, closed = self._avr.cycle, self.wired.closed_cycles
         elapsed, on = cycle - self._cycle, closed - self._closed
         self._cycle, self._closed = cycle, closed
         return on / elapsed if elapsed else float(self.closed)
 
     @property
-    def _wired(self) -> Relay:
+    def wired(self) -> Relay:
+        """The relay at the processor that was powered on last."""
         assert self._relay is not None  # noqa: S101 - it is wired before anybody asks
         return self._relay

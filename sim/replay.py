@@ -79,9 +79,7 @@ def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str,
     A fault stops every loop. The reference model says which loop has tripped it: if none has, that
     is a mismatch. A fault that another loop has tripped is not listed as `restored`.
 
-    Raises:
-        ReplayError: a log is empty or lacks a member.
-
+    Raises ReplayError: a log is empty or lacks a member.
     """
     results = {name: replay(controller, log, name) for name, log in logs.items()}
     own = [each for result in results.values() for each in result.latched if each.own]
@@ -127,8 +125,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
     """
     name = loop or next(iter(controller.loops))
     if not len(log):
-        message = "There are no control steps to compare"
-        raise ReplayError(message)
+        raise ReplayError("There are no control steps to compare")
     player = Player(controller, name)
     _check_members(log, player.members)
     expected = np.array(player.play(log), player.members)
@@ -162,12 +159,10 @@ def _check_members(log: StepLog, members: list[Member]) -> None:
         wanted.append(LOADED)
     lacking = [name for name in wanted if name not in found]
     if lacking:
-        message = f"The log lacks {', '.join(lacking)}"
-        raise ReplayError(message)
+        raise ReplayError(f"The log lacks {', '.join(lacking)}")
     for name, width in members:
         if log.dtype[name] != np.dtype(width):
-            message = f"{name} is {log.dtype[name]} in the log, not {np.dtype(width)}"
-            raise ReplayError(message)
+            raise ReplayError(f"{name} is {log.dtype[name]} in the log, not {np.dtype(width)}")
 
 
 def _bits(values: NDArray[np.generic]) -> NDArray[np.generic]:

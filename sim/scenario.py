@@ -2,11 +2,13 @@
 
 import re
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
+from heatwright.sim.coupling import Coupling
 from heatwright.spec import Controller, Event, ProgramOrder, Simulation, Write
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.rules import RULES
+from heatwright.spec.scenario.program_orders import Order
 from heatwright.spec.simulation import LEAST_VERIFIED_S
 
 PRESS_S = 0.1
@@ -20,6 +22,22 @@ STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
 
 DISTURBING = {"G0", "G1", "M106", "M107"}
 """Commands that change the machine's loss of heat."""
+
+
+class Operable(Protocol):
+    """A controller that somebody operates."""
+
+    def press(self, key: str | None) -> None:
+        """Hold a key of the keypad from now on: right, up, down, left, select; None for none."""
+
+    def send(self, line: str) -> None:
+        """Send a line of G-code as the host, or a command as the display."""
+
+    def write(self, name: str, value: float | bool) -> None:
+        """Write a value as the master, by its name in a scenario."""
+
+    def program(self, order: Order, number: int = 0) -> None:
+        """Give the program an order: start or jump with a number, pause and so on."""
 
 
 class Action(NamedTuple):
@@ -36,6 +54,19 @@ class Action(NamedTuple):
     """The master's write."""
     program: ProgramOrder | None = None
     """The order to a program."""
+
+    def give(self, device: Operable, coupling: Coupling) -> None:
+        """Do it, without waiting for its effect."""
+        if self.line is not None:
+            device.send(self.line)
+        elif self.write is not None:
+            device.write(*self.write)
+        elif self.program is not None:
+            device.program(*self.program)
+        elif self.extrude_mm_per_s is not None:
+            coupling.extruded_mm_per_s = self.extrude_mm_per_s
+        else:
+            device.press(self.key)
 
     @property
     def disturbs(self) -> bool:
@@ -122,15 +153,12 @@ def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
 def end_s(scenario: Iterable[Event]) -> float:
     """Return the time at which a scenario ends: its `for`.
 
-    Raises:
-        ValueError: it has none.
-
+    Raises ValueError: it has none.
     """
     for event in scenario:
         if event.for_s is not None:
             return event.for_s
-    message = "A scenario needs its end: - {for: 30 min}"
-    raise ValueError(message)
+    raise ValueError("A scenario needs its end: - {for: 30 min}")
 
 
 def _presses(event: Event, start_s: float) -> list[Action]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.binary.dwarf import Variables
-from heatwright.sim.native.snapshots import Snapshots
+from heatwright.sim.native.log import Log
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, monitors_of
 from heatwright.spec.facts import facts_of
@@ -35,7 +35,7 @@ class StateLog:
         self._size = max(each.address + each.size for each in kept) - self._base
         self._times: list[NDArray[np.float64]] = []
         self._images: list[NDArray[np.uint8]] = []
-        self._snapshots: Snapshots | None = None
+        self._snapshots: Log | None = None
 
     def record(self, avr: Avr, start_s: float) -> None:
         """Record a processor that has just been powered on, at start_s."""
@@ -46,9 +46,9 @@ class StateLog:
     def collect(self) -> None:
         """Fetch the images that the processor has recorded since the last call."""
         if self._snapshots is not None:
-            cycles, images = self._snapshots.take()
-            self._times.append(self._start_s + cycles / self._clock_hz)
-            self._images.append(images)
+            taken = self._snapshots.take()
+            self._times.append(self._start_s + taken["cycle"] / self._clock_hz)
+            self._images.append(taken["image"])
 
     def steps(self) -> StepLog:
         """Return one row for each step: ``time_s``, then the members."""

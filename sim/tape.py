@@ -70,13 +70,9 @@ def _given(log: StepLog, names: tuple[str, ...]) -> dict[str, Iterable[Any]]:
     """Return the orders in the log, by their fields; not every loop has all of them."""
     code = log["fault.code"]
     watched = np.where(np.isin(code, WATCHED_FAULTS), code, 0)
+    plain = {"enabled": "enabled", "paused": "paused", "current_raw": "current.raw"}
     given: dict[str, Iterable[Any]] = {"watch_fault": watched.tolist()}
-    if "enabled" in names:
-        given["enabled"] = log["enabled"].tolist()
-    if "paused" in names:
-        given["paused"] = log["paused"].tolist()
-    if "current.raw" in names:
-        given["current_raw"] = log["current.raw"].tolist()
+    given |= {field: log[name].tolist() for field, name in plain.items() if name in names}
     if "guard.maximum_c" in names:
         given["maximum_c"] = _singles(log["guard.maximum_c"])
     if "program.order" in names:
@@ -90,16 +86,12 @@ def _given(log: StepLog, names: tuple[str, ...]) -> dict[str, Iterable[Any]]:
         given["limits"] = map(Limits, *limits)
     keyed = {kind.field: f"algorithm.{kind.field}" for kind in KINDS}
     numbers = {field: _singles(log[name]) for field, name in keyed.items() if name in names}
+    warning = (name.removesuffix(".warns") for name in names if name.endswith(".warns"))
     monitors = {
-        name.partition(".")[0].removeprefix("monitor_"): _readings(log, name.partition(".")[0])
-        for name in names
-        if name.endswith(".warns")
+        each.removeprefix("monitor_"): _pairs(log, f"{each}.reading_status", f"{each}.reading_raw")
+        for each in warning
     }
     return given | _each("numbers", numbers) | _each("monitors", monitors)
-
-
-def _readings(log: StepLog, monitor: str) -> Iterable[tuple[int, int]]:
-    return _pairs(log, f"{monitor}.reading_status", f"{monitor}.reading_raw")
 
 
 def _pairs(log: StepLog, one: str, other: str) -> Iterable[tuple[int, int]]:

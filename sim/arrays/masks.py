@@ -157,8 +157,7 @@ class Frame:
 
 def _mask() -> Mask:
     if NOW.active is None:
-        message = "All lanes are meant"
-        raise AllLanesError(message)
+        raise AllLanesError("All lanes are meant")
     return NOW.active
 
 
@@ -228,23 +227,20 @@ class While:
 def together(before: Mask | None) -> None:
     """Refuse a `break` or `continue` of some lanes only."""
     if NOW.active is not before:
-        message = "break or continue for some lanes"
-        raise AllLanesError(message)
+        raise AllLanesError("break or continue for some lanes")
 
 
 def common(value: Value) -> Value:
     """Return a collection that is to be changed in place; refuse unless all lanes are active."""
     if NOW.active is not None and isinstance(value, list | dict | set | deque):
-        message = "a collection changes for some lanes"
-        raise AllLanesError(message)
+        raise AllLanesError("a collection changes for some lanes")
     return value
 
 
 def raises() -> bool:
     """Return whether to raise an exception; refuse one of some lanes, which would end all."""
     if NOW.active is not None and NOW.active.any():
-        message = "an exception for some lanes"
-        raise AllLanesError(message)
+        raise AllLanesError("an exception for some lanes")
     return NOW.active is None
 
 

@@ -27,9 +27,7 @@ _INSTEAD: dict[str, Any] = {"math": Math(), "bisect": Bisect()}
 def on_arrays(name: str) -> ModuleType:
     """Return the translation of a module of the model; any other module unchanged.
 
-    Raises:
-        ModuleNotFoundError: there is no such module.
-
+    Raises ModuleNotFoundError: there is no such module.
     """
     if not _is_translated(name):
         return import_module(name)

@@ -27,15 +27,12 @@ class Plants:
     def __init__(self, plants: Sequence[Plant]) -> None:
         """Combine plants that advance in equal steps of time.
 
-        Raises:
-            UnlikeError: their nodes, heaters, fans or sensors are not the same.
-
+        Raises UnlikeError: their nodes, heaters, fans or sensors are not the same.
         """
         self._plants = tuple(cast("Network", each) for each in plants)
         first = self._plants[0]
         if len({_structure(each) for each in self._plants}) > 1:
-            message = "plants of several structures"
-            raise UnlikeError(message)
+            raise UnlikeError("plants of several structures")
         self.nodes, self._fans = first.nodes, first.fans
         self._states = first.states
         self._vectors = np.array([each.vector for each in self._plants])

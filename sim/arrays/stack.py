@@ -27,9 +27,7 @@ class UnlikeError(Exception):
 def stacked(objects: Sequence[Any]) -> Any:
     """Return one object for all lanes.
 
-    Raises:
-        UnlikeError: they differ by more than numbers.
-
+    Raises UnlikeError: they differ by more than numbers.
     """
     return _Stack().joined(tuple(objects))
 

@@ -29,7 +29,6 @@ def bench_lanes(
     *,
     machines: Sequence[Controller] | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
 ) -> list[Trace]:
     """Run reference devices against their machines; each trace is that of `bench` alone.
 
@@ -38,7 +37,6 @@ def bench_lanes(
         scenario: the events of all lanes.
         machines: the controllers whose machines they are wired to; their own if None.
         seed: of the sensor noise.
-        progress: called with the simulated time at intervals.
 
     Raises:
         UnlikeError: the controllers differ in more than numbers.
@@ -46,19 +44,18 @@ def bench_lanes(
         ValueError: one has no simulation.
 
     """
-    runs = _Runs(controllers, machines or controllers, tuple(scenario), seed)
+    runs = _Runs(controllers, machines or controllers, tuple(scenario), seed=seed)
     with afresh():
-        runs.go(progress)
+        runs.go(None)
         return runs.traces()
 
 
-def step_logs(  # noqa: PLR0913 - all but three have names
+def step_logs(
     controllers: Sequence[Controller],
     scenario: Iterable[Event],
     kept: Iterable[str],
     *,
     machines: Sequence[Controller] | None = None,
-    seed: int = 0,
     progress: Progress | None = None,
 ) -> list[Logs]:
     """Return the control steps of each lane of `bench_lanes`, with only these members.
@@ -67,31 +64,26 @@ def step_logs(  # noqa: PLR0913 - all but three have names
     """
     events, wired = tuple(scenario), machines or controllers
     try:
-        runs = _Runs(controllers, wired, events, seed, kept)
+        runs = _Runs(controllers, wired, events, kept=kept)
         with afresh():
             runs.go(progress)
             return runs.logs()
     except (AllLanesError, UnlikeError):
         return [
-            dict(bench(machine, ReferenceDevice(own), events, seed=seed, progress=progress).steps)
+            dict(bench(machine, ReferenceDevice(own), events, progress=progress).steps)
             for own, machine in zip(controllers, wired, strict=True)
         ]
 
 
-def device_of(
-    controllers: Sequence[Controller], noise_k: Sequence[dict[str, float]] | None = None
-) -> Any:
+def device_of(controllers: Sequence[Controller]) -> Any:
     """Return the reference devices of controllers that differ only in numbers, as one device.
 
     It has the methods of `ReferenceDevice`; each argument and result may be an array.
 
-    Raises:
-        UnlikeError: they differ in more than numbers.
-
+    Raises UnlikeError: they differ in more than numbers.
     """
     kind = on_arrays("heatwright.sim.reference.device").ReferenceDevice
-    noises = noise_k or [{} for _ in controllers]
-    return stacked([kind(*each) for each in zip(controllers, noises, strict=True)])
+    return stacked([kind(each) for each in controllers])
 
 
 class _LaneDevice:
@@ -168,7 +160,8 @@ class _Runs(Run):
         controllers: Sequence[Controller],
         machines: Sequence[Controller],
         events: Sequence[Event],
-        seed: int,
+        *,
+        seed: int = 0,
         kept: Iterable[str] | None = None,
     ) -> None:
         (step_s,) = {step_of(each) for each in machines}
@@ -226,6 +219,5 @@ class _Runs(Run):
 
 def _simulation_of(controller: Controller) -> Simulation:
     if controller.simulation is None:
-        message = "A bench needs a machine: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A bench needs a machine: the specification has no `simulation`")
     return controller.simulation

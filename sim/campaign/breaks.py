@@ -7,14 +7,13 @@ from collections.abc import Callable
 from heatwright.sim.faults import effects
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.fault import Act
+from heatwright.sim.faults.machine_parts.heaters import WEAK_SHARE
 from heatwright.sim.faults.site import Place
 from heatwright.sim.faults.world import World
 from heatwright.sim.machine import Heat
 from heatwright.sim.native.pins import Level
 from heatwright.spec import Controller
 
-WEAK_SHARE = 0.05
-"""Share of its power that a heater still has when its wire is almost broken."""
 LEAKING_SHARE = 0.3
 """Share of full power that a damaged switch passes while it is off."""
 

@@ -15,6 +15,7 @@ import numpy as np
 from heatwright.sim.campaign.breaks import BREAKS, applicable
 from heatwright.sim.campaign.spread import Spread
 from heatwright.sim.campaign.vary import Vary, spread_of
+from heatwright.sim.plants import supplied
 from heatwright.sim.scenario import end_s
 from heatwright.spec import Controller, Event, Link, Simulation, ThermalNetwork
 from heatwright.spec.base import ReadOnlyDict
@@ -121,7 +122,7 @@ def draw(controller: Controller, vary: Vary, seed: int, run: int) -> Drawn:
     return Drawn(
         run=run,
         controller=drawn,
-        powered=_powered(drawn, supply),
+        powered=supplied(drawn, supply),
         errors=errors,
         noise_seed=int(draws.stream("noise of sensors").integers(NOISE_SEEDS)),
         asks=tuple(_asks(vary, draws)),
@@ -166,20 +167,6 @@ def _errors(controller: Controller, vary: Vary, draws: _Draws) -> dict[str, floa
         found[name] = draws.of(column, spread, own) - own
         draws.values[column] = found[name]
     return found
-
-
-def _powered(controller: Controller, supply: float) -> Controller:
-    """Multiply the supply voltage of all loads by a factor."""
-    outputs = dict(controller.outputs)
-    for name, output in controller.outputs.items():
-        told = {key: getattr(output, key, None) for key in ("supply_v", "power_w", "rated_v")}
-        changes = {}
-        if told["supply_v"] is not None:
-            changes["supply_v"] = told["supply_v"] * supply
-        if told["power_w"] is not None and told["rated_v"] is None:
-            changes["power_w"] = told["power_w"] * supply**2
-        outputs[name] = output.model_copy(update=changes)
-    return controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
 
 
 def _late(simulation: Simulation, vary: Vary, draws: _Draws) -> Iterator[Event]:

@@ -24,7 +24,6 @@ ALL = "all"
 """In place of a name: all that are not named."""
 LEAST_CAPACITY, LEAST_RESISTANCE = 0.001, 1e-6
 """The least values in a spec, J/K and K/W."""
-MOST_SUPPLY_PERCENT = 200.0
 
 _Chance = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
 _At = Annotated[Spread, Spreads(DURATION, least=0.0, own=False)]

@@ -13,7 +13,7 @@ from heatwright.sim.campaign.breaks import BREAKS
 from heatwright.sim.campaign.drawn import Asked, Broken, Drawn, Upsetting
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.world import Site, Spread, Weather, World
+from heatwright.sim.faults.world import SPREAD, Site, Weather, World
 from heatwright.sim.machine import FEED, TIME, TIPS
 from heatwright.sim.plants import plant_of
 from heatwright.sim.plants.thermal_network import Plant
@@ -77,7 +77,7 @@ class DrawnWorld(World):
         self._go_to(ends_s, lambda now_s: progress(now_s, ends_s))
         self.step()  # what is due at the end is done
         if self.is_caught:
-            self.until(Spread(), SPREADING_S)
+            self.until(SPREAD, SPREADING_S)
         self.device.feed()
 
     @property

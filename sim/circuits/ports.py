@@ -8,11 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heatwright.sim.circuits.elements import Array, element_ohm
+from heatwright.sim.circuits.elements import SUPPLY_V, Array, element_ohm
 from heatwright.spec import Amplifier, Analog, Board, CurrentSensor, Divider, Rtd, Thermistor
-
-SUPPLY_V = 5.0
-"""Supply of the board."""
 
 INTERNAL_REFERENCE_V = {
     "atmega328p": 1.1,

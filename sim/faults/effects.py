@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 from heatwright.sim.faults.world import World
 from heatwright.sim.machine import Feel, Heat
@@ -25,7 +27,46 @@ def leaking(share: float) -> Heat:
     return Heat(least=share)
 
 
+@dataclass(frozen=True)
+class Heated:
+    """Change a load's power. Equal changes compare equal, as one cause of a fault."""
+
+    load: str
+    heat: Heat
+
+    def __call__(self, world: World) -> None:
+        """Break it."""
+        world.wiring.heat[self.load] = self.heat
+
+    def mend(self, world: World) -> None:
+        """Repair it."""
+        world.wiring.heat.pop(self.load)
+
+
 # -- sensors: from the machine's temperature to the tip's, °C ----------------------------------
+
+Change = Callable[[World], Feel]
+
+
+@dataclass(frozen=True, eq=False)
+class Felt:
+    """Change what a sensor's tip feels; change -- is asked for that when the fault begins."""
+
+    sensor: str
+    change: Change
+
+    def __call__(self, world: World) -> None:
+        """Begin."""
+        world.wiring.feel[self.sensor] = self.change(world)
+
+    def mend(self, world: World) -> None:
+        """Let the tip feel the machine's temperature again."""
+        world.wiring.feel.pop(self.sensor)
+
+
+def standing(tip_c: float) -> Change:
+    """Let the tip be at a constant temperature, °C."""
+    return lambda _world: lambda _felt_c: tip_c
 
 
 def fallen_out(world: World, lag_s: float) -> Feel:

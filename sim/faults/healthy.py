@@ -68,7 +68,7 @@ def machines(site: Place) -> Iterator[Healthy]:
         )
         yield from reachable(site, name, what, network, ambient_c)
     what = "the most noise at its sensor that its rules bear"
-    yield from reachable(site, "healthy_noisy", what, noisy(site), starts.ambient_c(site))
+    yield from reachable(site, "healthy_noisy", what, noisy(site), site.ambient_c)
 
 
 def reachable(
@@ -119,7 +119,9 @@ def noisy(site: Place) -> ThermalNetwork:
     the heater is off, and below half of the distance to any other limit.
     """
     loop = site.loop
-    step_k = max(sensor_step_k(site), *(blur_k(site, each) for each in starts.setpoints_c(site)))
+    setpoints_c = starts.setpoints_c(site)
+    blurs_k = (blur_k(site.controller, loop.sensor, each) for each in setpoints_c)
+    step_k = max(sensor_step_k(site), *blurs_k)
     passes_k = loop.rise_per_period_k - step_k
     allowed_k = max(0.0, passes_k) / 2**0.5
     noise_k = min(allowed_k, room_k(site)) / SIGMAS

@@ -214,12 +214,7 @@ def sensor_step_k(site: Place) -> float:
     return float(site.controller.thermometers[site.loop.sensor].step_k)
 
 
-def blur_k(site: Place, temperature_c: float) -> float:
-    """Return how far an analog reading may be from the tip, K; 0 for a sensor chip."""
-    return sensor_blur_k(site.controller, site.loop.sensor, temperature_c)
-
-
-def sensor_blur_k(controller: Controller, name: str, temperature_c: float) -> float:
+def blur_k(controller: Controller, name: str, temperature_c: float) -> float:
     """Return how far a sensor's analog reading may be from its tip, K; 0 for a sensor chip."""
     sensor = controller.thermometers[name]
     if not sensor.on_adc:

@@ -32,7 +32,7 @@ from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.sensing.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.starts import highest_c
-from heatwright.sim.faults.world import Below, Spread, World
+from heatwright.sim.faults.world import SPREAD, World, below
 from heatwright.sim.judges.interlock import overlaps
 from heatwright.spec import Frozen, Heating, Protection
 from heatwright.spec.checks import check
@@ -182,7 +182,7 @@ class _Trial:
         """
         loop = self.world.site.loop
         limit_c = min(loop.protection.maximum_c - COOLER_K, loop.setpoint.maximum_c)
-        self.world.until(Below(limit_c), COOLING_S)
+        self.world.until(below(limit_c), COOLING_S)
 
     def _wait(self, began_s: float, when: str) -> Change | None:
         """Wait until a fault is latched; return None if no rule has tripped, which may be right."""
@@ -268,7 +268,7 @@ class _Trial:
         self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")
-        self.world.until(Spread(), SPREADING_S)
+        self.world.until(SPREAD, SPREADING_S)
 
     def _judge_peaks(self) -> None:
         """Check that no node became hotter than it bears; report only the first one."""

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.device import AvrDevice
+from heatwright.sim.native.log import Log
 from heatwright.sim.native.pins import Source, pin_number
-from heatwright.sim.native.snapshots import Snapshots
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class TripLog:
         self._count = device.variables["fault.acknowledgements"]
         if self._count.address != self._code.address + self._code.size:
             raise ValueError("fault.acknowledgements does not follow fault.code in the RAM.")
-        self._snapshots: Snapshots | None = None
+        self._snapshots: Log | None = None
         self._start_s = 0.0
         self._changes: list[Change] = []
 
@@ -52,8 +52,8 @@ class TripLog:
         """Fetch what has been recorded; call it before each power cut."""
         if self._snapshots is None:
             return
-        cycles, images = self._snapshots.take()
-        for cycle, image in zip(cycles.tolist(), images.tolist(), strict=True):
+        taken = self._snapshots.take()
+        for cycle, image in zip(taken["cycle"].tolist(), taken["image"].tolist(), strict=True):
             self._changes.append(
                 Change(self._start_s + cycle / self._device.avr.clock_hz, image[0])
             )

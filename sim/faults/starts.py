@@ -10,7 +10,7 @@ from functools import lru_cache
 from heatwright.sim.faults.bears import coldest_c, hottest_c
 from heatwright.sim.faults.machine import sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place
-from heatwright.sim.faults.world import Condition, Site, Switched, Weather, World, given
+from heatwright.sim.faults.world import Condition, Site, Weather, World, given, switched
 from heatwright.sim.plants import profile_c
 
 COMMANDED_STEP_K = 10.0
@@ -23,11 +23,6 @@ SINGLE_K = 0.001
 """More than the rounding error of a few key steps, and less than the finest setpoint step."""
 
 
-def ambient_c(site: Place) -> float:
-    """Return the ambient temperature of the spec, °C."""
-    return site.ambient_c
-
-
 def setpoints_c(site: Place) -> tuple[float, ...]:
     """Return setpoints that the operator can set, °C, ascending; without one, the initial one.
 
@@ -38,7 +33,7 @@ def setpoints_c(site: Place) -> tuple[float, ...]:
     if site.has_menu:
         step_k *= max(1, round(COMMANDED_STEP_K / step_k))
     if site.facts.commanded and not site.has_keys_alone:
-        lowest_c = max(setpoint.minimum_c, ambient_c(site))
+        lowest_c = max(setpoint.minimum_c, site.ambient_c)
         count = int((setpoint.maximum_c - lowest_c) / COMMANDED_STEP_K)
         return tuple(setpoint.maximum_c - turn * COMMANDED_STEP_K for turn in range(count, -1, -1))
     if not step_k:
@@ -51,7 +46,7 @@ def setpoints_c(site: Place) -> tuple[float, ...]:
 @lru_cache(maxsize=16)
 def highest_c(site: Place) -> float:
     """Return the highest setpoint that the operator can set and the machine can hold, °C."""
-    most_c = usable_c(site, site.network, ambient_c=ambient_c(site))
+    most_c = usable_c(site, site.network, ambient_c=site.ambient_c)
     reached = [each for each in setpoints_c(site) if each <= most_c]
     return max(reached, default=min(setpoints_c(site)))
 
@@ -62,7 +57,7 @@ def permitted_c(site: Place, start_c: float) -> float:
 
     Else the highest one below it: the other sensors become warm with the loop.
     """
-    limits_c, around_c = hottest_c(site.controller, site.loop_name), ambient_c(site)
+    limits_c, around_c = hottest_c(site.controller, site.loop_name), site.ambient_c
     if not limits_c:
         return start_c
     nodes_c = profile_c(site.controller, site.network, site.loop_name, start_c, ambient_c=around_c)
@@ -87,13 +82,19 @@ def first_steps(world: Operated) -> None:
     world.run(world.site.loop.periods_s(FIRST_STEPS))
 
 
+def begun(site: Site, start_c: float) -> World:
+    """Return a world that starts at a temperature, °C, after its first periods."""
+    world = World(site, Weather(start_c, site.ambient_c))
+    first_steps(world)
+    return world
+
+
 def heating(site: Site) -> World:
     """Return a world below its highest usable setpoint, at a moment when the heater is on."""
     target_c = highest_c(site)
     below_c = target_c - site.loop.algorithm.swing_k / 2 - BELOW_K
-    start_c = max(below_c, coldest_c(site.controller, site.loop_name), ambient_c(site))
-    world = World(site, Weather(start_c, ambient_c(site)))
-    first_steps(world)
+    coldest = coldest_c(site.controller, site.loop_name)
+    world = begun(site, max(below_c, coldest, site.ambient_c))
     world.set_setpoint(target_c)
     world.until(heater_on(site), LONGEST_S)
     return world
@@ -107,13 +108,13 @@ def heater_on(site: Site) -> Condition:
     """
     if site.controller.outputs[site.loop.heater].frequency_hz:
         return given(site)
-    return Switched(on=True)
+    return switched(on=True)
 
 
 def at_rest(site: Site, *, above_k: float) -> World:
     """Return a world at `above_k` above its lowest setpoint, which is set: the heater is off."""
     lowest_c = setpoints_c(site)[0]
-    world = resting(site, max(lowest_c, ambient_c(site)) + above_k)
+    world = resting(site, max(lowest_c, site.ambient_c) + above_k)
     world.set_setpoint(lowest_c)
     first_steps(world)
     return world
@@ -121,20 +122,18 @@ def at_rest(site: Site, *, above_k: float) -> World:
 
 def cold(site: Site) -> World:
     """Return a world whose machine is at its ambient temperature."""
-    return resting(site, ambient_c(site))
+    return resting(site, site.ambient_c)
 
 
 def resting(site: Site, start_c: float) -> World:
     """Return a world that starts at a temperature, or lower if that trips, with its setpoint."""
-    world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
-    first_steps(world)
-    return world
+    return begun(site, permitted_c(site, start_c))
 
 
 def resting_c(site: Site) -> float:
     """Return the initial setpoint, °C; for a loop that starts off, the ambient temperature."""
     initial_c = site.loop.setpoint.initial_c
-    return ambient_c(site) if site.facts.commanded and initial_c == 0 else initial_c
+    return site.ambient_c if site.facts.commanded and initial_c == 0 else initial_c
 
 
 def hot(site: Site) -> World:
@@ -142,9 +141,7 @@ def hot(site: Site) -> World:
 
     A safety relay is closed: an open one would cut the supply of every heater.
     """
-    start_c = site.loop.protection.maximum_c - 1.0 - sensor_step_k(site)
-    world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
-    first_steps(world)
+    world = resting(site, site.loop.protection.maximum_c - 1.0 - sensor_step_k(site))
     if site.controller.safety.relay is not None:
         if site.facts.switched:
             world.switch(on=True)
@@ -159,14 +156,13 @@ def held(site: Site) -> World:
     A heater under PWM switches all the time: it is held until the duty is below full.
     """
     target_c = highest_c(site)
-    world = World(site, Weather(max(target_c, ambient_c(site)), ambient_c(site)))
-    first_steps(world)
+    world = begun(site, max(target_c, site.ambient_c))
     world.set_setpoint(target_c)
     world.until(heater_on(site), LONGEST_S)
     if site.controller.outputs[site.loop.heater].frequency_hz:
         full = site.loop.algorithm.full_percent
         world.until(OfState(lambda now: 0 < now.loop("duty_percent") < full), LONGEST_S)
         return world
-    world.until(Switched(on=False), LONGEST_S)
+    world.until(switched(on=False), LONGEST_S)
     world.until(heater_on(site), LONGEST_S)
     return world

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.circuits import current_v, reference_v
-from heatwright.sim.faults.machine import sensor_blur_k
+from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.machine_parts.currents import CODES
 from heatwright.sim.faults.world import World
 from heatwright.sim.replay import replay_all
@@ -91,7 +91,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     good = log[(status == 0) & (has == 1)]
     single = f"{prefix}reading_c"
     read_c = good[single if single in (log.dtype.names or ()) else f"{prefix}temperature_c"]
-    times_s, tips_c = world.tips_c(sensor)
+    times_s, tips_c = world.told(sensor)
     thermometer = controller.thermometers[sensor]
     age_s = controller.loops[name].next_step_s(thermometer.conversion_s) + world.step_s
     if thermometer.clips_c is not None:
@@ -99,7 +99,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
     spans = _spans(times_s, good["time_s"] - age_s, good["time_s"] + world.step_s)
     least_c, most_c = _extremes(tips_c, spans)
     readings_c, which = np.unique(read_c, return_inverse=True)  # most rows have equal readings
-    blurs_k = [sensor_blur_k(controller, sensor, each) for each in readings_c.tolist()]
+    blurs_k = [blur_k(controller, sensor, each) for each in readings_c.tolist()]
     off_k, found_c = thermometer.step_k + np.array(blurs_k)[which], read_c.astype(np.float64)
     is_true = (least_c - off_k <= found_c) & (found_c <= most_c + off_k)
     for row in np.flatnonzero(~is_true)[:1]:
@@ -136,7 +136,7 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
         return
     sensor = controller.ammeters[current.sensor]
     log = world.device.steps(name)
-    times_s, flowed_a = world.currents_a(current.sensor)
+    times_s, flowed_a = world.told(current.sensor)
     volts = current_v(sensor, flowed_a)
     codes = np.minimum(np.floor(CODES * volts / reference_v(sensor, controller.board)), CODES - 1)
     age_s = loop.next_step_s(sensor.oversample * TICK_S) + world.step_s

@@ -37,18 +37,7 @@ from heatwright.spec import ThermalNetwork, modbus_of
 from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.commands import gcode_of, lockout_of
 
-__all__ = [
-    "STEP_S",
-    "Below",
-    "Condition",
-    "Given",
-    "Site",
-    "Spread",
-    "Switched",
-    "Weather",
-    "Wiring",
-    "World",
-]
+__all__ = ["STEP_S", "Condition", "Known", "Site", "Weather", "Wiring", "World"]
 
 STEP_S = 0.1
 """Longest time step of the machine; a tenth of the usual control period."""
@@ -63,75 +52,51 @@ Condition = Callable[["World"], bool]
 
 
 @dataclass(frozen=True)
-class Below:
-    """The condition that the machine's temperature at the loop's sensor is below a limit, °C."""
+class Known:
+    """A condition that C can test, too: `stop` makes the `Stop` that ends a run when it is met."""
 
-    limit_c: float
-
-    def __call__(self, world: World) -> bool:
-        """Return whether the condition holds now."""
-        return world.sensed_c < self.limit_c
-
-    def stop(self, world: World) -> Stop:
-        """Return the `Stop` that ends a run when this condition is met."""
-        return Stop(below=(world.site.loop.sensor, self.limit_c))
-
-
-@dataclass(frozen=True)
-class Spread:
-    """The condition that no node becomes hotter any more while no heater gives power."""
+    holds: Condition
+    stop: Callable[[World], Stop]
 
     def __call__(self, world: World) -> bool:
         """Return whether the condition holds now."""
-        return not world.peaks.spreads
-
-    def stop(self, world: World) -> Stop:
-        """Return the `Stop` that ends a run when this condition is met."""
-        del world
-        return Stop(spread=True)
+        return self.holds(world)
 
 
-@dataclass(frozen=True)
-class Given:
-    """The condition that the loop's heater has an on-time above 0."""
-
-    variable: str
-    """The program's variable that holds this time, or the duty."""
-
-    def __call__(self, world: World) -> bool:
-        """Return whether the condition holds now."""
-        return bool(world.device.read(self.variable) > 0)
-
-    def stop(self, world: World) -> Stop:
-        """Return the `Stop` that ends a run when this condition is met."""
-        return Stop(changed=(world.device.variables[self.variable],))
+def below(limit_c: float) -> Known:
+    """Return whether the machine's temperature at the loop's sensor is below a limit, °C."""
+    return Known(
+        lambda world: world.sensed_c < limit_c,
+        lambda world: Stop(below=(world.site.loop.sensor, limit_c)),
+    )
 
 
-def given(site: Site) -> Given:
-    """Return the condition that the loop's heater has an on-time above 0.
+SPREAD = Known(lambda world: not world.peaks.spreads, lambda _: Stop(spread=True))
+"""No node becomes hotter any more while no heater gives power."""
+
+
+def given(site: Site) -> Known:
+    """Return whether the loop's heater has an on-time above 0.
 
     A duty below the shortest pulse gives none.
     """
     heater = site.loop.heater
     members = heater_of(site.controller, heater).members
-    return Given(
+    variable = (
         f"output_{heater}.{members[0][0]}" if members else f"loop_{site.loop_name}.duty_percent"
+    )
+    return Known(
+        lambda world: bool(world.device.read(variable) > 0),
+        lambda world: Stop(changed=(world.device.variables[variable],)),
     )
 
 
-@dataclass(frozen=True)
-class Switched:
-    """The condition that the pin of the loop's heater is at its active level, or is not."""
-
-    on: bool
-
-    def __call__(self, world: World) -> bool:
-        """Return whether the condition holds now."""
-        return world.device.outputs[world.site.loop.heater].on == self.on
-
-    def stop(self, world: World) -> Stop:
-        """Return the `Stop` that ends a run when this condition is met."""
-        return Stop(turned=world.site.loop.heater)
+def switched(*, on: bool) -> Known:
+    """Return whether the pin of the loop's heater is at its active level, or is not."""
+    return Known(
+        lambda world: world.device.outputs[world.site.loop.heater].on == on,
+        lambda world: Stop(turned=world.site.loop.heater),
+    )
 
 
 @dataclass(frozen=True)
@@ -238,7 +203,7 @@ class World:
     @property
     def sensed_c(self) -> float:
         """The machine's temperature at the loop's sensor, whatever its tip feels, °C."""
-        return self._felt(self.site.loop.sensor)
+        return float(self._machine.felt[self._machine.sensors.index(self.site.loop.sensor)])
 
     @property
     def tip_c(self) -> float:
@@ -246,22 +211,15 @@ class World:
         feel = self.wiring.feel.get(self.site.loop.sensor)
         return feel(self.sensed_c) if feel else self.sensed_c
 
-    def tips_c(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times, s, and the temperature of a sensor's tip from each of them on, °C."""
-        return self._told(sensor)
-
-    def currents_a(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times, s, and the current that a sensor had to measure from each of them on, A."""
-        return self._told(sensor)
-
-    def _told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return times, s, and a sensor's true value from each of them on: its tip's °C, or A."""
         rows = self._machine.rows
         told = rows[:, BITS].astype(int) & SENSED > 0
         return rows[told, TIME], rows[told, TIPS + self._machine.sensors.index(sensor)]
 
     def watch_peaks(self) -> None:
         """Record the highest temperatures from now on."""
-        self.peaks = Peaks(self._machine, self.site.loop.sensor)
+        self.peaks: Peaks = Peaks(self._machine, self.site.loop.sensor)
 
     @property
     def peak_c(self) -> float:
@@ -272,9 +230,6 @@ class World:
     def bears_c(self) -> Mapping[str, float]:
         """What every node bears, °C."""
         return bears_c(self.site.controller, self._network)
-
-    def _felt(self, sensor: str) -> float:
-        return float(self._machine.felt[self._machine.sensors.index(sensor)])
 
     def run(self, seconds: float) -> None:
         """Run for a time, rounded to whole steps."""
@@ -304,7 +259,7 @@ class World:
         """Return the condition as a `Stop`; None: it must be tested after each step of time."""
         if isinstance(condition, OfState):
             return Stop(changed=tuple(self.device.looked_at.values()))
-        if isinstance(condition, Below | Given | Spread | Switched):
+        if isinstance(condition, Known):
             return condition.stop(self)
         return None
 
@@ -345,16 +300,7 @@ class World:
 
     def do(self, action: Action) -> None:
         """Do an action of a scenario, without waiting for its effect."""
-        if action.line is not None:
-            self.device.send(action.line)
-        elif action.write is not None:
-            self.device.write(*action.write)
-        elif action.program is not None:
-            self.device.program(*action.program)
-        elif action.extrude_mm_per_s is not None:
-            self.coupling.extruded_mm_per_s = action.extrude_mm_per_s
-        else:
-            self.device.press(action.key)
+        action.give(self.device, self.coupling)
 
     def press(self, key: str, times: int = 1) -> None:
         """Press a key and release it, several times."""

@@ -58,9 +58,7 @@ class HostBuild:
     def with_changed(self, name: str, text: str, folder: Path) -> HostBuild:
         """Compile one source with another text, and link it with the existing other objects.
 
-        Raises:
-            HostBuildFailed: it does not compile.
-
+        Raises HostBuildFailed: it does not compile.
         """
         folder.mkdir(parents=True, exist_ok=True)
         changed = folder / name
@@ -127,8 +125,7 @@ def _names(parts: Parts) -> list[str]:
 def _compiler() -> str:
     found = shutil.which("gcc")
     if not found:
-        message = f"There is no gcc: {INSTALL}"
-        raise HostBuildFailed(message)
+        raise HostBuildFailed(f"There is no gcc: {INSTALL}")
     return found
 
 

@@ -127,9 +127,7 @@ class Host:
     def step(self) -> dict[str, Any]:
         """Run to the end of the next control step and return the state.
 
-        Raises:
-            HostHangs: the step does not come.
-
+        Raises HostHangs: the step does not come.
         """
         run = self.run(self._input)
         self._input["acknowledge"] = 0
@@ -141,9 +139,7 @@ class Host:
     def run(self, inputs: NDArray[Any]) -> Run:
         """Run one control step for each of the inputs (of type INPUT).
 
-        Raises:
-            HostHangs: a step does not come.
-
+        Raises HostHangs: a step does not come.
         """
         loop = self.build.parts.name
         return self.run_all({loop: inputs})[loop]
@@ -151,9 +147,7 @@ class Host:
     def run_all(self, inputs: Mapping[str, NDArray[Any]]) -> dict[str, Run]:
         """Run one control step for each input of each loop, with all loops at the same time.
 
-        Raises:
-            HostHangs: a step does not come.
-
+        Raises HostHangs: a step does not come.
         """
         found, kept = {}, []
         courses = self._ffi.new("struct host_course[]", len(self.types))
@@ -168,16 +162,13 @@ class Host:
         self.library.host_run(courses)
         for course, loop in zip(courses, found, strict=True):
             if course.done != course.steps:
-                message = f"Step {course.done + 1} of {loop} did not come"
-                raise HostHangs(message)
+                raise HostHangs(f"Step {course.done + 1} of {loop} did not come")
         return found
 
     def number(self, value: float, decimals: int) -> str:
         """Return the text that `text_number` makes of a value.
 
-        Raises:
-            ValueError: it wrote outside its buffer, or returned a wrong length.
-
+        Raises ValueError: it wrote outside its buffer, or returned a wrong length.
         """
         guard, size = 16, self.library.TEXT_SIZE
         memory = bytearray(b"\xa5" * (guard + size + guard))
@@ -186,6 +177,5 @@ class Host:
         text = bytes(memory[guard : guard + size])
         outside = bytes(memory[:guard] + memory[-guard:])
         if outside != b"\xa5" * (2 * guard) or text.find(0) != length:
-            message = f"text_number({value!r}, {decimals}) left {bytes(memory)!r}"
-            raise ValueError(message)
+            raise ValueError(f"text_number({value!r}, {decimals}) left {bytes(memory)!r}")
         return text[:length].decode("ascii")

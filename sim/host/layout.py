@@ -77,6 +77,5 @@ def _width(kind: Any) -> str:
         return _NUMPY[kind.cname]
     match = re.fullmatch(r"(u?)int(8|16|32)_t", kind.cname)
     if match is None:
-        message = f"A state member cannot have the type {kind.cname}"
-        raise ValueError(message)
+        raise ValueError(f"A state member cannot have the type {kind.cname}")
     return f"{match[1] or 'i'}{int(match[2]) // 8}"

@@ -48,23 +48,19 @@ struct host_world *host_world(void)
 
 /* ---- the files that are not under test ---- */
 
-void plotter_send(void);
 void plotter_send(void)
 {
 }
 
-void panel_refresh(void);
 void panel_refresh(void)
 {
 }
 
-uint16_t modbus_silent_ticks(void);
 uint16_t modbus_silent_ticks(void)
 {
     return ticking->input.silent_ticks;
 }
 
-uint16_t gcode_silent_ticks(void);
 uint16_t gcode_silent_ticks(void)
 {
     return ticking->input.silent_ticks;
@@ -83,7 +79,6 @@ volatile uint16_t reset_hang_mark;
 uint16_t reset_power_mark;
 #endif
 
-uint32_t clock_seconds(void);
 uint32_t clock_seconds(void)
 {
     return world->ticks / 100u;

@@ -84,9 +84,7 @@ def with_unit(title: str) -> tuple[str, str]:
 def named_roles(names: Sequence[str], loop: str = "") -> Roles:
     """Find the columns by the names in the log's header; of several that fit, those of the loop.
 
-    Raises:
-        Unusable: there are no names, or they are not clear.
-
+    Raises Unusable: there are no names, or they are not clear.
     """
     if not names:
         raise Unusable(

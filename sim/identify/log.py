@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from heatwright.sim.identify.cells import (
     value,
 )
 from heatwright.sim.identify.unusable import Unusable
+from heatwright.sim.trace import Series
 
 LARGEST_LOG = 64 << 20
 """Bytes; a day at ten lines a second is below it."""
@@ -49,9 +49,7 @@ class Log:
 def read_log(data: bytes) -> Log:
     """Parse a log.
 
-    Raises:
-        Unusable: it holds no rows of numbers.
-
+    Raises Unusable: it holds no rows of numbers.
     """
     if len(data) > LARGEST_LOG:
         raise Unusable(f"is larger than {LARGEST_LOG >> 20} MB; cut out the part with the step")
@@ -141,17 +139,12 @@ def _log(
     values = np.array(rows, dtype=np.float64)
     stamped = any(stamp is not None for stamp in stamps)
     if stamped:
-        values = np.column_stack([values, np.array(list(_unwrapped(stamps)))])
+        values = np.column_stack([values, unwrapped(np.array(stamps, np.float64))])
         names = (*names, STAMP) if names else ()
     return Log(names, values, dropped, stamped)
 
 
-def _unwrapped(stamps: Iterable[float | None]) -> list[float]:
-    """Add a day to times of day after each midnight."""
-    times = [math.nan if stamp is None else stamp for stamp in stamps]
-    days, found = 0.0, times[:1]
-    for before, after in pairwise(times):
-        if after < before - DAY_S / 2:
-            days += DAY_S
-        found.append(after + days)
-    return found
+def unwrapped(times_s: Series) -> Series:
+    """Add a day to times of day, s, after each midnight."""
+    midnights = np.diff(times_s, prepend=times_s[:1]) < -DAY_S / 2
+    return times_s + DAY_S * np.cumsum(midnights)

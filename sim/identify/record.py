@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.identify.columns import Column, Roles
-from heatwright.sim.identify.log import DAY_S, Log
+from heatwright.sim.identify.log import DAY_S, Log, unwrapped
 from heatwright.sim.identify.unusable import Unusable
 from heatwright.sim.trace import Series
 
@@ -86,9 +86,7 @@ class Record:
 def record_of(log: Log, roles: Roles, scales: Scales) -> Record:
     """Make a record of a log.
 
-    Raises:
-        Unusable: something is missing, or the record cannot determine a plant.
-
+    Raises Unusable: something is missing, or the record cannot determine a plant.
     """
     notes: list[str] = []
     times_s, readings_c, powers_w = tabled(log, roles, scales, notes)
@@ -132,7 +130,7 @@ def _times(values: Series, column: Column | None, scales: Scales) -> Series:
     times_s = values[:, column.place] * seconds
     known = times_s[np.isfinite(times_s)]
     if len(known) and known.min() >= 0 and known.max() < DAY_S:  # times of day may pass midnight
-        times_s = times_s + DAY_S * np.cumsum(np.diff(times_s, prepend=times_s[0]) < -DAY_S / 2)
+        return unwrapped(times_s)
     return times_s
 
 

@@ -67,7 +67,7 @@ class Structure:
             Parameter(AMBIENT_C, "ambient", "°C", False),
         )
 
-    def network(self, values: Series, noise_k: float = 0.0) -> ThermalNetwork:
+    def network(self, values: Series) -> ThermalNetwork:
         """Build the network of these parameters, without a check whether they are plausible."""
         size = 2 * self.bodies
         ends = (*self.nodes[1:], AMBIENT)
@@ -79,7 +79,7 @@ class Structure:
             node=self.names.body,
             lag_s=float(values[size]),
             delay_s=float(values[size + 1]),
-            noise_k=noise_k,
+            noise_k=0.0,
         )
         return ThermalNetwork.model_construct(
             kind="thermal_network",

@@ -63,9 +63,9 @@ class SerialLog:
         self._waiting.clear()
         self.send_bytes(f"{command}\r\n".encode())
 
-    def send_bytes(self, data: bytes, *, gap_s: float = 0.0) -> None:
-        """Send these bytes, with a silence before each, s."""
-        self._uart.send(data, self.baud, gap_s=gap_s)
+    def send_bytes(self, data: bytes) -> None:
+        """Send these bytes."""
+        self._uart.send(data, self.baud)
 
     @property
     def texts(self) -> list[str]:

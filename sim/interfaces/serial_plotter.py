@@ -10,6 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.interfaces.serial_log import MISMATCH
 from heatwright.sim.native.characters import sent_by
 from heatwright.spec import Board
 from heatwright.spec import SerialPlotter as Spec
@@ -38,10 +39,6 @@ class SerialPlotter:
     `line_end` (a reset may cut one off); garbage -- number of bytes that belonged to no line; baud
     -- its baud rate, with which the firmware's is compared.
     """
-
-    MISMATCH = 0.045
-    """Largest relative difference of two baud rates at which 8N1 is still received (half a bit in
-    ten, less the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
 
     def __init__(
         self, avr: Avr, baud: int, uart: int = 0, decimals: int = 2, line_end: str = "LF"
@@ -73,7 +70,7 @@ class SerialPlotter:
         mine = sent_by(self._uart, sent)
         if not len(mine):
             return
-        if abs(self.speed_error) > self.MISMATCH:
+        if abs(self.speed_error) > MISMATCH:
             self.garbage += len(mine)
             return
         start = 0

@@ -87,8 +87,7 @@ def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Me
     if not len(response):
         statuses = log["reading_status"]
         said = f"; its last step says {RULES[int(statuses[-1])].id}" if len(statuses) else ""
-        message = f"Loop {name} had no reading of sensor {spec.sensor} in this run{said}"
-        raise ValueError(message)
+        raise ValueError(f"Loop {name} had no reading of sensor {spec.sensor} in this run{said}")
     disturbed = disturbances(trace, response)
     response = undisturbed(trace, response)
     times_s = response["time_s"] - response["time_s"][0]

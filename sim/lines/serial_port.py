@@ -6,7 +6,6 @@ import os
 import pty
 import tty
 from contextlib import suppress
-from types import TracebackType
 from typing import Any
 
 from numpy.typing import NDArray
@@ -53,12 +52,7 @@ class SerialPort:
         """Return the port itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Close the port."""
         os.close(self._board_end)
         os.close(self._program_end)

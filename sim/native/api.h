@@ -114,6 +114,9 @@ uint64_t hw_eeprom_violations(hw *h);
 /* Snapshots: copies of a RAM range, made when the CPU goes to sleep and the counter has changed. */
 int hw_snapshot(hw *h, uint16_t counter, uint8_t counter_size, uint16_t base, uint16_t size);
 
+/* A time of a bus's master, in cycles: the shortest and the longest, and how often it was wrong. */
+typedef struct { uint64_t least, most, violations; } hw_check;
+
 /* 1-Wire: one slave on a pin. Times in cycles. */
 typedef struct {
     uint64_t reset_low, reset_high;             /* master: least reset low and high */
@@ -129,7 +132,6 @@ enum {
     HW_OW_RESET_LOW = 0, HW_OW_RESET_HIGH, HW_OW_SLOT, HW_OW_RECOVERY, HW_OW_ONE_LOW,
     HW_OW_ZERO_LOW, HW_OW_READ_AT, HW_OW_CHECKS
 };
-enum { HW_OW_LEAST = 0, HW_OW_MOST = 1 };
 
 typedef struct hw_onewire hw_onewire;
 hw_onewire *hw_onewire_new(hw *h, int pin, void *handle, const hw_onewire_timing *timing);
@@ -140,9 +142,8 @@ void hw_onewire_receive(hw_onewire *w, int bits);
 void hw_onewire_send(hw_onewire *w, const uint8_t *data, int bits);
 void hw_onewire_busy(hw_onewire *w, uint64_t until);
 void hw_onewire_search(hw_onewire *w, const uint8_t *rom);
-uint64_t hw_onewire_violations(hw_onewire *w, int check);
+const hw_check *hw_onewire_checks(hw_onewire *w);       /* HW_OW_CHECKS of them */
 uint64_t hw_onewire_resets(hw_onewire *w);
-uint64_t hw_onewire_seen(hw_onewire *w, int check, int end);
 
 /* SPI: one slave, on three pins if it only sends, on four if it has registers. Least times in
    cycles. told, kept: how long the master's bits are valid before and after the sampling edge. */
@@ -156,7 +157,6 @@ enum {
     HW_SPI_SETUP = 0, HW_SPI_HIGH, HW_SPI_LOW, HW_SPI_PERIOD, HW_SPI_READ, HW_SPI_HOLD,
     HW_SPI_IDLE, HW_SPI_TOLD, HW_SPI_KEPT, HW_SPI_CHECKS
 };
-enum { HW_SPI_LEAST = 0, HW_SPI_MOST = 1 };
 
 typedef struct hw_spi hw_spi;
 typedef struct { int select, clock, data, input; } hw_spi_pins;  /* input -1: it only sends */
@@ -165,8 +165,7 @@ void hw_spi_retime(hw_spi *s, const hw_spi_timing *timing);
 void hw_spi_connect(hw_spi *s, int connected);
 void hw_spi_load(hw_spi *s, const uint8_t *word, int bits);  /* 16 bytes, highest bit first */
 int hw_spi_told(hw_spi *s, uint8_t *into);  /* whole bytes since select, 17 at most; their number */
-uint64_t hw_spi_violations(hw_spi *s, int check);
-uint64_t hw_spi_seen(hw_spi *s, int check, int end);
+const hw_check *hw_spi_checks(hw_spi *s);   /* HW_SPI_CHECKS of them */
 
 /* A relay: the pin and the active level of its coil, the pin of its mirror contact or -1; delays of
    its contacts in cycles. */
@@ -178,7 +177,6 @@ hw_relay *hw_relay_new(hw *h, int coil, int active_high, int contact, uint64_t o
 void hw_relay_fail(hw_relay *r, int state, int wire);
 int hw_relay_closed(hw_relay *r);               /* the main contacts */
 uint64_t hw_relay_closed_cycles(hw_relay *r);
-uint64_t hw_relay_operations(hw_relay *r);      /* how often these opened or closed */
 
 /* A fan: the pin and the active level of its motor, the pin of its tachometer's open collector;
    pulses per cycle at full speed, time constant in cycles. pace: share of full speed; noise: other

@@ -58,16 +58,13 @@ class Format:
     def levels(self) -> NDArray[np.uint16]:
         """The levels of each byte's character, the start bit lowest."""
         data = np.arange(256, dtype=np.uint16) & ((1 << self.data_bits) - 1)
-        levels = data << 1 | self._stop << (self.bits - self.stop_bits)
+        stop = (1 << self.stop_bits) - 1
+        levels = data << 1 | stop << (self.bits - self.stop_bits)
         if self.parity == "none":
             return levels.astype(np.uint16)
         ones = np.array([int(byte).bit_count() & 1 for byte in data], np.uint16)
         bit = ones ^ (self.parity == "odd")
         return (levels | bit << (1 + self.data_bits)).astype(np.uint16)
-
-    @property
-    def _stop(self) -> int:
-        return (1 << self.stop_bits) - 1
 
     @staticmethod
     @cache

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from heatwright.sim.native.hw import Hw
 from heatwright.sim.native.relay import Wire
+from heatwright.sim.native.shim import load
+
+if TYPE_CHECKING:
+    from heatwright.sim.avr import Avr
 
 
 class Fan:
@@ -13,23 +16,25 @@ class Fan:
 
     def __init__(  # noqa: PLR0913 - a fan, said once
         self,
-        hw: Hw,
-        motor: int,
-        line: int,
+        avr: Avr,
+        motor: str,
+        line: str,
         *,
         active_high: bool,
         full_hz: float,
         lag_s: float,
     ) -> None:
-        """Connect the fan to pins, by their numbers.
+        """Connect the fan to its pins.
 
         full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed.
 
         Raises ValueError when the processor has no such pin, or too many fans.
         """
-        self._lib, self._clock_hz = hw.lib, hw.clock_hz
-        speeds = full_hz / hw.clock_hz, lag_s * hw.clock_hz
-        self._fan: Any = hw.lib.hw_fan_new(hw.pointer, motor, active_high, line, *speeds)
+        self._lib, self._clock_hz = load().lib, avr.clock_hz
+        avr.pins.pull(motor, "low" if active_high else "high")
+        pins = avr.pins.watch(motor), avr.pins.watch(line, logged=False)
+        speeds = full_hz / avr.clock_hz, lag_s * avr.clock_hz
+        self._fan: Any = self._lib.hw_fan_new(avr.pointer, pins[0], active_high, pins[1], *speeds)
         if not self._fan:
             raise ValueError("There are too many fans on this processor, or it lacks a pin.")
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from heatwright.sim.native.hw import Hw
+from heatwright.sim.native.master import Checked, callback
 
 PHASES = ("reset_low", "reset_high", "slot", "recovery", "one_low", "zero_low", "read_at")
 """Checked times of the master: the low of a reset and the high after it, a slot's length, the high
@@ -31,15 +32,6 @@ class Timing:
     hold: float = 30
 
 
-@dataclass(frozen=True)
-class Phase:
-    """A checked time of the master: shortest and longest, µs, and how often it was wrong."""
-
-    least: float
-    most: float
-    violations: int
-
-
 class Slave(Protocol):
     """A chip on the line."""
 
@@ -47,8 +39,8 @@ class Slave(Protocol):
         """Receive bits from the master; first: they are the first since the reset."""
 
 
-class Line:
-    """A slave's end of the line.
+class Line(Checked):
+    """A slave's end of the line; its checked times are in µs.
 
     After a reset pulse the shim itself answers with a presence pulse and receives 8 bits. In
     ``received`` the slave then decides what comes next, by a call of ``receive``, ``send``,
@@ -56,8 +48,7 @@ class Line:
     """
 
     def __init__(self, hw: Hw, wire: Any) -> None:
-        self._hw = hw
-        self._lib = hw.lib
+        super().__init__(hw, hw.lib.hw_onewire_checks(wire), PHASES, 1e6)
         self._wire = wire
 
     def receive(self, bits: int) -> None:
@@ -93,26 +84,6 @@ class Line:
         """Number of reset pulses received."""
         return int(self._lib.hw_onewire_resets(self._wire))
 
-    @property
-    def phases(self) -> dict[str, Phase]:
-        """The master's checked times so far; those that have not occurred are left out."""
-        seen: dict[str, Phase] = {}
-        for check, name in enumerate(PHASES):
-            least = self._lib.hw_onewire_seen(self._wire, check, self._lib.HW_OW_LEAST)
-            most = self._lib.hw_onewire_seen(self._wire, check, self._lib.HW_OW_MOST)
-            wrong = self._lib.hw_onewire_violations(self._wire, check)
-            if least <= most:
-                seen[name] = Phase(self._us(least), self._us(most), wrong)
-        return seen
-
-    @property
-    def violations(self) -> int:
-        """How often the master has violated a limit."""
-        return sum(phase.violations for phase in self.phases.values())
-
-    def _us(self, cycles: int) -> float:
-        return cycles * 1e6 / self._hw.clock_hz
-
 
 _FIELDS = tuple(Timing.__dataclass_fields__)
 
@@ -137,11 +108,7 @@ def attach(hw: Hw, pin: int, slave: Slave, timing: Timing, errors: list[BaseExce
 def install(ffi: Any) -> None:
     """Register the callbacks of the slaves with the shim."""
 
-    def hw_onewire_received(handle: Any, first: int, data: Any, bits: int, cycle: int) -> None:
-        slave, errors = ffi.from_handle(handle)
-        try:
-            slave.received(bool(first), ffi.buffer(data, (bits + 7) // 8)[:], cycle)
-        except BaseException as error:  # C cannot pass it on: Avr.run_to raises it
-            errors.append(error)
+    def received(slave: Slave, first: int, data: Any, bits: int, cycle: int) -> None:
+        slave.received(bool(first), ffi.buffer(data, (bits + 7) // 8)[:], cycle)
 
-    ffi.def_extern()(hw_onewire_received)
+    callback(ffi, "hw_onewire_received", received)

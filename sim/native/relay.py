@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from heatwright.sim.native.hw import Hw
+from heatwright.sim.native.shim import load
+
+if TYPE_CHECKING:
+    from heatwright.sim.avr import Avr
 
 
 class Armature(IntEnum):
@@ -28,26 +31,32 @@ class Wire(IntEnum):
 
 
 class Relay:
-    """A relay with its coil and optionally its mirror contact on pins; pointer -- in the shim."""
+    """A relay with its coil on a pin, and its mirror contact to ground, if any, on another.
+
+    pointer -- in the shim.
+    """
 
     def __init__(  # noqa: PLR0913 - a relay, said once
         self,
-        hw: Hw,
-        coil: int,
-        contact: int | None,
+        avr: Avr,
+        coil: str,
+        contact: str | None,
         *,
         active_high: bool,
         operate_s: float,
         release_s: float,
     ) -> None:
-        """Connect the relay to pins, by number; its contacts follow the coil after these times, s.
+        """Connect the relay; its contacts follow the coil after these times, s.
 
         Raises ValueError when the processor has no such pin, or too many relays.
         """
-        self._lib, self._clock_hz = hw.lib, hw.clock_hz
-        times = (round(seconds * hw.clock_hz) for seconds in (operate_s, release_s))
-        number = -1 if contact is None else contact
-        self.pointer: Any = hw.lib.hw_relay_new(hw.pointer, coil, active_high, number, *times)
+        self._lib = load().lib
+        avr.pins.pull(coil, "low" if active_high else "high")
+        pins = avr.pins.watch(coil), -1 if contact is None else avr.pins.watch(contact)
+        times = (round(seconds * avr.clock_hz) for seconds in (operate_s, release_s))
+        self.pointer: Any = self._lib.hw_relay_new(
+            avr.pointer, pins[0], active_high, pins[1], *times
+        )
         if not self.pointer:
             raise ValueError("There are too many relays on this processor, or it lacks a pin.")
 
@@ -64,8 +73,3 @@ class Relay:
     def closed_cycles(self) -> int:
         """Cycles for which the main contacts have conducted."""
         return int(self._lib.hw_relay_closed_cycles(self.pointer))
-
-    @property
-    def operations(self) -> int:
-        """How often the main contacts have opened or closed."""
-        return int(self._lib.hw_relay_operations(self.pointer))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from heatwright.sim.native.hw import Hw
+from heatwright.sim.native.master import Checked, callback
 
 PHASES = ("setup", "high", "low", "period", "read", "hold", "idle", "told", "kept")
 """Checked times of the master: from select to the first clock; the clock's high, low and period;
@@ -34,15 +35,6 @@ class Timing:
     kept: float = 0
     output: float = 100
     enable: float = 100
-
-
-@dataclass(frozen=True)
-class Phase:
-    """A checked time of the master: shortest and longest, ns, and how often it was too short."""
-
-    least: float
-    most: float
-    violations: int
 
 
 @dataclass(frozen=True)
@@ -75,12 +67,11 @@ class Registers(Slave, Protocol):
         """Load the answer: the registers from an address on; nothing if they are to be written."""
 
 
-class Port:
-    """A slave's end of select, clock, data output and, if any, data input."""
+class Port(Checked):
+    """A slave's end of select, clock, data output and, if any, data input; times are in ns."""
 
     def __init__(self, hw: Hw, port: Any) -> None:
-        self._hw = hw
-        self._lib = hw.lib
+        super().__init__(hw, hw.lib.hw_spi_checks(port), PHASES, 1e9)
         self._port = port
 
     def load(self, word: int, bits: int, driven: int | None = None) -> None:
@@ -105,26 +96,6 @@ class Port:
     def retime(self, timing: Timing) -> None:
         """Use other times from now on."""
         self._lib.hw_spi_retime(self._port, _cycles(self._hw, timing))
-
-    @property
-    def phases(self) -> dict[str, Phase]:
-        """The master's checked times so far; those that have not occurred are left out."""
-        seen: dict[str, Phase] = {}
-        for check, name in enumerate(PHASES):
-            least = self._lib.hw_spi_seen(self._port, check, self._lib.HW_SPI_LEAST)
-            most = self._lib.hw_spi_seen(self._port, check, self._lib.HW_SPI_MOST)
-            wrong = self._lib.hw_spi_violations(self._port, check)
-            if least <= most:
-                seen[name] = Phase(self._ns(least), self._ns(most), wrong)
-        return seen
-
-    @property
-    def violations(self) -> int:
-        """How often the master has violated a limit."""
-        return sum(phase.violations for phase in self.phases.values())
-
-    def _ns(self, cycles: int) -> float:
-        return cycles * 1e9 / self._hw.clock_hz
 
 
 _FIELDS = tuple(Timing.__dataclass_fields__)
@@ -155,28 +126,6 @@ def attach(
 
 def install(ffi: Any) -> None:
     """Register the callbacks of the slaves with the shim."""
-
-    def hw_spi_selected(handle: Any, cycle: int) -> None:
-        slave, errors = ffi.from_handle(handle)
-        try:
-            slave.selected(cycle)
-        except BaseException as error:  # C cannot pass it on: Avr.run_to raises it
-            errors.append(error)
-
-    def hw_spi_released(handle: Any, cycle: int) -> None:
-        slave, errors = ffi.from_handle(handle)
-        try:
-            slave.released(cycle)
-        except BaseException as error:  # as above
-            errors.append(error)
-
-    def hw_spi_addressed(handle: Any, address: int, cycle: int) -> None:
-        slave, errors = ffi.from_handle(handle)
-        try:
-            slave.addressed(address, cycle)
-        except BaseException as error:  # as above
-            errors.append(error)
-
-    ffi.def_extern()(hw_spi_selected)
-    ffi.def_extern()(hw_spi_released)
-    ffi.def_extern()(hw_spi_addressed)
+    callback(ffi, "hw_spi_selected", lambda slave, cycle: slave.selected(cycle))
+    callback(ffi, "hw_spi_released", lambda slave, cycle: slave.released(cycle))
+    callback(ffi, "hw_spi_addressed", lambda slave, address, cycle: slave.addressed(address, cycle))

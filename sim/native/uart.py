@@ -78,8 +78,7 @@ class Uarts:
     def __getitem__(self, number: int) -> Uart:
         """Return a UART by number; IndexError if the processor does not have it."""
         if not self._hw.lib.hw_uart_exists(self._hw.pointer, number):
-            message = f"This processor has no UART {number}"
-            raise IndexError(message)
+            raise IndexError(f"This processor has no UART {number}")
         return Uart(self._hw, number)
 
     def take(self) -> NDArray[Any]:

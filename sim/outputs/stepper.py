@@ -29,8 +29,6 @@ class DriverTiming(NamedTuple):
     """From a rise of STEP to a change of DIR."""
 
 
-A4988 = DriverTiming(1e-6, 1e-6, 200e-9, 200e-9)
-"""Allegro A4988 data sheet, figure 1."""
 DRV8825 = DriverTiming(1.9e-6, 1.9e-6, 650e-9, 650e-9)
 """Texas Instruments SLVSA73, timing requirements: stricter in all than the A4988."""
 

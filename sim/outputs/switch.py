@@ -5,6 +5,7 @@ from __future__ import annotations
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import Level, Source
 from heatwright.spec import Board
+from heatwright.spec import Switch as Spec
 
 
 class Switch:
@@ -46,3 +47,8 @@ class Switch:
     def driven(self) -> bool:
         """Whether the processor, not the board's resistor, sets the level."""
         return self._avr.pins.source(self.pin) is Source.MCU
+
+
+def attach(avr: Avr, board: Board, output: Spec) -> Switch:
+    """Connect an output to its pin, with the board's resistor to the inactive level."""
+    return Switch(avr, board, output.pin, output.active)

@@ -1,12 +1,5 @@
 """An output that is on for part of each window."""
 
-from __future__ import annotations
+from heatwright.sim.outputs.switch import attach
 
-from heatwright.sim.avr import Avr
-from heatwright.sim.outputs.switch import Switch
-from heatwright.spec import Board, TimeProportionalOutput
-
-
-def attach(avr: Avr, board: Board, output: TimeProportionalOutput) -> Switch:
-    """Connect the output to its pin, with the board's resistor to the inactive level."""
-    return Switch(avr, board, output.pin, output.active)
+__all__ = ["attach"]

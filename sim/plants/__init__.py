@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, Sense, ThermalNetwork, full_a
+from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensing.currents import FILTER_PULSES
 
@@ -180,6 +181,18 @@ def _currents_of(controller: Controller) -> dict[str, float]:
     """Return the current of each output while it is on, A, if power and supply are given."""
     currents = {name: full_a(output) for name, output in controller.switches.items()}
     return {name: amperes for name, amperes in currents.items() if amperes is not None}
+
+
+def supplied(controller: Controller, share: float) -> Controller:
+    """Multiply the supply voltage of all loads; without a rated voltage, their power follows it."""
+    outputs = dict(controller.outputs)
+    for name, output in controller.outputs.items():
+        volts, watts = getattr(output, "supply_v", None), getattr(output, "power_w", None)
+        changes = {} if volts is None else {"supply_v": volts * share}
+        if watts is not None and getattr(output, "rated_v", None) is None:
+            changes["power_w"] = watts * share**2
+        outputs[name] = output.model_copy(update=changes)
+    return controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
 
 
 def powers_of(controller: Controller) -> dict[str, float]:

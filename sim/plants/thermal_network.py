@@ -127,14 +127,7 @@ class Plant:
         feed_mm_per_s: float = 0.0,
         conducts: Mapping[str, float] | None = None,
     ) -> None:
-        """Advance by one step.
-
-        Args:
-            active: each output's mean active fraction over it, 0..1.
-            feed_mm_per_s: the filament's mean speed over it.
-            conducts: the same as `active`, for the currents, if some heat has another source.
-
-        """
+        """Advance by one step: see `heatwright.sim.plants.Plant.step`."""
         for meter in self.ammeters.values():
             meter.follow((active if conducts is None else conducts)[meter.output])
         vector = self.vector

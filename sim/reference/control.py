@@ -152,8 +152,7 @@ class Steering:
         if self._pid:
             gains = orders.gains if self._facts.tunable else self._gains
             if gains is None:
-                message = "A tunable loop needs its gains"
-                raise ValueError(message)
+                raise ValueError("A tunable loop needs its gains")
             self._pid.take(gains._replace(**numbers) if numbers else gains)
             if orders.mode == MANUAL:
                 return self._pid.follow(

@@ -113,9 +113,7 @@ class ReferenceDevice:
     def is_off(self, loop: str) -> bool:
         """Return whether a loop will be off in its next step.
 
-        Raises:
-            KeyError: there is no such loop.
-
+        Raises KeyError: there is no such loop.
         """
         return self._loops[loop].operator.is_off
 
@@ -132,9 +130,7 @@ class ReferenceDevice:
     def ask(self, loop: str, setpoint_c: float) -> None:
         """Set a loop's setpoint, °C, and switch it on, by whatever interface can do so.
 
-        Raises:
-            KeyError: there is no such loop.
-
+        Raises KeyError: there is no such loop.
         """
         operator = self._loops[loop].operator
         operator.set(setpoint_c)
@@ -144,28 +140,22 @@ class ReferenceDevice:
     def switch_off(self, loop: str) -> None:
         """Switch a loop off, as its keys would.
 
-        Raises:
-            KeyError: there is no such loop.
-
+        Raises KeyError: there is no such loop.
         """
         self._loops[loop].operator.key_off()
 
     def last(self, loop: str, member: str) -> float:
         """Return a member of a loop's last step.
 
-        Raises:
-            KeyError: there is no such loop.
-            ValueError: its steps have no such member, or there was no step.
-
+        Raises KeyError: there is no such loop; ValueError: its steps have no such member, or there
+        was no step.
         """
         return self._loops[loop].last(member)
 
     def gains(self, loop: str) -> Gains | None:
         """Return the gains of a loop now, if they can be changed.
 
-        Raises:
-            KeyError: there is no such loop.
-
+        Raises KeyError: there is no such loop.
         """
         return self._loops[loop].operator.gains
 
@@ -223,9 +213,7 @@ class ReferenceDevice:
     def send(self, line: str) -> None:
         """Send a line of G-code, or a display's command; a refused one changes nothing.
 
-        Raises:
-            ValueError: the controller has neither host nor display, or the line no command.
-
+        Raises ValueError: the controller has neither host nor display, or the line no command.
         """
         if self._display is not None and for_display(self._controller, line):
             self._display.send(line)
@@ -236,28 +224,21 @@ class ReferenceDevice:
     def program(self, order: Order, number: int = 0) -> None:
         """Give an order to the program; one that the firmware would refuse changes nothing.
 
-        Raises:
-            ValueError: the controller has no programs.
-
+        Raises ValueError: the controller has no programs.
         """
         for loop in self._loops.values():
             if isinstance(loop.operator, ProgrammedOperator):
                 loop.operator.order(order, number)
                 return
-        message = "The specification has no programs"
-        raise ValueError(message)
+        raise ValueError("The specification has no programs")
 
     def write(self, name: str, value: float | bool) -> None:
         """Write a value as the master; one that the firmware would refuse changes nothing.
 
-        Raises:
-            ValueError: the controller has no master.
-            KeyError: there is no value of that name.
-
+        Raises ValueError: the controller has no master; KeyError: there is no value of that name.
         """
         if self._master is None:
-            message = "The specification has no modbus_rtu interface"
-            raise ValueError(message)
+            raise ValueError("The specification has no modbus_rtu interface")
         self._master.write(name, value)
 
     def advance(self, until_s: float) -> None:
@@ -288,9 +269,7 @@ class ReferenceDevice:
     def steps(self, loop: str) -> StepLog:
         """Return a row for every control step so far.
 
-        Raises:
-            KeyError: there is no such loop.
-
+        Raises KeyError: there is no such loop.
         """
         return self._loops[loop].steps()
 

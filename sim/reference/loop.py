@@ -124,9 +124,6 @@ class Reference:
             acknowledge: whether the operator acknowledged the fault since the last step.
             orders: the other inputs, mostly commands.
 
-        Returns:
-            The state after the step.
-
         """
         if acknowledge:
             self.acknowledge()

@@ -1,5 +1,8 @@
-"""Members of the control state after a step, by name and width."""
+"""Members of the control state after a step: name, width and value."""
 
+from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
 from typing import Any
 
 Member = tuple[str, str]
@@ -7,6 +10,29 @@ Member = tuple[str, str]
 
 Value = Any
 """An int or a numpy.float32, by the member's type."""
+
+
+class Kept:
+    """A part of the control state."""
+
+    members: tuple[Member, ...]
+
+    def keep(self, *shown: tuple[str, str, str]) -> None:
+        """Define the members: name, width, and the attribute that has the value."""
+        self.members = tuple((name, width) for name, width, _ in shown)
+        self._read = _reader(tuple(attribute for _, _, attribute in shown))
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return self._read(self)
+
+
+@cache
+def _reader(attributes: tuple[str, ...]) -> Callable[[object], tuple[Value, ...]]:
+    """Return what reads these attributes of an object; `attrgetter` gives a tuple from two on."""
+    if len(attributes) > 1:
+        return attrgetter(*attributes)
+    return lambda of: tuple(getattr(of, name) for name in attributes)
 
 
 def prefixed(prefix: str, members: tuple[Member, ...]) -> tuple[Member, ...]:

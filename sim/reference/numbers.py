@@ -5,6 +5,8 @@ rounded to nearest, ties to even, as gcc's `float`. avr-libc's differs only for 
 the least normal number.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from heatwright.spec import Loop
@@ -46,6 +48,12 @@ def filter_share(period_s: float, filter_s: float) -> Single:
     (Åström & Hägglund, Advanced PID Control, 2006, chapter 13). T = 0 gives 1: no filter.
     """
     return Single(period_s / (filter_s + period_s))
+
+
+def by_scale(scale: float) -> Callable[[object, object], Callable[[int], Single]]:
+    """Return the `converter` of a kind of sensor whose codes are multiples of a size, K."""
+    size = Single(scale)
+    return lambda _sensor, _board: lambda raw: Single(raw) * size
 
 
 def faded(slope: Single) -> Single:

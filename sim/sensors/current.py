@@ -6,7 +6,7 @@ import numpy as np
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.circuits import current_v
-from heatwright.sim.circuits.ports import SUPPLY_V
+from heatwright.sim.circuits.elements import SUPPLY_V
 from heatwright.sim.native.analog import Curve
 from heatwright.sim.sensors.adc_channel import AdcChannel, channel_of
 from heatwright.spec import Board, CurrentSensor

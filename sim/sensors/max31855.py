@@ -48,10 +48,10 @@ class Max31855(SpiChip):
     bits = driven = 32
     corruptible = (*ALWAYS_ZERO, 16, 2, 1, 0)
 
-    def __init__(self, avr: Avr, wires: Wires, *, timing: Timing = TIMING, seed: int = 1) -> None:
+    def __init__(self, avr: Avr, wires: Wires) -> None:
         self.internal_c = 25.0
         self.shorted_to: Wire | None = None
-        super().__init__(avr, wires, timing=timing, seed=seed)
+        super().__init__(avr, wires, timing=TIMING)
 
     def _power_on(self, cycle: int) -> None:
         self._answer = 0

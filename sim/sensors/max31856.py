@@ -76,9 +76,7 @@ class Max31856(SpiChip):
     _began: int | None
     _settings: Settings
 
-    def __init__(
-        self, avr: Avr, wires: Wires, *, wire: Type = "K", timing: Timing = TIMING, seed: int = 1
-    ) -> None:
+    def __init__(self, avr: Avr, wires: Wires, *, wire: Type = "K") -> None:
         self.wire: Type = wire
         self.internal_c = 25.0
         self.held = True
@@ -86,7 +84,7 @@ class Max31856(SpiChip):
         self._beyond_supply = False
         self._faults = Faults()
         self._wired = False
-        super().__init__(avr, wires, timing=timing, seed=seed)
+        super().__init__(avr, wires, timing=TIMING)
         self._wired = True
 
     # -- faults: each first advances to now, as the past was without the new fault --------------

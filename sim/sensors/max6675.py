@@ -41,8 +41,8 @@ class Max6675(SpiChip):
     driven = DRIVEN_BITS
     corruptible = ALWAYS_ZERO
 
-    def __init__(self, avr: Avr, wires: Wires, *, timing: Timing = TIMING, seed: int = 1) -> None:
-        super().__init__(avr, wires, timing=timing, seed=seed)
+    def __init__(self, avr: Avr, wires: Wires) -> None:
+        super().__init__(avr, wires, timing=TIMING)
 
     def _power_on(self, cycle: int) -> None:
         self._answer = 0

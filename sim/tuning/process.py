@@ -105,13 +105,11 @@ def process_of(controller: Controller, loop: str, at_c: float | None = None) -> 
 
     """
     if controller.simulation is None:
-        message = "A process needs a machine: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A process needs a machine: the specification has no `simulation`")
     spec, network = controller.loops[loop], controller.simulation.plant
     power_w = power_of(controller, loop)
     if not power_w:
-        message = f"The heater {spec.heater} has no power"
-        raise ValueError(message)
+        raise ValueError(f"The heater {spec.heater} has no power")
     plant = Plant(network, powers_of(controller), ambient_c=0.0, step_s=spec.period_s)
     equations = plant.rates(
         tuple(float(_runs(controller, fan)) for fan in network.fans),
@@ -140,13 +138,10 @@ def at_full_power(
 ) -> Iterator[tuple[float, float]]:
     """Yield time, s, and temperature before the sensor's dead time, °C, from cold at full power.
 
-    Raises:
-        ValueError: the specification has no simulation.
-
+    Raises ValueError: the specification has no simulation.
     """
     if controller.simulation is None:
-        message = "A machine is needed: the specification has no `simulation`"
-        raise ValueError(message)
+        raise ValueError("A machine is needed: the specification has no `simulation`")
     spec, simulation = controller.loops[loop], controller.simulation
     network = simulation.plant.model_copy(update={"initial_c": None})
     plant = Plant(network, powers_of(controller), ambient_c=simulation.ambient_c, step_s=step_s)

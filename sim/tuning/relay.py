@@ -32,9 +32,7 @@ def relay(
 ) -> Gains:
     """Run the relay experiment from cold, as the firmware does, and return its gains.
 
-    Raises:
-        TuningFailed: a protection tripped, or the experiment found nothing.
-
+    Raises TuningFailed: a protection tripped, or the experiment found nothing.
     """
     spec = controller.loops[loop]
     pid = spec.algorithm.pid

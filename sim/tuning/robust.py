@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.arrays.world import step_logs
 from heatwright.sim.judges.metrics import overshoot, response_of, settling
+from heatwright.sim.plants import supplied
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import SOUND, open_loop
@@ -84,25 +85,13 @@ def drawn(controller: Controller, spread: Spread, count: int, seed: int) -> Iter
             "plant": plant.model_copy(update={"nodes": ReadOnlyDict(nodes), "links": links}),
             "ambient_c": ambient_c,
         })  # fmt: skip
-        yield _supplied(controller, _about(random, spread.supply)).model_copy(
+        yield supplied(controller, _about(random, spread.supply)).model_copy(
             update={"simulation": changed}
         )
 
 
 def _about(random: np.random.Generator, share: float) -> float:
     return float(random.uniform(1 - share, 1 + share))
-
-
-def _supplied(controller: Controller, supply: float) -> Controller:
-    """Multiply the supply voltage of all loads by a factor."""
-    outputs = dict(controller.outputs)
-    for name, output in controller.outputs.items():
-        volts, watts = getattr(output, "supply_v", None), getattr(output, "power_w", None)
-        changes = {} if volts is None else {"supply_v": volts * supply}
-        if watts is not None and getattr(output, "rated_v", None) is None:
-            changes["power_w"] = watts * supply**2
-        outputs[name] = output.model_copy(update=changes)
-    return controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
 
 
 class Course(NamedTuple):

@@ -8,7 +8,6 @@ from rig.specs import changed, controller_of
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults import effects, starts
-from heatwright.sim.faults.sensing import any_sensor
 from heatwright.sim.faults.site import OfState, Site
 from heatwright.sim.judges.lockouts import miscounts
 from heatwright.sim.replay import replay
@@ -174,7 +173,7 @@ def peak_c(spec: str, for_s: float) -> float:
     """Let a host insist while the sensor is out; return how hot the block becomes, °C."""
     site = Site(controller_of(spec), "nozzle", whole(spec))
     world = starts.heating(site)
-    any_sensor.feel(site, lambda now: effects.fallen_out(now, 1.0))(world)
+    effects.Felt(site.loop.sensor, lambda now: effects.fallen_out(now, 1.0))(world)
     ends_s = world.now_s + for_s
     while world.now_s < ends_s and world.until(OfState(lambda now: now.fault != 0), 60.0):
         world.insist(HOT_C)

@@ -23,7 +23,14 @@ from heatwright.sim.faults.operation.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.records import Change, TripLog
 from heatwright.sim.faults.site import OfState, State
-from heatwright.sim.faults.world import STEP_S, Below, Spread, Switched, Weather, World
+from heatwright.sim.faults.world import (
+    SPREAD,
+    STEP_S,
+    Weather,
+    World,
+    below,
+    switched,
+)
 from heatwright.sim.machine import Heat
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -174,7 +181,7 @@ def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
     worlds: list[World] = []
     result = try_fault(making(faults_of(text)["switch_shorted_when_hot"], worlds.append))
     assert result.detail == ""
-    times_s, tips_c = worlds[0].tips_c("bed")
+    times_s, tips_c = worlds[0].told("bed")
     trip_s = worlds[0].trips.since(0.0)[0].time_s
     seen_c = tips_c[times_s <= trip_s + SHOWN_S + 2 * STEP_S]
     assert result.peak_c <= seen_c.max()
@@ -307,8 +314,8 @@ def test_the_machine_ends_a_wait_at_the_step_in_which_it_is_so() -> None:
     for seen in (lambda condition: condition, partial):
         world = starts.heating(site_of("chamber"))
         at_s = [world.now_s]
-        for condition in (Switched(on=False), Switched(on=True), Spread(), Below(60.0)):
-            if condition == Spread():
+        for condition in (switched(on=False), switched(on=True), SPREAD, below(60.0)):
+            if condition is SPREAD:
                 world.wiring.heat["heater"] = Heat(0.0)
                 world.run(world.step_s)
             assert world.until(seen(condition), 600.0)

@@ -49,7 +49,7 @@ def died(spec: str) -> World:
 
 def test_a_switch_that_conducts_for_ever_gets_nothing_behind_an_open_relay() -> None:
     world = died("fabricator")
-    _, flowed_a = world.currents_a("current")
+    _, flowed_a = world.told("current")
     assert flowed_a[-1] == pytest.approx(0.0, abs=1e-6)
     assert world.sensed_c < COLD_C
 
@@ -58,7 +58,7 @@ def test_a_switch_that_conducts_for_ever_gets_nothing_behind_an_open_relay() -> 
 def test_without_a_relay_it_is_cooled_to_where_the_whole_supply_holds_it(spec: str) -> None:
     """A cooler that is as strong as the rated power does not suffice for a stronger supply."""
     world = died(spec)
-    site, ambient_c = world.site, starts.ambient_c(world.site)
+    site, ambient_c = world.site, world.site.ambient_c
     cooled_c, uncooled_c = (
         steady_c(site, 1.0, ambient_c=ambient_c, cooled=cooled) for cooled in (True, False)
     )

@@ -94,12 +94,11 @@ class Kilns:
                 each.sense("chamber", FIRST_C + RISE_K_PER_S * self.now_s)
                 each.advance(self.now_s)
                 each.feed()
-            cycles, images = self.quiet.images.take()
-            others_cycles, others = self.board.images.take()
-            assert len(cycles) == len(others_cycles), f"ticks are missing before {self.now_s} s"
-            found = self.board.differences(others, images)
+            quiet, disturbed = self.quiet.images.take(), self.board.images.take()
+            assert len(quiet) == len(disturbed), f"ticks are missing before {self.now_s} s"
+            found = self.board.differences(disturbed["image"], quiet["image"])
             assert not found, f"difference within {STEP_S} s before {self.now_s} s: {found}"
-            late = others_cycles.astype(np.int64) - cycles.astype(np.int64)
+            late = disturbed["cycle"].astype(np.int64) - quiet["cycle"].astype(np.int64)
             self._latest_cycles = max(self._latest_cycles, int(late.max()))
 
     def send(self, chunks: Iterable[bytes], baud: float = BAUD) -> None:

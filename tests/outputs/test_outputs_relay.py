@@ -9,7 +9,7 @@ import pytest
 from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, cause_problem, reset_problem, wired
 
 from heatwright.sim.binary.elf import Elf
-from heatwright.sim.native.relay import Armature, Wire
+from heatwright.sim.native.relay import Armature, Relay, Wire
 
 PINS = {"uno": ("D3", "D7", "D8"), "mega2560": ("D6", "D9", "D17"),
         "atmega32": ("PD5", "PD6", "PC1")}  # fmt: skip
@@ -97,9 +97,9 @@ class RelayBoard(OutputBoard):
         coil = self.outputs["contactor"]
         self._feedback = bool(place.feedback)
         self.contact = self.board.pins[PINS[place.board][2]].port_name
-        self.relay = self.avr.relay(
-            coil.pin, self.contact if self._feedback else None, active_high=coil.active == "high",
-            operate_s=OPERATE_S, release_s=RELEASE_S,
+        self.relay = Relay(
+            self.avr, coil.pin, self.contact if self._feedback else None,
+            active_high=coil.active == "high", operate_s=OPERATE_S, release_s=RELEASE_S,
         )  # fmt: skip
         self.model = Model(feedback=self._feedback)
         self._on = {"heater": False, "contactor": False}

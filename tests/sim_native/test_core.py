@@ -245,7 +245,7 @@ def test_a_firmware_does_alike_with_a_silent_sensor(name: str, pulled: list[str]
         avr.adc.set(channel, 1000 * IDLE_V)
     recorded = avr.snapshots((counter.address, counter.size), (first, end - first))
     avr.run(seconds)
-    recorded_steps, images = len(recorded), recorded.take()[1]
+    recorded_steps, images = len(recorded), recorded.take()["image"]
 
     told = judges.node(
         "avr8js_firmware.cjs",

@@ -25,7 +25,7 @@ ON = "DDRD = _BV(PD2); PORTD = _BV(PD2) | _BV(PD3);"
 
 def fan_of(source: str) -> tuple[Avr, Fan]:
     avr = running(source)
-    fan = avr.fan("PD2", "PD3", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)
+    fan = Fan(avr, "PD2", "PD3", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)
     avr.pins.watch("PD3")
     return avr, fan
 
@@ -108,8 +108,8 @@ def test_what_is_broken_shows_at_its_line() -> None:
 def test_there_are_only_so_many_fans_and_pins() -> None:
     avr, _ = fan_of(ON)
     with pytest.raises(ValueError, match="no pin"):
-        avr.fan("PD2", "PL3", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)
+        Fan(avr, "PD2", "PL3", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)
     for _ in range(3):
-        avr.fan("PB0", "PB1", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)
+        Fan(avr, "PB0", "PB1", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)
     with pytest.raises(ValueError, match="too many fans"):
-        avr.fan("PB0", "PB1", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)
+        Fan(avr, "PB0", "PB1", active_high=True, full_hz=FULL_HZ, lag_s=LAG_S)

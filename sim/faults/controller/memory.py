@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -14,6 +16,7 @@ from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.usual import tripping
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import (
@@ -46,69 +49,12 @@ LONGEST_MS = 1000
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of the controller's memory and of what its self-checks test."""
-    yield Fault(
-        "eeprom_damaged",
-        lambda: starts.heating(site),
-        damage,
-        trip=Trip(("settings_corrupt",), start_up_s(site)),
-    )
-    yield Fault(
-        "setpoint_flipped",
-        lambda: starts.heating(site),
-        flip_setpoint,
-        trip=Trip(("memory_damaged",), site.loop.periods_s(2)),
-    )
+    start_s = start_up_s(site)
+    yield tripping(site, "eeprom_damaged", damage, Trip(("settings_corrupt",), start_s))
+    flipped = Trip(("memory_damaged",), site.loop.periods_s(2))
+    yield tripping(site, "setpoint_flipped", flip_setpoint, flipped)
     if self_checked(site.controller):
-        for name, cause, rule in (
-            ("duty_left_out", leave_out_duty, "sequence_broken"),
-            ("stack_guard_flipped", flip_stack_guard, "stack_overrun"),
-            ("ram_cell_stuck", stick_cell, "ram_damaged"),
-            ("eeprom_decays", flip_eeprom, "eeprom_worn"),
-        ):
-            yield Fault(
-                name,
-                lambda: starts.heating(site),
-                cause,
-                trip=Trip((rule,), 2 * TICK_S),
-                off_within_s=2 * TICK_S,
-                all_off=True,
-                floats=True,
-            )
-        yield Fault(
-            "flash_flipped",
-            lambda: starts.heating(site),
-            flip_flash,
-            flip_flash,
-            trip=Trip(("flash_damaged",), flash_s(site.program)),
-            floats=True,
-        )
-        yield Fault(
-            "flash_not_sealed",
-            lambda: starts.heating(site),
-            unseal,
-            seal,
-            trip=Trip(("flash_unsealed",), start_up_s(site)),
-            floats=True,
-        )
-        if measures_known_voltage(site.controller):
-            yield Fault(
-                "adc_reference_off",
-                lambda: starts.heating(site),
-                lambda world: measure(world, REFERENCE_OFF),
-                lambda world: measure(world, 1.0),
-                trip=Trip(("adc_wrong",), WRONG_S),
-                floats=True,
-            )
-        yield from _held_pins(site)
-        if proves_watchdog(site.controller):
-            yield Fault(
-                "crystal_slow",
-                lambda: starts.heating(site),
-                lambda world: change_crystal(world, SLOW),
-                lambda world: change_crystal(world, 1.0),
-                trip=Trip(("clock_wrong",), start_up_s(site) / SLOW),
-                floats=True,
-            )
+        yield from (replace(fault, floats=True) for fault in _self_checked(site, start_s))
     if site.has_operator:
         yield Fault(
             "record_cut_short",
@@ -119,6 +65,30 @@ def faults(site: Site) -> Iterator[Fault]:
             calm=True,
             watch_s=WATCH_S,
         )
+
+
+def _self_checked(site: Site, start_s: float) -> Iterator[Fault]:
+    """Yield what the self-checks find; start_s -- from a reset to the latched fault, s."""
+    for name, cause, rule in (
+        ("duty_left_out", leave_out_duty, "sequence_broken"),
+        ("stack_guard_flipped", flip_stack_guard, "stack_overrun"),
+        ("ram_cell_stuck", stick_cell, "ram_damaged"),
+        ("eeprom_decays", flip_eeprom, "eeprom_worn"),
+    ):
+        at_once = tripping(site, name, cause, Trip((rule,), 2 * TICK_S))
+        yield replace(at_once, off_within_s=2 * TICK_S, all_off=True)
+    flash = Trip(("flash_damaged",), flash_s(site.program))
+    yield tripping(site, "flash_flipped", flip_flash, flash, flip_flash)
+    unsealed = Trip(("flash_unsealed",), start_s)
+    yield tripping(site, "flash_not_sealed", unseal, unsealed, seal)
+    if measures_known_voltage(site.controller):
+        off, right = partial(measure, times=REFERENCE_OFF), partial(measure, times=1.0)
+        yield tripping(site, "adc_reference_off", off, Trip(("adc_wrong",), WRONG_S), right)
+    yield from _held_pins(site)
+    if proves_watchdog(site.controller):
+        slow, usual = partial(change_crystal, times=SLOW), partial(change_crystal, times=1.0)
+        wrong = Trip(("clock_wrong",), start_s / SLOW)
+        yield tripping(site, "crystal_slow", slow, wrong, usual)
 
 
 def damage(world: World) -> None:
@@ -187,15 +157,9 @@ def _held_pins(site: Site) -> Iterator[Fault]:
     output = relay if relay in able else site.loop.heater
     if output not in able:
         return
-    window_s = _asked_within_s(site.controller.switches[output])
-    yield Fault(
-        "pin_held",
-        lambda: starts.heating(site),
-        lambda world: hold_off(world, output),
-        lambda world: let_go(world, output),
-        trip=Trip(("pin_held",), HELD_S + window_s),
-        floats=True,
-    )
+    trip = Trip(("pin_held",), HELD_S + _asked_within_s(site.controller.switches[output]))
+    holds, lets_go = partial(hold_off, output=output), partial(let_go, output=output)
+    yield tripping(site, "pin_held", holds, trip, lets_go)
 
 
 def _asked_within_s(output: Any) -> float:

@@ -9,11 +9,13 @@ do, with the address of an empty endless loop that avr-libc puts into every prog
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 
-from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, gate_s, start_up_s, watchdog_s
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.records import Edge
+from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 
 STACK_POINTER = 0x5D
@@ -33,42 +35,21 @@ def faults(site: Site) -> Iterator[Fault]:
         ("hung_main_loop", INTERRUPTS_ON, gate_s()),
         ("hung_with_interrupts_off", INTERRUPTS_OFF, allowed_s),
     ):
-        yield Fault(
-            name,
-            lambda: starts.heating(site),
-            _hang(entry),
-            trip=Trip(("watchdog_reset",), allowed_s),
-            off_within_s=off_s,
-            all_off=True,
+        hangs = tripping(
+            site, name, partial(hang, entry=entry), Trip(("watchdog_reset",), allowed_s)
         )
-    yield Fault(
-        "brown_out",
-        lambda: starts.heating(site),
-        lambda world: world.device.avr.reset("brown_out"),
-        trip=Trip(("brown_out",), start_up_s(site)),
-        off_within_s=0.0,
-        all_off=True,
-    )
-    yield Fault(
+        yield replace(hangs, off_within_s=off_s, all_off=True)
+    trip = Trip(("brown_out",), start_up_s(site))
+    resets = tripping(site, "brown_out", lambda world: world.device.avr.reset("brown_out"), trip)
+    yield replace(resets, off_within_s=0.0, all_off=True)
+    yield harmless(
+        site,
         "reset_button",
-        lambda: starts.heating(site),
         lambda world: world.device.avr.reset("external"),
-        calm=True,
-        watch_s=WATCH_S,
-        judge=off_through_reset,
+        WATCH_S,
+        off_through_reset,
     )
-    yield Fault(
-        "power_cut",
-        lambda: starts.heating(site),
-        lambda world: world.power_cut(),
-        calm=True,
-        watch_s=WATCH_S,
-        judge=stays_off,
-    )
-
-
-def _hang(entry: str) -> Act:
-    return lambda world: hang(world, entry)
+    yield harmless(site, "power_cut", lambda world: world.power_cut(), WATCH_S, stays_off)
 
 
 def hang(world: World, entry: str) -> None:

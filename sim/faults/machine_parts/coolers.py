@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import watchdog_s
 from heatwright.sim.faults.controller import processor
-from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.effects import Heated
+from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.world import Site, Weather, World
-from heatwright.sim.machine import Heat
+from heatwright.sim.faults.usual import harmless, watched
+from heatwright.sim.faults.world import Site, World
 
 WATCH_S = 60.0
 TURNS = 40
@@ -25,23 +25,12 @@ def faults(site: Site) -> Iterator[Fault]:
     cooler = site.loop.cooler
     if cooler is None:
         return
-    yield Fault(
-        "cooler_shorted",
-        lambda: starts.heating(site),
-        _wire(cooler, effects.SHORTED),
-        _mend(cooler),
-        watch_s=watch_s(site),
-        again=True,
-    )
-    yield Fault(
-        "cooler_dead",
-        lambda: cooling(site),
-        _wire(cooler, effects.OPENED),
-        calm=True,
-        watch_s=WATCH_S,
-    )
+    shorted = Heated(cooler, effects.SHORTED)
+    yield watched(site, "cooler_shorted", shorted, shorted.mend)
+    dead = Heated(cooler, effects.OPENED)
+    yield Fault("cooler_dead", lambda: cooling(site), dead, calm=True, watch_s=WATCH_S)
     if site.has_operator:
-        yield Fault("heating_and_cooling_by_turns", lambda: starts.heating(site), _turns, calm=True)
+        yield harmless(site, "heating_and_cooling_by_turns", _turns, for_s=0.0)
     yield Fault(
         "hung_while_cooling",
         lambda: cooling(site),
@@ -54,25 +43,10 @@ def cooling(site: Site) -> World:
     """Return a world well above its setpoint, with the cooler on."""
     target_c = starts.setpoints_c(site)[0]
     start_c = min(target_c + BEYOND_K, site.loop.protection.maximum_c - MARGIN_K)
-    world = World(site, Weather(start_c, starts.ambient_c(site)))
-    starts.first_steps(world)
+    world = starts.begun(site, start_c)
     world.set_setpoint(target_c)
     world.until(OfState(lambda now: now.loop("cooling") == 1), LONGEST_S)
     return world
-
-
-def _wire(cooler: str, share: Heat) -> Act:
-    def cause(world: World) -> None:
-        world.wiring.heat[cooler] = share
-
-    return cause
-
-
-def _mend(cooler: str) -> Act:
-    def cure(world: World) -> None:
-        world.wiring.heat.pop(cooler)
-
-    return cure
 
 
 def _turns(world: World) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bears import bears_c
+from heatwright.sim.faults.effects import Felt, Heated
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import asked_share, share_for, steady_c
-from heatwright.sim.faults.sensing.any_sensor import feel, mend
-from heatwright.sim.faults.world import Site, Weather, World
+from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.plants import profile_c
 from heatwright.spec.loops import Effort
@@ -43,8 +44,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 def _held(site: Site, setpoint_c: float) -> World:
     """Return a world at its setpoint."""
-    world = World(site, Weather(setpoint_c, starts.ambient_c(site)))
-    starts.first_steps(world)
+    world = starts.begun(site, setpoint_c)
     world.set_setpoint(setpoint_c)
     starts.first_steps(world)
     return world
@@ -52,7 +52,7 @@ def _held(site: Site, setpoint_c: float) -> World:
 
 def _setpoints_c(site: Site) -> list[float]:
     """List the setpoints that need more than the loop's least duty, the highest setpoint first."""
-    highest_c, ambient_c = starts.highest_c(site), starts.ambient_c(site)
+    highest_c, ambient_c = starts.highest_c(site), site.ambient_c
     least_c = steady_c(site, asked_share(site, _duties(site)[0]), ambient_c=ambient_c)
     reached = [each for each in starts.setpoints_c(site) if each <= highest_c]
     return [each for each in reversed(reached) if each > max(ambient_c, least_c)]
@@ -73,16 +73,9 @@ def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[0] < SEEN * full]
     if not seen_c:
         return
-    takes = share_for(site, seen_c[0], ambient_c=starts.ambient_c(site))
-    share = takes / asked_share(site, ASKED * full)
-
-    def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = effects.weakened(share)
-
-    def cure(world: World) -> None:
-        world.wiring.heat.pop(site.loop.heater)
-
-    yield Fault("heater_aged", lambda: _held(site, seen_c[0]), cause, cure, watch_s=watch_s)
+    takes = share_for(site, seen_c[0], ambient_c=site.ambient_c)
+    aged = Heated(site.loop.heater, effects.weakened(takes / asked_share(site, ASKED * full)))
+    yield Fault("heater_aged", lambda: _held(site, seen_c[0]), aged, aged.mend, watch_s=watch_s)
 
 
 def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
@@ -91,7 +84,7 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     if setpoint_c is None:
         return
     takes = BEYOND * effort.band.at(setpoint_c)[0]
-    ambient_c = starts.ambient_c(site)
+    ambient_c = site.ambient_c
     if not takes < _duties(site)[1]:
         return
     true_c = steady_c(site, asked_share(site, takes), ambient_c=ambient_c)
@@ -111,11 +104,12 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
             felt_c - min(true_c - setpoint_c, rate_k_per_s * (world.now_s - began_s))
         )
 
+    drifts = Felt(site.loop.sensor, change)
     yield Fault(
         "reading_drifts_low",
         lambda: _held(site, setpoint_c),
-        feel(site, change),
-        mend(site),
+        drifts,
+        drifts.mend,
         watch_s=watch_s + (true_c - setpoint_c) / rate_k_per_s,
     )
 
@@ -127,10 +121,6 @@ def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault
         return
     stands_c = seen_c[0] + site.loop.algorithm.swing_k / 2 + STANDING_K
     rate_k_per_s = site.loop.protection.rise_rate_k_per_s / SLOW
-    yield Fault(
-        "reading_stands_high",
-        lambda: _held(site, seen_c[0]),
-        feel(site, lambda world: effects.drifting(world, rate_k_per_s, stands_c)),
-        mend(site),
-        watch_s=watch_s,
-    )
+    rises = Felt(site.loop.sensor, lambda world: effects.drifting(world, rate_k_per_s, stands_c))
+    make = partial(_held, site, seen_c[0])
+    yield Fault("reading_stands_high", make, rises, rises.mend, watch_s=watch_s)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import TICK_S, lasting_s
+from heatwright.sim.faults.effects import Heated
 from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import rise_k, share_for, watch_s
+from heatwright.sim.faults.usual import watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Beside, Heat
 from heatwright.sim.native.pins import Level
@@ -33,24 +35,9 @@ def faults(site: Site) -> Iterator[Fault]:
     yield from _fan_stopped(site)
 
 
-@dataclass(frozen=True)
-class _Between:
-    """Change a heater's power. Equal changes compare equal, as one cause of a fault."""
-
-    heater: str
-    heat: Heat
-
-    def __call__(self, world: World) -> None:
-        world.wiring.heat[self.heater] = self.heat
-
-
 def _switch(site: Site, name: str, make: Callable[[], World], heat: Heat) -> Fault:
-    cause = _Between(site.loop.heater, heat)
-
-    def cure(world: World) -> None:
-        world.wiring.heat.pop(site.loop.heater)
-
-    return Fault(name, make, cause, cure, watch_s=watch_s(site), again=True)
+    cause = Heated(site.loop.heater, heat)
+    return replace(watched(site, name, cause, cause.mend), make=make)
 
 
 def _wanted(site: Site) -> World:
@@ -79,7 +66,7 @@ def _leaking(site: Site) -> Fault:
     )
     start_c = lowest_c + above_k
     level_c = start_c + 3 * (rising.rise_k if rising else MARGIN_K) + MARGIN_K
-    share = share_for(site, level_c, ambient_c=starts.ambient_c(site), cooled=True)
+    share = share_for(site, level_c, ambient_c=site.ambient_c, cooled=True)
 
     def settled() -> World:
         world = starts.at_rest(site, above_k=above_k)
@@ -97,7 +84,7 @@ def _heat_from_elsewhere(site: Site) -> Iterator[Fault]:
         ("heat_from_elsewhere", lambda: starts.at_rest(site, above_k=0.0), above_c),
         ("fire", lambda: starts.hot(site), maximum_c + MARGIN_K),
     ):
-        share = 2 * share_for(site, hold_c, ambient_c=starts.ambient_c(site), cooled=True)
+        share = 2 * share_for(site, hold_c, ambient_c=site.ambient_c, cooled=True)
 
         def cause(world: World, hold_c: float = hold_c, share: float = share) -> None:
             world.wiring.besides[site.loop.heater] = Beside(share, site.loop.sensor, hold_c)
@@ -116,12 +103,10 @@ def _fan_stopped(site: Site) -> Iterator[Fault]:
     output = site.controller.on_off_output(fan)
     off: Level = "low" if output.active == "high" else "high"
     pin = site.controller.board.pins[output.pin].port_name
-    yield Fault(
+    stopped = watched(
+        site,
         "fan_stopped",
-        lambda: starts.heating(site),
         lambda world: world.device.avr.pins.drive(pin, off),
         lambda world: world.device.avr.pins.drive(pin, None),
-        watch_s=watch_s(site),
-        off_within_s=2 * TICK_S,
-        again=True,
     )
+    yield replace(stopped, off_within_s=2 * TICK_S)

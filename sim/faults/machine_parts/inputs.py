@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import Input
 
@@ -29,16 +31,14 @@ def faults(site: Site) -> Iterator[Fault]:
 
 def _opens(site: Site, name: str, each: Input) -> Fault:
     """An emergency stop is pressed, a cut-out opens, a wire is torn."""
-    return Fault(
+    opens = tripping(
+        site,
         f"input_{name}_opens",
-        lambda: starts.heating(site),
         lambda world: _move(world, name, is_open=True),
+        Trip(("input_open",), site.loop.next_step_s(each.for_s) + 2 * TICK_S),
         lambda world: _move(world, name, is_open=False),
-        trip=Trip(("input_open",), site.loop.next_step_s(each.for_s) + 2 * TICK_S),
-        off_within_s=2 * TICK_S,
-        all_off=True,
-        again=True,
     )
+    return replace(opens, off_within_s=2 * TICK_S, all_off=True, again=True)
 
 
 def _pauses(site: Site, name: str) -> Fault:
@@ -60,14 +60,8 @@ def _pauses(site: Site, name: str) -> Fault:
         again = world.until(starts.heater_on(site), AGAIN_S)
         return "" if again else "the heater stays off though the input is closed again"
 
-    return Fault(
-        f"input_{name}_opens",
-        lambda: starts.heating(site),
-        cause,
-        calm=True,
-        watch_s=min(LONGEST_S, watch_s(site), on_s / 2),
-        judge=judge,
-    )
+    for_s = min(LONGEST_S, watch_s(site), on_s / 2)
+    return harmless(site, f"input_{name}_opens", cause, for_s, judge)
 
 
 def _bounces(site: Site, name: str, each: Input) -> Fault:
@@ -90,14 +84,10 @@ def _bounces(site: Site, name: str, each: Input) -> Fault:
             world.act_within(shake(world))
             world.run(site.loop.periods_s(1))
 
-    return Fault(
-        f"input_{name}_bounces",
-        lambda: starts.heating(site),
-        cause,
-        calm=True,
-        watch_s=site.loop.periods_s(1),
-        judge=lambda world: "" if world.until(starts.heater_on(site), AGAIN_S) else "heater is off",
-    )
+    def judge(world: World) -> str:
+        return "" if world.until(starts.heater_on(site), AGAIN_S) else "heater is off"
+
+    return harmless(site, f"input_{name}_bounces", cause, site.loop.periods_s(1), judge)
 
 
 def _move(world: World, name: str, *, is_open: bool) -> None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
+from dataclasses import replace
 from typing import NamedTuple, cast
 
 from heatwright.sim.circuits import Wiring
-from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, lasting_s, reading_s
+from heatwright.sim.faults.effects import Felt, standing
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
+from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.sensors.ds18b20 import Ds18b20
@@ -72,17 +73,15 @@ def _broken(site: Site, watched: Watched) -> Iterator[Fault]:
     """Yield a torn and a shorted sensor: the heaters go off after `stale_after`."""
     allowed_s = lasting_s(watched.monitor.stale_after_s, watched.loop)
     for what in ("torn", "shorted"):
-        yield Fault(
-            f"monitor_{watched.name}_{what}",
-            lambda: starts.heating(site),
-            _break(watched, what),
-            _break(watched, ""),
-            trip=Trip(SENSOR_RULES, allowed_s),
-            off_within_s=allowed_s + TICK_S,
-            all_off=True,
-            others_lie=(f"monitor_{watched.name}",),
-            again=True,
-        )
+        name, torn = f"monitor_{watched.name}_{what}", _break(watched, what)
+        trip = Trip(SENSOR_RULES, allowed_s)
+        broken = _stops(tripping(site, name, torn, trip, _break(watched, "")), allowed_s)
+        yield replace(broken, others_lie=(f"monitor_{watched.name}",))
+
+
+def _stops(fault: Fault, allowed_s: float) -> Fault:
+    """Demand of a monitor's fault that all heaters are off when it trips."""
+    return replace(fault, off_within_s=allowed_s + TICK_S, all_off=True, again=True)
 
 
 def _break(watched: Watched, what: str) -> Act:
@@ -105,30 +104,12 @@ def _break(watched: Watched, what: str) -> Act:
     return act
 
 
-def _feel(watched: Watched, tip_c: float) -> Act:
-    def act(world: World) -> None:
-        world.wiring.feel[watched.monitor.sensor] = lambda _: tip_c
-
-    return act
-
-
-def _feel_again(world: World, *, watched: Watched) -> None:
-    world.wiring.feel.pop(watched.monitor.sensor)
-
-
 def _over_limit(site: Site, watched: Watched) -> Fault:
     """The monitored part becomes too hot, and no loop's sensor feels it."""
     allowed_s = reading_s(watched.loop)
-    return Fault(
-        f"monitor_{watched.name}_over_limit",
-        lambda: starts.heating(site),
-        _feel(watched, watched.over_c),
-        partial(_feel_again, watched=watched),
-        trip=Trip(("monitor_limit",), allowed_s),
-        off_within_s=allowed_s + TICK_S,
-        all_off=True,
-        again=True,
-    )
+    hot = Felt(watched.monitor.sensor, standing(watched.over_c))
+    name, trip = f"monitor_{watched.name}_over_limit", Trip(("monitor_limit",), allowed_s)
+    return _stops(tripping(site, name, hot, trip, hot.mend), allowed_s)
 
 
 def _warned(site: Site, watched: Watched) -> Fault:
@@ -138,20 +119,15 @@ def _warned(site: Site, watched: Watched) -> Fault:
         if not world.device.read(f"monitor_{watched.name}.warns"):
             return f"monitor {watched.name} does not warn at {watched.warned_c:.1f} °C"
         told = "; ".join(untold(world))
-        _feel(watched, watched.well_c)(world)
+        Felt(watched.monitor.sensor, standing(watched.well_c))(world)
         world.run(watched.loop.periods_s(3))
         if world.device.read(f"monitor_{watched.name}.warns"):
             return f"the warning of {watched.name} does not end at {watched.well_c:.1f} °C"
         return told
 
-    return Fault(
-        f"monitor_{watched.name}_warns",
-        lambda: starts.heating(site),
-        _feel(watched, watched.warned_c),
-        calm=True,
-        watch_s=watched.loop.next_step_s(reading_s(watched.loop)),
-        judge=judge,
-    )
+    warm = Felt(watched.monitor.sensor, standing(watched.warned_c))
+    for_s = watched.loop.next_step_s(reading_s(watched.loop))
+    return harmless(site, f"monitor_{watched.name}_warns", warm, for_s, judge)
 
 
 def untold(world: World) -> Iterator[str]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
-from heatwright.sim.faults import effects, starts
+from heatwright.sim.faults import effects
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.sensing.readings import CURRENT_RULES
+from heatwright.sim.faults.usual import tripping, watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.relay import Wire
 from heatwright.spec import Proof, Tachometer, proven_in
@@ -41,13 +42,9 @@ def _of_tachometer(site: Site, fan: str, counted: Tachometer) -> Iterator[Fault]
     yield _unproven(site, fan, f"{fan}_proof_shorted", _broken(fan, wire=Wire.SHORTED))
     yield _unproven(site, fan, f"{fan}_proof_noisy", _broken(fan, noise_hz=too_fast_hz))
     for name, share, low in (("slow", slow, HIGHEST), ("fast", fast, 1 - HIGHEST)):
-        yield Fault(
-            f"{fan}_turns_{name}",
-            lambda: starts.heating(site),
-            _broken(fan, noise_hz=counted.pulses_hz(share * counted.speed_rpm), low_share=low),
-            _mend(fan),
-            watch_s=watch_s(site),
-            calm=True,
+        turns = _broken(fan, noise_hz=counted.pulses_hz(share * counted.speed_rpm), low_share=low)
+        yield replace(
+            watched(site, f"{fan}_turns_{name}", turns, _mend(fan)), again=False, calm=True
         )
 
 
@@ -60,15 +57,9 @@ def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
     counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0
     measured = getattr(site.controller.outputs[site.loop.heater], "current", None)
     rules = ("fan_stopped", *(CURRENT_RULES if measured else ()))
-    return Fault(
-        name,
-        lambda: starts.heating(site),
-        cause,
-        _mend(fan),
-        trip=Trip(rules, site.loop.next_step_s(counting_s + proof.within_s) + TICK_S),
-        off_within_s=counting_s + 2 * TICK_S,
-        again=True,
-    )
+    trip = Trip(rules, site.loop.next_step_s(counting_s + proof.within_s) + TICK_S)
+    found = tripping(site, name, cause, trip, _mend(fan))
+    return replace(found, off_within_s=counting_s + 2 * TICK_S, again=True)
 
 
 def _believed(site: Site, fan: str) -> Fault:
@@ -78,14 +69,7 @@ def _believed(site: Site, fan: str) -> Fault:
         world.wiring.heat[fan] = effects.OPENED
         world.device.proofs[fan].fail(stands=True, wire=Wire.SHORTED)
 
-    return Fault(
-        f"{fan}_stuck_with_its_contact",
-        lambda: starts.heating(site),
-        cause,
-        _mend(fan),
-        watch_s=watch_s(site),
-        again=True,
-    )
+    return watched(site, f"{fan}_stuck_with_its_contact", cause, _mend(fan))
 
 
 def _stick(fan: str) -> Act:

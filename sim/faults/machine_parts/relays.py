@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, start_up_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.usual import tripping, watched
 from heatwright.sim.faults.world import Condition, Site, World
 from heatwright.sim.native.relay import Armature, Wire
 from heatwright.sim.relay import SafetyRelay
@@ -36,14 +37,9 @@ def faults(site: Site) -> Iterator[Fault]:
         ("relay_welded", Armature.WELDED, Wire.SOUND, stays_closed),
         ("relay_contact_torn", Armature.SOUND, Wire.TORN, stays_closed),
     ):
-        yield Fault(
-            name,
-            lambda: starts.heating(site),
-            _breaks(armature, wire, at_start=trip is stays_closed),
-            lambda world: _relay(world).fail(),
-            trip=trip,
-            again=True,
-        )
+        breaks = _breaks(armature, wire, at_start=trip is stays_closed)
+        found = tripping(site, name, breaks, trip, lambda world: _relay(world).fail())
+        yield replace(found, again=True)
 
 
 def _unseen(site: Site) -> Iterator[Fault]:
@@ -53,14 +49,8 @@ def _unseen(site: Site) -> Iterator[Fault]:
         _relay(world).fail(Armature.DEAD)
         world.set_setpoint(starts.highest_c(site))
 
-    yield Fault(
-        "relay_dead",
-        lambda: starts.cold(site),
-        cause,
-        lambda world: _relay(world).fail(),
-        watch_s=watch_s(site),
-        again=True,
-    )
+    dead = watched(site, "relay_dead", cause, lambda world: _relay(world).fail())
+    yield replace(dead, make=lambda: starts.cold(site))
 
 
 def _breaks(armature: Armature, wire: Wire, *, at_start: bool) -> Act:

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import reading_s
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.effects import Heated
+from heatwright.sim.faults.fault import Fault, Trip
 from heatwright.sim.faults.machine_parts.currents import SOFT_START, Measured, measured
 from heatwright.sim.faults.world import STEP_S, Site, World, given
 from heatwright.sim.machine import Heat
@@ -32,37 +33,17 @@ def _limited_growth(heater: Measured, limit_a: float) -> float:
     return (limit_a + heater.over_a) / 2 / heater.mean_a
 
 
-def _grows(site: Site, times: float) -> Act:
-    """Multiply the heater's power and current by a factor."""
-
-    def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = effects.weakened(times)
-
-    return cause
-
-
-def _mends(site: Site) -> Act:
-    def cure(world: World) -> None:
-        world.wiring.heat.pop(site.loop.heater)
-
-    return cure
-
-
 def _shorted(site: Site, heater: Measured) -> Fault:
     """A wire with so little resistance that the current trips at any duty.
 
     Without an operator the loop may ask for less than the shortest pulse: then no current flows.
     """
-    most = BEYOND * heater.over_a / heater.mean_a
-
-    def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = Heat(once_asked=most)
-
+    shorted = Heated(site.loop.heater, Heat(once_asked=BEYOND * heater.over_a / heater.mean_a))
     return Fault(
         "heater_shorted",
         lambda: starts.heating(site),
-        cause,
-        _mends(site),
+        shorted,
+        shorted.mend,
         trip=Trip(
             ("over_current",),
             reading_s(site.loop) + STEP_S,
@@ -80,7 +61,7 @@ def _part_shorted(site: Site, heater: Measured, limit_a: float) -> Fault:
 
     def make() -> World:
         world = starts.cold(site)
-        _grows(site, times)(world)
+        Heated(site.loop.heater, effects.weakened(times))(world)
         return world
 
     def cause(world: World) -> None:

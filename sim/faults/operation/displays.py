@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.operation.operators import keeps_time
+from heatwright.sim.faults.usual import harmless
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import nextion_of
 from heatwright.spec.nextion import HEIGHT, WIDTH
@@ -36,12 +37,8 @@ def faults(site: Site) -> Iterator[Fault]:
         ("touch_display_floods", _flood),
         ("touch_display_asks_too_much", _ask_too_much),
     ):
-        yield Fault(
-            name, lambda: starts.heating(site), cause, calm=True, watch_s=WATCH_S, judge=_unmoved
-        )
-    yield Fault(
-        "touched_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S
-    )
+        yield harmless(site, name, cause, WATCH_S, _unmoved)
+    yield harmless(site, "touched_at_random", _play, WATCH_S)
 
 
 def _unplug(world: World) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.fault import Fault, Trip, nothing
+from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.interfaces.gcode import GcodeHost
+from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.lines.serial_noise import SerialNoise
 from heatwright.spec.commands import gcode_of
 
@@ -34,42 +37,26 @@ def faults(site: Site) -> Iterator[Fault]:
     if after_s is not None:
         yield from _silent(site, after_s)
     stopped = Trip(("emergency_stop",), len(STOP) * BITS_A_BYTE / host.baud + 2 * TICK_S)
-    yield Fault("host_stop", lambda: starts.heating(site), _stop, trip=stopped)
+    yield tripping(site, "host_stop", _stop, stopped)
     yield Fault("host_stop_in_flood", lambda: _flooded(site), _stop, trip=stopped)
-    yield Fault(
-        "host_out_of_bounds",
-        lambda: starts.heating(site),
-        _ask_too_much,
-        calm=True,
-        watch_s=WATCH_S,
-        judge=_keeps_setpoint,
-    )
-    yield Fault(
-        "host_garbled",
-        lambda: starts.heating(site),
-        _garble,
-        calm=True,
-        watch_s=WATCH_S,
-        judge=_hears_all,
+    yield harmless(site, "host_out_of_bounds", _ask_too_much, WATCH_S, _keeps_setpoint)
+    yield harmless(site, "host_garbled", _garble, WATCH_S, _hears_all)
+
+
+def lost(
+    site: Site, name: str, after_s: float, part: Callable[[World], ModbusMaster | GcodeHost]
+) -> Fault:
+    """Return a master or host that becomes silent; it cannot acknowledge until it is back."""
+    trip = Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S)
+    return tripping(
+        site, name, lambda world: part(world).unplug(), trip, lambda world: part(world).plug()
     )
 
 
 def _silent(site: Site, after_s: float) -> Iterator[Fault]:
     """Yield a host that becomes silent, and one that only asks for the temperatures."""
-    yield Fault(
-        "host_lost",
-        lambda: starts.heating(site),
-        lambda world: world.device.host.unplug(),
-        lambda world: world.device.host.plug(),
-        trip=Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S),
-    )
-    yield Fault(
-        "host_only_asks",
-        lambda: starts.heating(site),
-        nothing,
-        calm=True,
-        watch_s=after_s + WATCH_S,
-    )
+    yield lost(site, "host_lost", after_s, lambda world: world.device.host)
+    yield harmless(site, "host_only_asks", nothing, after_s + WATCH_S)
 
 
 def _flooded(site: Site) -> World:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, reading_s
 from heatwright.sim.faults.fault import Fault, Trip, nothing
+from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import Controller
 
@@ -29,25 +30,11 @@ def faults(site: Site) -> Iterator[Fault]:
         starts.first_steps(world)
         world.set_setpoint(starts.highest_c(site))
 
-    yield Fault(
-        "left_on",
-        lambda: starts.heating(site),
-        nothing,
-        trip=Trip((TOO_LONG,), site.loop.next_step_s(most_s) + TICK_S),
-    )
-    yield Fault(
-        "switched_on_anew",
-        lambda: starts.heating(site),
-        switch_anew,
-        calm=True,
-        watch_s=SHARE * most_s,
-    )
-    yield Fault(
-        "on_time_flipped",
-        lambda: starts.heating(site),
-        _flip,
-        trip=Trip(("memory_damaged",), reading_s(site.loop)),
-    )
+    ends = Trip((TOO_LONG,), site.loop.next_step_s(most_s) + TICK_S)
+    yield tripping(site, "left_on", nothing, ends)
+    yield harmless(site, "switched_on_anew", switch_anew, SHARE * most_s)
+    flipped = Trip(("memory_damaged",), reading_s(site.loop))
+    yield tripping(site, "on_time_flipped", _flip, flipped)
 
 
 def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:

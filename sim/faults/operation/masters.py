@@ -6,10 +6,11 @@ import random
 from collections.abc import Iterator
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import TICK_S
 from heatwright.sim.faults.controller.processor import stays_off
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.operation.hosts import lost
 from heatwright.sim.faults.operation.operators import keeps_time
+from heatwright.sim.faults.usual import harmless
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.native.characters import Format
@@ -32,35 +33,16 @@ def faults(site: Site) -> Iterator[Fault]:
     if modbus is None:
         return
     if site.loop.protection.master_lost_after_s is not None:
-        yield _lost(site, site.loop.protection.master_lost_after_s)
-    yield Fault(
-        "master_insists_on_heat",
-        lambda: starts.heating(site),
-        _insist,
-        calm=True,
-        watch_s=WATCH_S,
-        judge=stays_off,
-    )
+        silent_s = site.loop.protection.master_lost_after_s
+        yield lost(site, "master_lost", silent_s, lambda world: world.device.master)
+    yield harmless(site, "master_insists_on_heat", _insist, WATCH_S, stays_off)
     for name, cause in (
         ("master_out_of_bounds", _ask_too_much),
         ("bus_damaged", _damage),
         ("bus_of_other_format", _speak_otherwise(modbus)),
         ("bus_of_other_slaves", _speak_to_others),
     ):
-        yield Fault(
-            name, lambda: starts.heating(site), cause, calm=True, watch_s=WATCH_S, judge=_unmoved
-        )
-
-
-def _lost(site: Site, after_s: float) -> Fault:
-    """A master that becomes silent; nobody can acknowledge until it is back."""
-    return Fault(
-        "master_lost",
-        lambda: starts.heating(site),
-        lambda world: world.device.master.unplug(),
-        lambda world: world.device.master.plug(),
-        trip=Trip(("master_lost",), site.loop.next_step_s(after_s) + TICK_S),
-    )
+        yield harmless(site, name, cause, WATCH_S, _unmoved)
 
 
 def _insist(world: World) -> None:

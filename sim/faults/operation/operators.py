@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.operation import hosts
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.lcd_keypad.keypad import CODES
 from heatwright.sim.trace import StepLog
@@ -36,48 +38,21 @@ def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of the controller's interfaces."""
     if site.has_keys:
         yield from _keys(site)
-        yield Fault(
-            "display_unplugged",
-            lambda: starts.heating(site),
-            _unplug_and_plug,
-            calm=True,
-            watch_s=RESYNC_S,
-            judge=_shows_again,
-        )
+        yield harmless(site, "display_unplugged", _unplug_and_plug, RESYNC_S, _shows_again)
     if site.facts.hosted:
         yield from hosts.faults(site)
     if site.controller.board.uarts:
-        yield Fault(
-            "serial_flood",
-            lambda: starts.heating(site),
-            _flood,
-            calm=True,
-            watch_s=WATCH_S,
-            may=("master_lost",),
-            judge=keeps_time,
-        )
+        flood = harmless(site, "serial_flood", _flood, WATCH_S, keeps_time)
+        yield replace(flood, may=("master_lost",))
 
 
 def _keys(site: Site) -> Iterator[Fault]:
-    yield Fault(
-        "key_stuck",
-        lambda: starts.heating(site),
-        hold("down"),
-        calm=True,
-        watch_s=WATCH_S,
-        judge=_one_step,
-    )
-    yield Fault("keys_at_random", lambda: starts.heating(site), _play, calm=True, watch_s=WATCH_S)
+    yield harmless(site, "key_stuck", hold("down"), WATCH_S, _one_step)
+    yield harmless(site, "keys_at_random", _play, WATCH_S)
     countdown = countdown_of(site.controller, site.loop_name)
     if countdown is not None:
-        yield Fault(
-            "countdown_ends",
-            lambda: starts.held(site),
-            _set_time,
-            calm=True,
-            watch_s=countdown.step_s,
-            judge=_goes_off_in_time,
-        )
+        ends = harmless(site, "countdown_ends", _set_time, countdown.step_s, _goes_off_in_time)
+        yield replace(ends, make=lambda: starts.held(site))
     trip = Trip(SENSOR_RULES, answer_s(site.loop))
 
     def cause(world: World) -> None:
@@ -88,18 +63,9 @@ def _keys(site: Site) -> Iterator[Fault]:
         memory.mend_line(world)
         world.device.press(None)
 
-    yield Fault(
-        "select_stuck", lambda: starts.heating(site), cause, cure, trip=trip, sensor_lies=True
-    )
-    yield Fault(
-        "select_leaks",
-        lambda: starts.heating(site),
-        _leak,
-        memory.mend_line,
-        trip=trip,
-        sensor_lies=True,
-        judge=_acknowledged_once,
-    )
+    yield replace(tripping(site, "select_stuck", cause, trip, cure), sensor_lies=True)
+    leaks = tripping(site, "select_leaks", _leak, trip, memory.mend_line)
+    yield replace(leaks, sensor_lies=True, judge=_acknowledged_once)
 
 
 def _leak(world: World) -> None:

@@ -10,11 +10,12 @@ from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import answer_s, watchdog_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.processor import INTERRUPTS_ON, hang
-from heatwright.sim.faults.fault import Fault, Judge, Trip
+from heatwright.sim.faults.effects import Heated
+from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.world import STEP_S, Site, Weather, World
+from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.programs.state import (
     FAILED,
@@ -49,7 +50,7 @@ def faults(site: Site) -> Iterator[Fault]:
     programs = site.controller.programs
     if programs is None or not site.facts.programmed or not programs.stored:
         return
-    yield Fault(
+    lost = Fault(
         "sensor_lost_in_program",
         lambda: under_way(site),
         memory.cut_line,
@@ -58,6 +59,7 @@ def faults(site: Site) -> Iterator[Fault]:
         sensor_lies=True,
         judge=_judge(programs),
     )
+    yield lost
     yield Fault(
         "hung_in_program",
         lambda: under_way(site),
@@ -66,14 +68,8 @@ def faults(site: Site) -> Iterator[Fault]:
         judge=_judge(programs),
     )
     if programs.on_fault == "pause":
-        yield Fault(
-            "power_cut_in_interrupted_program",
-            lambda: under_way(site),
-            _cut_while_latched,
-            trip=Trip(SENSOR_RULES, answer_s(site.loop)),
-            sensor_lies=True,
-            judge=_judge(programs),
-        )
+        name = "power_cut_in_interrupted_program"
+        yield replace(lost, id=name, cause=_cut_while_latched, cure=nothing)
     yield from _lagging(site, programs)
     yield from _power_cuts(site, programs)
 
@@ -94,9 +90,11 @@ def under_way(site: Site) -> World:
 
 
 def _started(site: Site) -> World:
-    ambient_c = starts.ambient_c(site)
-    world = World(site, Weather(ambient_c, ambient_c))
-    starts.first_steps(world)
+    return _started_at(site, site.ambient_c)
+
+
+def _started_at(site: Site, start_c: float) -> World:
+    world = starts.begun(site, start_c)
     world.device.program("start", 1)
     world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
     return world
@@ -152,7 +150,7 @@ def _relay_closed_cycles(world: World) -> int:
         for name in controller.loops
         if name != world.site.loop_name
     )
-    return relay.closed_cycles if relay is not None and others_rest else 0
+    return relay.wired.closed_cycles if relay is not None and others_rest else 0
 
 
 def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:
@@ -187,20 +185,14 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
     ramp_s = _ramp_s(site, first)
     if hold_back is None or ramp_s is None or first.to_c is None:
         return
-    ambient_c = starts.ambient_c(site)
+    ambient_c = site.ambient_c
     share = _share_for(site, first.to_c - BELOW_TARGET_K, ambient_c)
-
-    def cause(world: World) -> None:
-        world.wiring.heat[site.loop.heater] = effects.weakened(share)
-
-    def mend(world: World) -> None:
-        world.wiring.heat.pop(site.loop.heater)
-
+    weak = Heated(site.loop.heater, effects.weakened(share))
     yield Fault(
         "heater_too_weak_for_program",
         lambda: _started(site),
-        cause,
-        mend,
+        weak,
+        weak.mend,
         watch_s=ramp_s + hold_back.limit_s + watch_s(site),
         judge=lambda world: _lag_was_long(world, programs, hold_back),
     )
@@ -212,7 +204,7 @@ def _ramp_s(site: Site, segment: Segment) -> float | None:
         return segment.over_s
     if segment.at_k_per_h is None or segment.to_c is None:
         return None
-    return abs(segment.to_c - starts.ambient_c(site)) / segment.at_k_per_h * 3600.0
+    return abs(segment.to_c - site.ambient_c) / segment.at_k_per_h * 3600.0
 
 
 def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
@@ -260,12 +252,8 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
 
 def _hot(site: Site, programs: Programs) -> World:
     """Return a world with a program, so hot that it can cool more than a resumption allows."""
-    ambient_c = starts.ambient_c(site)
-    warm_c = ambient_c + programs.after_power_loss.resume_within_k + 4 * FAR_K
-    world = World(site, Weather(warm_c, ambient_c))
-    starts.first_steps(world)
-    world.device.program("start", 1)
-    world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
+    resumes_within_k = programs.after_power_loss.resume_within_k
+    world = _started_at(site, site.ambient_c + resumes_within_k + 4 * FAR_K)
     world.run(WATCH_S)
     return world
 

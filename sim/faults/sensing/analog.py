@@ -11,12 +11,14 @@ import numpy as np
 
 from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
-from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s
+from heatwright.sim.faults.effects import Felt, standing
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.machine import sensor_step_k, watch_s
+from heatwright.sim.faults.machine import sensor_step_k
 from heatwright.sim.faults.sensing.readings import bursts, no_reading
+from heatwright.sim.faults.usual import tripping, watched
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.machine import Feel
 from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Analog, Rtd, Thermistor
@@ -73,8 +75,8 @@ def _beyond_the_table(site: Site) -> Iterator[Fault]:
         ("beyond_the_cold_end", coldest_c, COLDEST_C),
         ("beyond_the_hot_end", hottest_c, HOTTEST_C),
     ):
-        beyond_c = _next_codes_c(site, end_c, away_c)
-        yield no_reading(site, name, _feel(site, beyond_c), _feel_again(site))
+        beyond = Felt(site.loop.sensor, standing(_next_codes_c(site, end_c, away_c)))
+        yield no_reading(site, name, beyond, beyond.mend)
 
 
 def _next_codes_c(site: Site, end_c: float, away_c: float) -> float:
@@ -85,39 +87,16 @@ def _next_codes_c(site: Site, end_c: float, away_c: float) -> float:
     return float(away[np.argmax(np.abs(codes - codes[0]) >= 2)])
 
 
-def _feel(site: Site, tip_c: float) -> Act:
-    def cause(world: World) -> None:
-        world.wiring.feel[site.loop.sensor] = lambda _: tip_c
-
-    return cause
-
-
-def _feel_again(site: Site) -> Act:
-    def cure(world: World) -> None:
-        world.wiring.feel.pop(site.loop.sensor)
-
-    return cure
-
-
 def _converter(site: Site) -> Iterator[Fault]:
     """Yield an ADC that no longer ends its conversions, and one that repeats each channel's code.
 
     The keys are on the same ADC: they cannot acknowledge until it works again.
     """
     hangs = no_reading(site, "adc_hangs", _fail(hung=True), _fail())
-    others = _others_on_the_adc(site)
-    yield replace(hangs, current_lies=True, again=not site.has_keys, others_lie=others)
-    yield Fault(
-        "adc_stuck",
-        lambda: starts.heating(site),
-        _fail(stuck=True),
-        _fail(),
-        watch_s=watch_s(site),
-        sensor_lies=True,
-        others_lie=others,
-        current_lies=True,
-        again=not site.has_keys,
-    )
+    stuck = replace(watched(site, "adc_stuck", _fail(stuck=True), _fail()), sensor_lies=True)
+    others, again = _others_on_the_adc(site), not site.has_keys
+    for fault in (hangs, stuck):
+        yield replace(fault, current_lies=True, again=again, others_lie=others)
 
 
 def _others_on_the_adc(site: Site) -> tuple[str, ...]:
@@ -136,14 +115,7 @@ def _contacts(site: Site) -> Iterator[Fault]:
     """Yield an intermittent wire, and bad contacts and insulation that change the resistance."""
     most = steps(site.loop.protection.stale_after_s, site.loop) - 2
     if most > 0:
-        turn = (1 + SOUND_PER_BROKEN) * most
-        yield bursts(
-            site,
-            "intermittent_wire",
-            _now_and_then(site, most, turn),
-            _sound_again,
-            max(WATCH_S, site.loop.periods_s(turn)),
-        )
+        yield _intermittent(site, most)
     sensor = _sensor(site)
     if not sensor.gives_voltage:
         jump = partial(_jump, site, sensor)
@@ -172,20 +144,15 @@ def _jump(
         here_ohm, *there_ohm = element_ohm(sensor, np.maximum(around_c, COLDEST_C)).tolist()
         _wire(wiring(here_ohm, which(there_ohm)))(world)
 
-    return Fault(
-        name,
-        lambda: starts.heating(site),
-        cause,
-        _wire(Wiring()),
-        trip=Trip((), answer_s(site.loop)),  # after such a jump there may be no reading
-        sensor_lies=True,
-    )
+    trip = Trip((), answer_s(site.loop))  # after such a jump there may be no reading
+    return replace(tripping(site, name, cause, trip, _wire(Wiring())), sensor_lies=True)
 
 
-def _now_and_then(site: Site, broken: int, turn: int) -> Act:
-    """Break the wire for the first `broken` of every `turn` periods, again and again."""
+def _intermittent(site: Site, broken: int) -> Fault:
+    """A wire that breaks for so many periods, again and again."""
+    turn = (1 + SOUND_PER_BROKEN) * broken
 
-    def cause(world: World) -> None:
+    def by_turns(world: World) -> Feel:
         began_s = world.now_s
 
         def feel(felt_c: float) -> float:
@@ -193,11 +160,12 @@ def _now_and_then(site: Site, broken: int, turn: int) -> Act:
             _wire(Wiring(opened=now < broken))(world)
             return felt_c
 
-        world.wiring.feel[site.loop.sensor] = feel
+        return feel
 
-    return cause
+    def cure(world: World) -> None:
+        breaks.mend(world)
+        mend(world)
 
-
-def _sound_again(world: World) -> None:
-    _feel_again(world.site)(world)
-    mend(world)
+    breaks = Felt(site.loop.sensor, by_turns)
+    for_s = max(WATCH_S, site.loop.periods_s(turn))
+    return bursts(site, "intermittent_wire", breaks, cure, for_s)

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from typing import cast
 
-from heatwright.sim.faults import starts
+from heatwright.sim.faults.effects import Felt
 from heatwright.sim.faults.fault import Act, Fault
-from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.sensing.readings import DAMAGED_ANSWERS, bursts, no_reading
+from heatwright.sim.faults.sensing.readings import (
+    bursts_of_damage,
+    no_reading,
+    slow_conversions,
+)
+from heatwright.sim.faults.usual import harmless, watched
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.machine import Feel
 from heatwright.sim.native.pins import Level
 from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
@@ -20,6 +24,7 @@ from heatwright.sim.sensors.spi_chip import Faults, SpiChip
 WATCH_S = 120.0
 SOUND_PER_DAMAGED = 4
 """In bursts, this many answers are sound for each damaged one."""
+SLOW = 1.5
 
 
 def cut(world: World) -> None:
@@ -67,7 +72,8 @@ def wires(site: Site) -> Iterator[Fault]:
 
 def failing_supply(site: Site) -> Fault:
     """Return a fault in which the chip's supply fails again and again."""
-    return no_reading(site, "failing_supply", _failing_supply, _leave_alone)
+    fails = Felt(site.loop.sensor, _failing_supply)
+    return no_reading(site, "failing_supply", fails, fails.mend)
 
 
 def conversions(site: Site, anew_s: float = 0.0) -> Iterator[Fault]:
@@ -75,79 +81,40 @@ def conversions(site: Site, anew_s: float = 0.0) -> Iterator[Fault]:
 
     anew_s -- time until the next answer if the chip is set up again after a damaged answer, s.
     """
-    yield from _frozen(site)
-    yield from _harmless(site, anew_s)
+    frozen = watched(site, "frozen", _fail(Faults(frozen=True)), _fail(Faults()))
+    yield replace(frozen, sensor_lies=True)  # it repeats its present reading for ever
+    yield _damaged_in_bursts(site, anew_s)
+    interrupt = on_chip(SpiChip.brown_out)
+    yield harmless(site, "supply_interrupted_once", interrupt, WATCH_S, _zeros_not_believed)
+
+
+def slow(site: Site) -> Fault:
+    """Return the fault of a chip whose conversions take longer than in its data sheet."""
+    return slow_conversions(site, _fail(Faults(slow=SLOW)), WATCH_S)
+
+
+def _damaged_in_bursts(site: Site, anew_s: float) -> Fault:
+    """As many damaged answers in a row as the controller just tolerates.
+
+    A chip that is set up again after each of them answers only after its next conversion.
+    """
+    taken = max(1, math.ceil(site.loop.periods_in(anew_s)))
+    most = max(1, (steps(site.loop.protection.stale_after_s, site.loop) - 1) // taken)
+    return bursts_of_damage(site, chip_of, most, (1 + SOUND_PER_DAMAGED) * most, WATCH_S)
 
 
 def _short(level: Level | None) -> Act:
     return on_chip(lambda chip: chip.short(level))
 
 
-def _failing_supply(world: World) -> None:
+def _failing_supply(world: World) -> Feel:
     """Interrupt the chip's supply in every step of time, so that no conversion ends."""
 
     def feel(felt_c: float) -> float:
         chip_of(world).brown_out()
         return felt_c
 
-    world.wiring.feel[world.site.loop.sensor] = feel
-
-
-def _bursts(world: World, anew_s: float) -> None:
-    """Damage as many answers in a row as the controller just tolerates, again and again.
-
-    A chip that is set up again after each of them answers only after its next conversion.
-    """
-    loop = world.site.loop
-    taken = max(1, math.ceil(loop.periods_in(anew_s)))
-    most = max(1, (steps(loop.protection.stale_after_s, loop) - 1) // taken)
-    every_s = loop.periods_s((1 + SOUND_PER_DAMAGED) * most)
-    turn = int(world.now_s / every_s)
-
-    def feel(felt_c: float) -> float:
-        nonlocal turn
-        now = int(world.now_s / every_s)
-        if now != turn:
-            chip_of(world).faults.corrupt_next = most
-        turn = now
-        return felt_c
-
-    world.wiring.feel[loop.sensor] = feel
-
-
-def _bursts_end(world: World) -> None:
-    _leave_alone(world)
-    chip_of(world).faults.corrupt_next = 0
-
-
-def _leave_alone(world: World) -> None:
-    world.wiring.feel.pop(world.site.loop.sensor)
-
-
-def _frozen(site: Site) -> Iterator[Fault]:
-    """Yield a chip that repeats its present reading for ever, while the machine heats."""
-    yield Fault(
-        "frozen",
-        lambda: starts.heating(site),
-        _fail(Faults(frozen=True)),
-        _fail(Faults()),
-        watch_s=watch_s(site),
-        sensor_lies=True,
-        again=True,
-    )
-
-
-def _harmless(site: Site, anew_s: float) -> Iterator[Fault]:
-    """Yield disturbances as beside a heater's wires, which must not trip a rule of the sensor."""
-    yield bursts(site, DAMAGED_ANSWERS, partial(_bursts, anew_s=anew_s), _bursts_end, WATCH_S)
-    yield Fault(
-        "supply_interrupted_once",
-        lambda: starts.heating(site),
-        on_chip(SpiChip.brown_out),
-        calm=True,
-        watch_s=WATCH_S,
-        judge=_zeros_not_believed,
-    )
+    return feel
 
 
 def _zeros_not_believed(world: World) -> str:

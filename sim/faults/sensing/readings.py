@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from heatwright.sim.faults import starts
+from collections.abc import Callable
+from dataclasses import replace
+
 from heatwright.sim.faults.bounds import answer_s, reading_s
+from heatwright.sim.faults.effects import Felt
 from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.usual import harmless, tripping, watched
 from heatwright.sim.faults.world import Site, World
+from heatwright.sim.machine import Feel
+from heatwright.sim.sensors.ds18b20 import Ds18b20
+from heatwright.sim.sensors.spi_chip import SpiChip
 from heatwright.spec.rules import RULES
 
 SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
@@ -14,28 +21,13 @@ SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
 
 def no_reading(site: Site, name: str, cause: Act, cure: Act) -> Fault:
     """Return a fault without a valid reading: the heater goes off at the first invalid one."""
-    return Fault(
-        name,
-        lambda: starts.heating(site),
-        cause,
-        cure,
-        trip=Trip(SENSOR_RULES, answer_s(site.loop)),
-        off_within_s=reading_s(site.loop),
-        sensor_lies=True,
-        again=True,
-    )
+    trips = tripping(site, name, cause, Trip(SENSOR_RULES, answer_s(site.loop)), cure)
+    return replace(trips, off_within_s=reading_s(site.loop), sensor_lies=True, again=True)
 
 
 def slow_conversions(site: Site, act: Act, watch_s: float) -> Fault:
     """Return the fault of a chip that is slower than its data sheet: no rule may trip."""
-    return Fault(
-        "slow_conversions",
-        lambda: starts.heating(site),
-        act,
-        calm=True,
-        sensor_lies=True,
-        watch_s=watch_s,
-    )
+    return replace(harmless(site, "slow_conversions", act, watch_s), sensor_lies=True)
 
 
 LACKS_HEAT = ("heating_failed", "runaway_below")
@@ -45,24 +37,45 @@ CURRENT_RULES = tuple(RULES[code].id for code in (20, 21, 22))
 """Rules that may trip when a current is no longer measured."""
 
 
-DAMAGED_ANSWERS = "answers_damaged_in_bursts"
-"""Id of a fault of all sensors that answer with data words."""
-
-
 def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
     """Return a fault whose readings fail in bursts: no rule of the sensor may trip.
 
     Each burst switches the heater off until the next reading or window. So the rules of heat may
     trip: a machine that has cooled may not become warm again in time.
     """
-    return Fault(
-        name,
-        lambda: starts.heating(site),
-        act,
-        cure,
-        watch_s=watch_s,
-        judge=_sensor_is_believed,
+    return replace(
+        watched(site, name, act, cure), watch_s=watch_s, again=False, judge=_sensor_is_believed
     )
+
+
+def bursts_of_damage(
+    site: Site, chip_of: Callable[[World], Ds18b20 | SpiChip], most: int, periods: int, for_s: float
+) -> Fault:
+    """Return the fault of a chip of whose answers so many in a row are damaged, again and again.
+
+    periods -- from one burst to the next; for_s -- how long it is watched, s.
+    """
+    every_s = site.loop.periods_s(periods)
+
+    def at_times(world: World) -> Feel:
+        turn = int(world.now_s / every_s)
+
+        def feel(felt_c: float) -> float:
+            nonlocal turn
+            now = int(world.now_s / every_s)
+            if now != turn:
+                chip_of(world).faults.corrupt_next = most
+            turn = now
+            return felt_c
+
+        return feel
+
+    def cure(world: World) -> None:
+        damage.mend(world)
+        chip_of(world).faults.corrupt_next = 0
+
+    damage = Felt(site.loop.sensor, at_times)
+    return bursts(site, "answers_damaged_in_bursts", damage, cure, for_s)
 
 
 def _sensor_is_believed(world: World) -> str:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import replace
 
-from heatwright.sim.faults import starts
+from heatwright.sim.faults.effects import Change, Felt
 from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.usual import watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 
@@ -44,21 +46,10 @@ def faults(site: Site) -> Iterator[Fault]:
     yield _lies(site, "sensor_creeps_out", loop.sensor, creep, creeps_s)
 
 
-def _lies(
-    site: Site, name: str, sensor: str, change: Callable[[World], Feel], watch_s: float
-) -> Fault:
-    def cause(world: World) -> None:
-        world.wiring.feel[sensor] = change(world)
-
-    def cure(world: World) -> None:
-        world.wiring.feel.pop(sensor)
-
-    return Fault(
-        name,
-        lambda: starts.heating(site),
-        cause,
-        cure,
+def _lies(site: Site, name: str, sensor: str, change: Change, watch_s: float) -> Fault:
+    cause = Felt(sensor, change)
+    return replace(
+        watched(site, name, cause, cause.mend),
         watch_s=watch_s,
-        again=True,
         judge=lambda world: "" if world.trips.changes else "no rule tripped",
     )

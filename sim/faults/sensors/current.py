@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import cast
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.machine import watch_s
 from heatwright.sim.faults.machine_parts.currents import measured
+from heatwright.sim.faults.usual import tripping, watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.spec import Current, DigitalOutput, PwmOutput
@@ -18,33 +19,14 @@ from heatwright.spec import Current, DigitalOutput, PwmOutput
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of the sensor of the heater's current."""
-    yield Fault(
-        "current_sensor_torn",
-        lambda: starts.heating(site),
-        _wire(Wiring(opened=True)),
-        _wire(Wiring()),
-        watch_s=watch_s(site),
-        current_lies=True,
-        again=True,
-    )
-    yield Fault(
-        "current_sensor_at_supply",
-        lambda: starts.heating(site),
-        _wire(Wiring(pin="high")),
-        _wire(Wiring()),
-        trip=Trip(("over_current",), reading_s(site.loop)),
-        current_lies=True,
-        again=True,
-    )
+    torn, sound = _wire(Wiring(opened=True)), _wire(Wiring())
+    yield replace(watched(site, "current_sensor_torn", torn, sound), current_lies=True)
+    high, trip = _wire(Wiring(pin="high")), Trip(("over_current",), reading_s(site.loop))
+    at_supply = tripping(site, "current_sensor_at_supply", high, trip, sound)
+    yield replace(at_supply, current_lies=True, again=True)
     if site.has_operator:
-        yield Fault(
-            "current_sensor_stands",
-            lambda: starts.heating(site),
-            _stand,
-            _let_go,
-            watch_s=watch_s(site),
-            current_lies=True,
-        )
+        stands = watched(site, "current_sensor_stands", _stand, _let_go)
+        yield replace(stands, current_lies=True, again=False)
 
 
 def _current(site: Site) -> Current:

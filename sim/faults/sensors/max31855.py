@@ -8,14 +8,12 @@ from typing import cast
 from heatwright.sim.faults.fault import Act, Fault
 from heatwright.sim.faults.sensing import converter
 from heatwright.sim.faults.sensing.converter import chip_of, cut, mend
-from heatwright.sim.faults.sensing.readings import no_reading, slow_conversions
+from heatwright.sim.faults.sensing.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.max31855 import Max31855
 from heatwright.sim.sensors.spi_chip import Wire
 
 __all__ = ["cut", "faults", "mend"]
-
-SLOW = 1.5
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -25,7 +23,7 @@ def faults(site: Site) -> Iterator[Fault]:
     for wire in wires:
         name = f"thermocouple_touches_{wire}"
         yield no_reading(site, name, _touch(wire), _touch(None))
-    yield slow_conversions(site, _slow, converter.WATCH_S)
+    yield converter.slow(site)
 
 
 def _touch(wire: Wire | None) -> Act:
@@ -33,7 +31,3 @@ def _touch(wire: Wire | None) -> Act:
         cast("Max31855", chip_of(world)).shorted_to = wire
 
     return act
-
-
-def _slow(world: World) -> None:
-    chip_of(world).faults.slow = SLOW

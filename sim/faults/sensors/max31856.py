@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import cast
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, reading_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
 from heatwright.sim.faults.sensing.converter import (
-    WATCH_S,
     chip_of,
     conversions,
     failing_supply,
+    slow,
     wires,
 )
 from heatwright.sim.faults.sensing.converter import cut as break_thermocouple
 from heatwright.sim.faults.sensing.converter import mend as mend_thermocouple
-from heatwright.sim.faults.sensing.readings import no_reading, slow_conversions
+from heatwright.sim.faults.sensing.readings import no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.sim.sensors.max31856 import TEST_EVERY, Max31856
 from heatwright.sim.sensors.max31856_registers import TEST_S
 
-SLOW = 1.5
 TOO_HOT_C, USUAL_C = 130.0, 25.0
 """A cold junction beyond the chip's range, and a usual one."""
 
@@ -44,15 +44,11 @@ def faults(site: Site) -> Iterator[Fault]:
     yield from _broken(site)
     yield failing_supply(site)
     yield no_reading(site, "orders_shorted_to_supply", _orders("high"), _orders(None))
-    yield no_reading(
-        site,
-        "thermocouple_beyond_supply",
-        _beyond(supply=True),
-        _beyond(supply=False),
-    )
+    beyond, within = _beyond(supply=True), _beyond(supply=False)
+    yield no_reading(site, "thermocouple_beyond_supply", beyond, within)
     yield no_reading(site, "chip_too_hot", _is(TOO_HOT_C), _is(USUAL_C))
     yield from conversions(site, site.controller.thermometers[site.loop.sensor].first_s)
-    yield slow_conversions(site, _slow, WATCH_S)
+    yield slow(site)
 
 
 def open_s(site: Site) -> float:
@@ -67,26 +63,22 @@ def _broken(site: Site) -> Iterator[Fault]:
     Until the next test a capacitor holds the input's voltage; or the voltage goes to 0 and the tip
     seems as cold as the chip, which another rule may see sooner.
     """
-    found = Trip((), answer_s(site.loop) + open_s(site))
-    yield Fault(
-        "thermocouple_broken",
-        lambda: _just_tested(site),
-        break_thermocouple,
-        mend_thermocouple,
-        trip=found,
-        off_within_s=reading_s(site.loop) + open_s(site),
-        sensor_lies=True,
-        again=True,
-    )
-    yield Fault(
+    at_bias = Fault(
         "thermocouple_broken_at_bias",
         lambda: _just_tested(site),
         _break_at_bias,
         mend_thermocouple,
-        trip=found,
+        trip=Trip((), answer_s(site.loop) + open_s(site)),
         sensor_lies=True,
         again=True,
     )
+    yield replace(
+        at_bias,
+        id="thermocouple_broken",
+        cause=break_thermocouple,
+        off_within_s=reading_s(site.loop) + open_s(site),
+    )
+    yield at_bias
 
 
 def _just_tested(site: Site) -> World:
@@ -122,7 +114,3 @@ def _is(internal_c: float) -> Act:
         _chip(world).internal_c = internal_c
 
     return act
-
-
-def _slow(world: World) -> None:
-    chip_of(world).faults.slow = SLOW

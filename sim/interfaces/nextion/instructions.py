@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from operator import eq, ge, gt, le, lt, ne
+from typing import Any
 
 from heatwright.sim.interfaces.nextion.codes import Code, Refused
 from heatwright.sim.interfaces.nextion.memory import Memory, Part
@@ -14,6 +16,9 @@ _PARAMETER = re.compile(r'(?:"(?:[^"\\]|\\.)*"|[^",])+')
 _QUOTED = r'"(?:[^"\\]|\\.)*"'
 _COMPARISON = re.compile(rf"((?:{_QUOTED}|[^\"<>=!])+)(==|!=|<=|>=|<|>)((?:{_QUOTED}|[^\"<>=!])+)")
 _CONJUNCTION = re.compile(rf"((?:{_QUOTED}|[^\"&|])+)(&&|\|\||$)")
+_COMPARED: dict[str, Callable[[Any, Any], bool]] = {
+    "==": eq, "!=": ne, "<": lt, ">": gt, "<=": le, ">=": ge,
+}  # fmt: skip
 _TEXT = "latin-1"
 _ALL = 255
 """The component number that means all components in vis and tsw."""
@@ -77,18 +82,10 @@ class Instructions:
         if found is None:
             raise Refused(Code.INVALID_INSTRUCTION)
         left, right = self._value(found[1].strip()), self._value(found[3].strip())
-        if isinstance(left, str) or isinstance(right, str):
-            if type(left) is not type(right) or found[2] not in {"==", "!="}:
-                raise Refused(Code.INVALID_OPERATION)
-            return (left == right) == (found[2] == "==")
-        return {
-            "==": left == right,
-            "!=": left != right,
-            "<": left < right,
-            ">": left > right,
-            "<=": left <= right,
-            ">=": left >= right,
-        }[found[2]]
+        ordered = found[2] not in {"==", "!="}
+        if type(left) is not type(right) or (ordered and isinstance(left, str)):
+            raise Refused(Code.INVALID_OPERATION)
+        return _COMPARED[found[2]](left, right)
 
     def _value(self, text: str) -> Value:
         return self._memory.evaluate(expression(text))
@@ -133,17 +130,11 @@ class Instructions:
 
     def _get(self, given: Sequence[str]) -> None:
         value = self._value(given[0])
-        if isinstance(value, str):
-            self._send(Code.TEXT.answer(value.encode(_TEXT, "replace")))
-        else:
-            self._send(Code.NUMBER.answer(value.to_bytes(4, "little", signed=True)))
+        code = Code.TEXT if isinstance(value, str) else Code.NUMBER
+        self._send(code.answer(_bytes_of(value)))
 
     def _print(self, given: Sequence[str]) -> None:
-        value = self._value(given[0])
-        if isinstance(value, str):
-            self._send(value.encode(_TEXT, "replace"))
-        else:
-            self._send(value.to_bytes(4, "little", signed=True))
+        self._send(_bytes_of(self._value(given[0])))
 
     def _print_hex(self, given: Sequence[str]) -> None:
         if not re.fullmatch(r"[0-9A-Fa-f]{2}( [0-9A-Fa-f]{2})*", given[0]):
@@ -191,6 +182,12 @@ class Instructions:
         if waveform is None:
             raise Refused(Code.INVALID_WAVEFORM)
         waveform.add(self._number(given[1]), self._number(given[2]))
+
+
+def _bytes_of(value: Value) -> bytes:
+    if isinstance(value, str):
+        return value.encode(_TEXT, "replace")
+    return value.to_bytes(4, "little", signed=True)
 
 
 def _text_of(number: int, form: int, length: int) -> str:

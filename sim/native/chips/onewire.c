@@ -23,17 +23,12 @@ struct hw_onewire {
     uint64_t fell, rose, line_rose, reset_ended;
     int slot_open, sending, seen_sample;
     struct timer *presence, *release;
-    uint64_t violations[HW_OW_CHECKS], resets;
-    uint64_t least[HW_OW_CHECKS], most[HW_OW_CHECKS];
+    uint64_t resets;
+    hw_check checks[HW_OW_CHECKS];
 };
 
 static void seen(hw_onewire *w, int check, uint64_t cycles, int wrong) {
-    if (cycles < w->least[check])
-        w->least[check] = cycles;
-    if (cycles > w->most[check])
-        w->most[check] = cycles;
-    if (wrong)
-        w->violations[check]++;
+    check_add(&w->checks[check], cycles, wrong);
 }
 
 static void hold(hw_onewire *w, int low) {
@@ -198,7 +193,7 @@ hw_onewire *hw_onewire_new(hw *h, int pin, void *handle, const hw_onewire_timing
     w->handle = handle;
     w->timing = *timing;
     w->connected = 1;
-    memset(w->least, 0xff, sizeof w->least);
+    checks_start(w->checks, HW_OW_CHECKS);
     w->presence = timer_new(h, on_presence, w);
     w->release = timer_new(h, on_release, w);
     struct wire_listener listener = {on_edge, on_sampled, w};
@@ -244,9 +239,5 @@ void hw_onewire_search(hw_onewire *w, const uint8_t *rom) {
     memcpy(w->data, rom, 8);
 }
 
-uint64_t hw_onewire_violations(hw_onewire *w, int check) { return w->violations[check]; }
+const hw_check *hw_onewire_checks(hw_onewire *w) { return w->checks; }
 uint64_t hw_onewire_resets(hw_onewire *w) { return w->resets; }
-
-uint64_t hw_onewire_seen(hw_onewire *w, int check, int end) {
-    return end == HW_OW_LEAST ? w->least[check] : w->most[check];
-}

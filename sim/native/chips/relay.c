@@ -12,7 +12,7 @@ struct hw_relay {
     int state, wire;            /* HW_RELAY_*, HW_WIRE_* */
     int closed;                 /* the main contacts conduct */
     int grounded;               /* the mirror contact's pin is at ground */
-    uint64_t since, closed_cycles, operations;
+    uint64_t since, closed_cycles;
     struct timer *moves;
 };
 
@@ -36,7 +36,6 @@ static void move(hw_relay *r, int closed) {
     if (closed != r->closed) {
         account(r);
         r->closed = closed;
-        r->operations++;
     }
     show(r);
 }
@@ -89,5 +88,3 @@ uint64_t hw_relay_closed_cycles(hw_relay *r) {
     account(r);
     return r->closed_cycles;
 }
-
-uint64_t hw_relay_operations(hw_relay *r) { return r->operations; }

@@ -30,18 +30,13 @@ struct hw_spi {
     uint64_t chosen, released, went, back, valid;
     uint64_t changed, taken;    /* last change of its input; last sample of it */
     int clocks;                 /* edges away from idle since it was selected */
-    uint64_t violations[HW_SPI_CHECKS], least[HW_SPI_CHECKS], most[HW_SPI_CHECKS];
+    hw_check checks[HW_SPI_CHECKS];
 };
 
 static int has_registers(const hw_spi *s) { return s->pins.input >= 0; }
 
 static void judge(hw_spi *s, int check, uint64_t cycles, uint64_t allowed) {
-    if (cycles < s->least[check])
-        s->least[check] = cycles;
-    if (cycles > s->most[check])
-        s->most[check] = cycles;
-    if (cycles < allowed)
-        s->violations[check]++;
+    check_add(&s->checks[check], cycles, cycles < allowed);
 }
 
 /* Check how long the clock was at a level. */
@@ -190,7 +185,7 @@ hw_spi *hw_spi_new(hw *h, hw_spi_pins pins, void *handle, const hw_spi_timing *t
     s->handle = handle;
     s->timing = *timing;
     s->connected = 1;
-    memset(s->least, 0xff, sizeof s->least);
+    checks_start(s->checks, HW_SPI_CHECKS);
     return listen(s) ? NULL : s;
 }
 
@@ -213,8 +208,4 @@ int hw_spi_told(hw_spi *s, uint8_t *into) {
     return s->heard / 8;
 }
 
-uint64_t hw_spi_violations(hw_spi *s, int check) { return s->violations[check]; }
-
-uint64_t hw_spi_seen(hw_spi *s, int check, int end) {
-    return end == HW_SPI_LEAST ? s->least[check] : s->most[check];
-}
+const hw_check *hw_spi_checks(hw_spi *s) { return s->checks; }

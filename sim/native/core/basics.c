@@ -90,6 +90,18 @@ void *chip_new(hw *h, int *count, int most, size_t size) {
     return chip;
 }
 
+/* The times of a bus's master. */
+void checks_start(hw_check *checks, int count) {
+    for (int i = 0; i < count; i++)
+        checks[i] = (hw_check){.least = UINT64_MAX};
+}
+
+void check_add(hw_check *check, uint64_t cycles, int wrong) {
+    check->least = cycles < check->least ? cycles : check->least;
+    check->most = cycles > check->most ? cycles : check->most;
+    check->violations += wrong != 0;
+}
+
 avr_io_t *io_find(hw *h, const char *kind, int nth) {
     for (avr_io_t *io = h->avr->io_port; io; io = io->next)
         if (io->kind && !strcmp(io->kind, kind) && nth-- == 0)

@@ -203,6 +203,8 @@ static inline int waiting(const avr_t *avr) {
 }
 
 void *chip_new(hw *h, int *count, int most, size_t size);
+void checks_start(hw_check *checks, int count);
+void check_add(hw_check *check, uint64_t cycles, int wrong);
 avr_io_t *io_find(hw *h, const char *kind, int nth);
 void limit(hw *h, const char *format, ...);
 void crash(hw *h, const char *why);

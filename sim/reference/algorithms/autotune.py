@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Found, Swings, found_by
 from heatwright.sim.reference.inputs import TUNING, Gains, Limits
-from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import ZERO, Single, clamp, steps
 from heatwright.spec import Autotune, Loop, Pid
 
@@ -22,6 +22,12 @@ LARGEST_GAIN = Single(1e6)
 HALF = Single(0.5)
 
 
+STEPS = ("steps", "half_steps", "on_steps", "on_sum", "off_sum")
+"""Members that count steps."""
+MEASURED = ("from_c", "rise", "peak_c", "hysteresis_k", "high_c", "swing_sum", "peak_sum")
+"""Members with temperatures, and what follows from them."""
+
+
 class Moment(NamedTuple):
     """The inputs of the experiment at a step with a reading."""
 
@@ -30,39 +36,21 @@ class Moment(NamedTuple):
     setpoint_c: Single
 
 
-class Tuner:
+class Tuner(Kept):
     """The relay experiment of one loop."""
-
-    members: tuple[Member, ...] = (
-        ("result", "u1"),
-        ("starts", "u1"),
-        ("cycles", "u1"),
-        ("phase", "u1"),
-        ("switches", "u1"),
-        ("steps", "u2"),
-        ("half_steps", "u2"),
-        ("on_steps", "u2"),
-        ("on_sum", "u2"),
-        ("off_sum", "u2"),
-        ("from_c", "f4"),
-        ("rise", "f4"),
-        ("peak_c", "f4"),
-        ("hysteresis_k", "f4"),
-        ("high_c", "f4"),
-        ("swing_sum", "f4"),
-        ("peak_sum", "f4"),
-        ("hold_percent", "f4"),
-        ("lag_s", "f4"),
-        ("dead_s", "f4"),
-        ("kp", "f4"),
-        ("ki", "f4"),
-        ("kd", "f4"),
-        ("integral_minimum", "f4"),
-        ("integral_maximum", "f4"),
-    )
 
     def __init__(self, loop: Loop, autotune: Autotune, algorithm: Pid) -> None:
         """Derive the constants from the spec of a loop with autotune."""
+        self.keep(
+            ("result", "u1", "result"),
+            ("starts", "u1", "starts"),
+            ("cycles", "u1", "_cycles"),
+            ("phase", "u1", "phase"),
+            ("switches", "u1", "_switches"),
+            *((name, "u2", f"_{name}") for name in STEPS),
+            *((name, "f4", f"_{name}") for name in MEASURED),
+            *((name, "f4", f"_found.{name}") for name in Found._fields),
+        )
         self._constants = Constants.of(algorithm, autotune, loop)
         self._swing_share = Single(autotune.swing_percent / 100)
         self.swing_percent = self._constants.swing_percent
@@ -112,29 +100,6 @@ class Tuner:
             self._look(moment)
         heats = self.phase in (HEAT, SLOPE, RELAY_ON)
         return self.swing_percent if self.result == RUNNING and heats else ZERO
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (
-            self.result,
-            self.starts,
-            self._cycles,
-            self.phase,
-            self._switches,
-            self._steps,
-            self._half_steps,
-            self._on_steps,
-            self._on_sum,
-            self._off_sum,
-            self._from_c,
-            self._rise,
-            self._peak_c,
-            self._hysteresis_k,
-            self._high_c,
-            self._swing_sum,
-            self._peak_sum,
-            *self._found,
-        )
 
     def _clear(self) -> None:
         self.phase = COOL

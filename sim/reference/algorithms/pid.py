@@ -1,7 +1,7 @@
 """PID control with filtered derivative and limited integral (docs/control.md, "pid")."""
 
 from heatwright.sim.reference.inputs import Limits
-from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import ZERO, Single, clamp, faded, filter_share
 from heatwright.spec import Pid
 
@@ -40,7 +40,7 @@ def in_order(limits: Limits, widest: Limits, least_maximum: Single) -> bool:
     )
 
 
-class PidControl:
+class PidControl(Kept):
     """Parallel form, u = P + I + D, in percent of full power."""
 
     def __init__(self, algorithm: Pid, period_s: float) -> None:
@@ -66,7 +66,7 @@ class PidControl:
         """Duty for the slope of a program's setpoint, %·s/K."""
         self.rate_k_per_s = ZERO
         """Slope of a program's setpoint in this step."""
-        self.members: tuple[Member, ...] = self._members()
+        self._show()
         self._last = ZERO
         self.reset()
 
@@ -81,17 +81,6 @@ class PidControl:
         duty_percent = self._decide(error)
         self._end(temperature_c, error, duty_percent)
         return duty_percent
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        found: tuple[Value, ...] = (self._proportional,)
-        if self._integrates:
-            found += (self._integral,)
-        if self._differentiates:
-            found += (self._derivative, *(self._newest,) * self._is_late, self._last)
-        if self._integrates or self._differentiates:
-            found += (self._started,)
-        return (*found, *(self._kept,) * self._keeps)
 
     def _begin(self, temperature_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Bring the terms up to date and return the error."""
@@ -165,16 +154,19 @@ class PidControl:
             return bool(error > ZERO)
         return bool(total < self._minimum and error < ZERO)
 
-    def _members(self) -> tuple[Member, ...]:
-        found: tuple[Member, ...] = (("proportional", "f4"),)
-        if self._integrates:
-            found += (("integral", "f4"),)
-        if self._differentiates:
-            newest: tuple[Member, ...] = (("slope", "f4"),) if self._is_late else ()
-            found += (("derivative", "f4"), *newest, ("last", "f4"))
-        if self._integrates or self._differentiates:
-            found += (("started", "u1"),)
-        return (*found, ("kept", "f4")) if self._keeps else found
+    def _show(self, *more: tuple[str, str, str]) -> None:
+        """Define the members: those of the terms that there are, and more."""
+        late = self._differentiates and self._is_late
+        self.keep(
+            ("proportional", "f4", "_proportional"),
+            *[("integral", "f4", "_integral")] * self._integrates,
+            *[("derivative", "f4", "_derivative")] * self._differentiates,
+            *[("slope", "f4", "_newest")] * late,
+            *[("last", "f4", "_last")] * self._differentiates,
+            *[("started", "u1", "_started")] * (self._integrates or self._differentiates),
+            *[("kept", "f4", "_kept")] * self._keeps,
+            *more,
+        )
 
 
 Control = PidControl

@@ -1,6 +1,6 @@
 """The response of a loop to its last setpoint (docs/control.md, "Response")."""
 
-from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import ZERO, Single, period, steps
 from heatwright.spec import Loop
 
@@ -8,23 +8,22 @@ NONE, OUTSIDE, INSIDE, SETTLED = range(4)
 MOST_STEPS = 65535
 
 
-class Response:
+class Response(Kept):
     """Measures settling time and overshoot."""
-
-    members: tuple[Member, ...] = (
-        ("state", "u1"),
-        ("rising", "u1"),
-        ("measured", "u1"),
-        ("steps", "u2"),
-        ("entered", "u2"),
-        ("target_c", "f4"),
-        ("beyond_k", "f4"),
-        ("settling_s", "f4"),
-        ("overshoot_k", "f4"),
-    )
 
     def __init__(self, within_k: float, for_s: float, loop: Loop) -> None:
         """Derive the constants; nothing is measured yet."""
+        self.keep(
+            ("state", "u1", "_state"),
+            ("rising", "u1", "_rising"),
+            ("measured", "u1", "_measured"),
+            ("steps", "u2", "_steps"),
+            ("entered", "u2", "_entered"),
+            ("target_c", "f4", "_target"),
+            ("beyond_k", "f4", "_beyond"),
+            ("settling_s", "f4", "_settling_s"),
+            ("overshoot_k", "f4", "_overshoot"),
+        )
         self._within = Single(within_k)
         self._long = steps(for_s, loop)
         self._period_s = period(loop)
@@ -46,20 +45,6 @@ class Response:
             self._begin(temperature_c, setpoint_c)
         if self._state != SETTLED and self._steps < MOST_STEPS:
             self._look(temperature_c)
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (
-            self._state,
-            self._rising,
-            self._measured,
-            self._steps,
-            self._entered,
-            self._target,
-            self._beyond,
-            self._settling_s,
-            self._overshoot,
-        )
 
     def _begin(self, temperature_c: Single, setpoint_c: Single) -> None:
         moving = self._state != NONE and self._steps == 0

@@ -10,7 +10,6 @@ from heatwright.sim.reference.algorithms.pid import (
     limits_of,
 )
 from heatwright.sim.reference.inputs import Gains, Limits
-from heatwright.sim.reference.members import Member, Value
 from heatwright.sim.reference.numbers import ZERO, Single, clamp
 from heatwright.spec import Pid
 
@@ -29,12 +28,7 @@ class TunablePid(PidControl):
         self._period_s = Single(period_s)
         self._kp = self._ki = self._kd = ZERO
         self._lost = (ZERO, ZERO)
-        self.members: tuple[Member, ...] = (
-            *self._members(),
-            ("kp", "f4"),
-            ("ki", "f4"),
-            ("kd", "f4"),
-        )
+        self._show(*((gain, "f4", f"_{gain}") for gain in Gains._fields))
 
     def take(self, gains: Gains) -> None:
         """Take over the gains for the next step."""
@@ -47,8 +41,7 @@ class TunablePid(PidControl):
         if not self._adjustable:
             return
         if limits is None:
-            message = "The loop needs its limits"
-            raise ValueError(message)
+            raise ValueError("The loop needs its limits")
         sound = in_order(limits, self._widest, self._least_maximum)
         self.limits = limits if sound else self._widest
         *self._integral_limits, self.full_percent = self.limits
@@ -62,10 +55,6 @@ class TunablePid(PidControl):
         )
         self._end(temperature_c, error, duty_percent)
         return duty_percent
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (*super().values(), self._kp, self._ki, self._kd)
 
     def _balance(self, error: Single) -> None:
         """Correct the integral so that new gains do not change the sum of the terms."""

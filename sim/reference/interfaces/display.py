@@ -28,13 +28,10 @@ class Display:
     ) -> None:
         """Serve an operator's loop; `acknowledge` acknowledges a fault of any loop.
 
-        Raises:
-            TypeError: the loop has no switch.
-
+        Raises TypeError: the loop has no switch.
         """
         if not isinstance(operator, SwitchedOperator):
-            message = "A display needs a loop that is switched"
-            raise TypeError(message)
+            raise TypeError("A display needs a loop that is switched")
         self._does: Does = {**_steering(operator), 16: lambda _: acknowledge()}
         self._programs: ProgrammedOperator | None = None
         if isinstance(operator, ProgrammedOperator):
@@ -46,14 +43,11 @@ class Display:
     def send(self, text: str) -> None:
         """Execute the orders of a text.
 
-        Raises:
-            ValueError: there is no order in it.
-
+        Raises ValueError: there is no order in it.
         """
         found = _ORDER.findall(text)
         if not found:
-            message = f"{text!r} is no order of a display: write one such as #8 1;"
-            raise ValueError(message)
+            raise ValueError(f"{text!r} is no order of a display: write one such as #8 1;")
         for order, data in found:
             self._do(int(order), data)
 

@@ -47,13 +47,10 @@ class Host:
     def send(self, text: str) -> None:
         """Execute a line; a command that the firmware would refuse changes nothing.
 
-        Raises:
-            ValueError: the controller has no host, or the line has no command.
-
+        Raises ValueError: the controller has no host, or the line has no command.
         """
         if not self._served:
-            message = "The specification has no gcode interface"
-            raise ValueError(message)
+            raise ValueError("The specification has no gcode interface")
         line = parsed(text)
         if line.command in ("M106", "M107"):
             self._set_fan(line)

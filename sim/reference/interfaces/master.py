@@ -24,9 +24,7 @@ class Master:
     def write(self, name: str, value: float | bool) -> None:
         """Write a value by its name in a scenario; a refused write changes nothing.
 
-        Raises:
-            KeyError: there is no value of that name.
-
+        Raises KeyError: there is no value of that name.
         """
         written = Write(name, value)
         if written.loop:

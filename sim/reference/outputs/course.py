@@ -45,9 +45,9 @@ class WindowCourse:
         """Start off, without a window."""
         self._window_us = window_us
         self._step_us = step_us
-        self._now_us = 0.0
-        self._start_us = -1.0
-        self._off_us = 0.0
+        self._now_us: float = 0
+        self._start_us: float = -1
+        self._off_us: float = 0
         self._counts = 0
 
     def apply(self, counts: int) -> None:
@@ -56,69 +56,59 @@ class WindowCourse:
         if self._start_us < 0 or self._now_us == self._start_us:
             self._open()
         if counts == 0:
-            self._off_us = min(self._off_us, self._now_us)
+            self._cut()
 
     def advance(self, to_us: int) -> float:
         """Advance to a time."""
         if self._start_us < 0:
             self._now_us = to_us
             return 0.0
-        on_us = 0.0
+        on_us: float = 0
         end_us = self._start_us + self._window_us
         if to_us >= end_us:
-            on_us = max(0.0, min(end_us, self._off_us) - self._now_us)
+            on_us = self._on_us(end_us)
             whole = (to_us - end_us) // self._window_us
             on_us += whole * min(self._window_us, self._counts * self._step_us)
             self._now_us = end_us + whole * self._window_us
             self._open()
-        on_us += max(0.0, min(to_us, self._off_us) - self._now_us)
+        on_us += self._on_us(to_us)
         self._now_us = to_us
-        return on_us
+        return float(on_us)
 
     def _open(self) -> None:
+        """Begin a window."""
         self._start_us = self._now_us
         self._off_us = self._now_us + self._counts * self._step_us
 
+    def _cut(self) -> None:
+        """Stay off until the end of the window."""
+        self._off_us = min(self._off_us, self._now_us)
 
-class SpreadCourse:
+    def _on_us(self, to_us: float) -> float:
+        """Return the on-time from now to a time in the window."""
+        return max(0.0, min(to_us, self._off_us) - self._now_us)
+
+
+class SpreadCourse(WindowCourse):
     """The on-time of a window in single steps: step s is on if (s · on) mod window < on."""
 
     def __init__(self, window_steps: int, step_us: int) -> None:
         """Start off, without a window."""
+        super().__init__(window_steps * step_us, step_us)
         self._window_steps = window_steps
-        self._step_us = step_us
-        self._now_us = 0
-        self._start_us = -1
-        self._counts = 0
         self._on_steps = 0
 
-    def apply(self, counts: int) -> None:
-        """Set the on-time of windows that begin from now on; zero switches off at once."""
-        self._counts = counts
-        if self._start_us < 0 or self._now_us == self._start_us:
-            self._open()
-        if counts == 0:
-            self._on_steps = 0
+    def _open(self) -> None:
+        super()._open()
+        self._on_steps = self._counts
 
-    def advance(self, to_us: int) -> float:
-        """Advance to a time."""
-        if self._start_us < 0:
-            self._now_us = to_us
-            return 0.0
-        on_us = 0
-        window_us = self._window_steps * self._step_us
-        end_us = self._start_us + window_us
-        if to_us >= end_us:
-            on_us = self._on_until(end_us) - self._on_until(self._now_us)
-            whole = (to_us - end_us) // window_us
-            on_us += whole * self._counts * self._step_us
-            self._now_us = end_us + whole * window_us
-            self._open()
-        on_us += self._on_until(to_us) - self._on_until(self._now_us)
-        self._now_us = to_us
-        return float(on_us)
+    def _cut(self) -> None:
+        self._on_steps = 0
 
-    def _on_until(self, time_us: int) -> int:
+    def _on_us(self, to_us: float) -> float:
+        return self._on_until(to_us) - self._on_until(self._now_us)
+
+    def _on_until(self, time_us: float) -> float:
         """Return the on-time from the start of the window to a time, with the present counts.
 
         Of its first n steps 1 + (n - 1) · on // window are on: each brings its number · on past
@@ -130,10 +120,6 @@ class SpreadCourse:
         before = 1 + (step - 1) * self._on_steps // self._window_steps if step else 0
         is_on = step * self._on_steps % self._window_steps < self._on_steps
         return before * self._step_us + (rest_us if is_on else 0)
-
-    def _open(self) -> None:
-        self._start_us = self._now_us
-        self._on_steps = self._counts
 
 
 def course_of(controller: Controller, name: str) -> Course:

@@ -1,9 +1,10 @@
 """Convert the duty of a loop to the counts of its heater (docs/control.md, "Output")."""
 
 import math
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from typing import NamedTuple
 
-from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
 from heatwright.spec.board.timers import allocate
@@ -12,36 +13,26 @@ from heatwright.spec.registry import KindIncomplete
 HALF = Single(0.5)
 
 
-class HeaterOutput(Protocol):
-    """The conversion of one kind of output."""
+class HeaterOutput(Kept, ABC):
+    """The conversion of one kind of output, which starts off."""
 
-    members: tuple[Member, ...]
-    counts: int
+    counts = 0
     """The on-time, in counts; the maximum is full power."""
 
+    @abstractmethod
     def apply(self, duty_percent: Single) -> None:
         """Take over the duty of a control step."""
 
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
 
-
-class Digital:
+class Digital(HeaterOutput):
     """Fully on or off, with no state."""
 
-    members: tuple[Member, ...] = ()
-
     def __init__(self) -> None:
-        """Start off."""
-        self.counts = 0
+        self.keep()
 
     def apply(self, duty_percent: Single) -> None:
         """Switch on if the duty is above 0, else off."""
         self.counts = int(duty_percent > ZERO)
-
-    def values(self) -> tuple[Value, ...]:
-        """Return an empty tuple: there are no members."""
-        return ()
 
 
 class PwmPeriod(NamedTuple):
@@ -51,16 +42,14 @@ class PwmPeriod(NamedTuple):
     fewest: int
 
 
-class Pwm:
+class Pwm(HeaterOutput):
     """On-time in counts of the timer."""
 
-    members: tuple[Member, ...] = (("on_counts", "u2"),)
-
     def __init__(self, period: PwmPeriod, share: float) -> None:
-        """Start off; `share` -- share of the time that gives rated power."""
+        """Derive the constants; `share` -- share of the time that gives rated power."""
+        self.keep(("on_counts", "u2", "counts"))
         self._period = period
         self._per_percent = Single(period.counts * share / 100)
-        self.counts = 0
 
     def apply(self, duty_percent: Single) -> None:
         """Round to the nearest count; too short a pulse or pause becomes none."""
@@ -70,23 +59,17 @@ class Pwm:
         elif self.counts > self._period.counts - self._period.fewest:
             self.counts = self._period.counts
 
-    def values(self) -> tuple[Value, ...]:
-        """Return the on-time."""
-        return (self.counts,)
 
-
-class TimeProportional:
+class TimeProportional(HeaterOutput):
     """On-time in steps of the window's resolution."""
-
-    members: tuple[Member, ...] = (("on_steps", "u2"),)
 
     def __init__(self, output: TimeProportionalOutput) -> None:
         """Derive the window and its shortest on- and off-time, in steps."""
+        self.keep(("on_steps", "u2", "counts"))
         self._whole = round(output.window_s / output.resolution_s)
         self._per_percent = Single(self._whole / 100)
         self._least_on = round(output.minimum_on_s / output.resolution_s)
         self._most_on = self._whole - round(output.minimum_off_s / output.resolution_s)
-        self.counts = 0
 
     def apply(self, duty_percent: Single) -> None:
         """Round to the nearest step; too short an on- or off-time becomes none."""
@@ -96,10 +79,6 @@ class TimeProportional:
         elif on_steps > self._most_on:
             on_steps = self._whole
         self.counts = on_steps
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the on-time."""
-        return (self.counts,)
 
 
 def heater_of(controller: Controller, name: str) -> HeaterOutput:
@@ -151,8 +130,7 @@ def pwm_period(controller: Controller, name: str) -> PwmPeriod:
         if max(counts.values()) < limit:
             fewest = math.ceil(LATEST_S * board.clock_hz / prescaler)
             return PwmPeriod(counts[name], fewest if channel.by_interrupts else 0)
-    message = f"{wanted_hz[name]:g} Hz is too slow for timer {channel.timer}"
-    raise ValueError(message)
+    raise ValueError(f"{wanted_hz[name]:g} Hz is too slow for timer {channel.timer}")
 
 
 def _frequency_hz(controller: Controller, name: str) -> float:

@@ -41,14 +41,11 @@ class ProgrammedOperator(SwitchedOperator):
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Take the programs of the spec.
 
-        Raises:
-            ValueError: the spec has none for this loop.
-
+        Raises ValueError: the spec has none for this loop.
         """
         super().__init__(controller, name, reference)
         if reference.program is None or controller.programs is None:
-            message = f"Loop {name} has no programs"
-            raise ValueError(message)
+            raise ValueError(f"Loop {name} has no programs")
         self._run: ProgramRun = reference.program
         self._keeps = controller.programs.on_fault == "pause"
         stored = controller.programs.stored

@@ -16,8 +16,7 @@ def _minutes(text: str) -> float:
         return float(text)
     rest = float(minutes or 0)
     if not float(hours).is_integer() or float(hours) < 0 or not 0 <= rest < MINUTES:
-        message = f"{text}: whole hours, and less than 60 minutes"
-        raise ValueError(message)
+        raise ValueError(f"{text}: whole hours, and less than 60 minutes")
     return MINUTES * float(hours) + rest
 
 
@@ -27,13 +26,10 @@ class Editor:
     def __init__(self, controller: Controller) -> None:
         """Take the limits of the spec.
 
-        Raises:
-            ValueError: the specification has no programs.
-
+        Raises ValueError: the specification has no programs.
         """
         if controller.programs is None:
-            message = "The specification has no programs"
-            raise ValueError(message)
+            raise ValueError("The specification has no programs")
         setpoint = controller.loops[controller.programs.loop].setpoint
         self._points = controller.programs.points
         self._range_dc = round(10 * setpoint.minimum_c), round(10 * setpoint.maximum_c)
@@ -41,24 +37,20 @@ class Editor:
     def edited(self, copy: Copy, text: str) -> Copy:
         """Return a program with segments changed.
 
-        Raises:
-            ValueError: some of it is invalid; the program is then unchanged.
-
+        Raises ValueError: some of it is invalid; the program is then unchanged.
         """
         parts = list(copy)
         for point in text.removesuffix(":").split(":"):
             fields = point.split(",")
             if len(fields) not in (3, 4):
-                message = f"{point}: a segment has three numbers, or four"
-                raise ValueError(message)
+                raise ValueError(f"{point}: a segment has three numbers, or four")
             number = float(fields[0])
             is_rate = fields[3:] == [str(AT_A_RATE)]
             amount = float(fields[1]) if is_rate else _minutes(fields[1])
             rest = [amount, *map(float, fields[2:])]
             place = int(number)
             if place != number or not 1 <= place <= min(len(parts) + 1, self._points):
-                message = f"{point}: there is no place {number:g}"
-                raise ValueError(message)
+                raise ValueError(f"{point}: there is no place {number:g}")
             if rest == [0, 0]:
                 del parts[place - 1 :]
             else:
@@ -74,20 +66,17 @@ class Editor:
         if kind == FOR_OPERATOR:
             return Part(UNTIL)
         if not self._range_dc[0] <= to_dc <= self._range_dc[1]:
-            message = f"{celsius:g} °C is no setpoint"
-            raise ValueError(message)
+            raise ValueError(f"{celsius:g} °C is no setpoint")
         if kind == AT_ONCE:
             return Part(FAST, to_dc)
         if kind == AT_A_RATE:
             return self._sound(Part(RATE, to_dc, round(10 * amount)), FASTEST)
         if kind == TIMED:
             return self._sound(Part(OVER, to_dc, round(SECONDS * amount)), LONGEST_S)
-        message = f"there is no kind {kind:g}"
-        raise ValueError(message)
+        raise ValueError(f"there is no kind {kind:g}")
 
     @staticmethod
     def _sound(part: Part, most: int) -> Part:
         if not 1 <= part.amount <= most:
-            message = f"{part.amount} is not within 1 to {most}"
-            raise ValueError(message)
+            raise ValueError(f"{part.amount} is not within 1 to {most}")
         return part

@@ -57,8 +57,7 @@ class Guard:
         if not self._is_adjustable:
             return
         if maximum_c is None:
-            message = "The loop needs its critical temperature"
-            raise ValueError(message)
+            raise ValueError("The loop needs its critical temperature")
         self._maximum_c = maximum_c
 
     def count(self, *, on: bool) -> int:

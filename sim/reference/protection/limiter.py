@@ -3,7 +3,7 @@
 docs/control.md, "Current", and the rules 20 to 22 of "Protections".
 """
 
-from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, steps
 from heatwright.sim.reference.protection.rules import counted
 from heatwright.sim.reference.sensors.current import Converter
@@ -23,7 +23,7 @@ LEAST_PERCENT = Single(0.1)
 HALF, TWO = Single(0.5), Single(2)
 
 
-class Limiter:
+class Limiter(Kept):
     """Watches and limits a heater's current.
 
     amperes_of -- converts a sum of codes; idle_a -- a lower current counts as none;
@@ -33,14 +33,11 @@ class Limiter:
     def __init__(self, controller: Controller, loop: Loop) -> None:
         """Derive the constants of a loop whose heater's current is measured.
 
-        Raises:
-            ValueError: it is not measured.
-
+        Raises ValueError: it is not measured.
         """
         output = controller.switches[loop.heater]
         if output.current is None:
-            message = f"The current of {loop.heater} is not measured"
-            raise ValueError(message)
+            raise ValueError(f"The current of {loop.heater} is not measured")
         current = output.current
         self.amperes_of = Converter(controller.ammeters[current.sensor], controller.board)
         root = rms_to_mean(output)
@@ -50,14 +47,13 @@ class Limiter:
         self.idle_a = Single(idle_a)
         self.amperes_per_percent = Single((output.power_w or 0.0) / (output.supply_v or 0.0) / 100)
         self._lasting = max(FEWEST_STEPS, steps(LASTING_S, loop))
-        limit: tuple[Member, ...] = (("limit_percent", "f4"),) if self._limit is not None else ()
-        self.members: tuple[Member, ...] = (
-            ("raw", "i2"),
-            ("amperes", "f4"),
-            ("applied_percent", "f4"),
-            *limit,
-            ("leak_steps", "u2"),
-            ("none_steps", "u2"),
+        self.keep(
+            ("raw", "i2", "_raw"),
+            ("amperes", "f4", "_amperes"),
+            ("applied_percent", "f4", "_applied"),
+            *[("limit_percent", "f4", "_limit_percent")] * (self._limit is not None),
+            ("leak_steps", "u2", "_leak_steps"),
+            ("none_steps", "u2", "_none_steps"),
         )
         self._raw = self._leak_steps = self._none_steps = 0
         self._amperes = self._applied = self._limit_percent = ZERO
@@ -91,18 +87,6 @@ class Limiter:
     def forget(self) -> None:
         """Reset the counters, because a fault is latched."""
         self._leak_steps = self._none_steps = 0
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        limit = (self._limit_percent,) if self._limit is not None else ()
-        return (
-            self._raw,
-            self._amperes,
-            self._applied,
-            *limit,
-            self._leak_steps,
-            self._none_steps,
-        )
 
     def _limited(self, limit_a: Single) -> Single:
         if self._applied == ZERO:

@@ -1,8 +1,9 @@
 """Rules that check the temperature over many steps."""
 
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from typing import NamedTuple
 
-from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import (
     LARGEST_COUNT,
     ZERO,
@@ -57,25 +58,24 @@ class Look(NamedTuple):
     """Whether a program moved the setpoint, and the band with it."""
 
 
-class GuardRule(Protocol):
-    """One rule with its own state."""
+class GuardRule(Kept, ABC):
+    """One rule with its own state, and a count of steps."""
 
-    members: tuple[Member, ...]
+    _steps = 0
 
     def reset(self) -> None:
-        """Clear the counters."""
+        """Clear the counter."""
+        self._steps = 0
 
     def start(self, look: Look) -> None:
-        """Store the first reading since the reset, to compare with."""
+        """Store the first reading since the reset, if it is to be compared with."""
 
     def feel(self, duty_percent: Single) -> None:
-        """Take over the duty of the step before, with or without a reading."""
+        """Take over the duty of the step before, with or without a reading, if it is used."""
 
+    @abstractmethod
     def check(self, look: Look) -> int:
         """Return the code of the fault, 0 for none."""
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
 
 
 def rules_of(loop: Loop, raw_width: str) -> tuple[GuardRule, ...]:
@@ -100,27 +100,13 @@ def counted(count: int) -> int:
     return min(count + 1, LARGEST_COUNT)
 
 
-class _Unfeeling:
-    """A rule that ignores steps without a reading."""
-
-    def feel(self, duty_percent: Single) -> None:
-        """Do nothing."""
-
-
-class AgreementRule(_Unfeeling):
+class AgreementRule(GuardRule):
     """32: the loop's sensor and the second one have been apart for too long."""
 
-    members: tuple[Member, ...] = (("apart_steps", "u2"),)
-
     def __init__(self, agreement: Agreement, loop: Loop) -> None:
-        """Derive the limits."""
+        self.keep(("apart_steps", "u2", "_steps"))
         self._within_k = Single(agreement.within_k)
         self._limit = steps(agreement.for_s, loop)
-        self.reset()
-
-    def reset(self) -> None:
-        """Clear the counter."""
-        self._steps = 0
 
     def check(self, look: Look) -> int:
         """Return 32 after too long apart."""
@@ -130,22 +116,16 @@ class AgreementRule(_Unfeeling):
             self._steps = counted(self._steps)
         return SENSORS_DISAGREE if self._steps >= self._limit else 0
 
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (self._steps,)
 
-
-class RunawayRule(_Unfeeling):
+class RunawayRule(GuardRule):
     """11 and 12: the temperature left the band around the setpoint after having been in it."""
 
-    members: tuple[Member, ...] = (
-        ("runaway_steps", "u2"),
-        ("in_band", "u1"),
-        ("setpoint_last_c", "f4"),
-    )
-
     def __init__(self, runaway: Runaway, loop: Loop) -> None:
-        """Derive the limits."""
+        self.keep(
+            ("runaway_steps", "u2", "_steps"),
+            ("in_band", "u1", "_in_band"),
+            ("setpoint_last_c", "f4", "_setpoint_last_c"),
+        )
         self._above = Single(runaway.above_k)
         self._below = None if runaway.below_k is None else Single(runaway.below_k)
         self._limit = steps(runaway.for_s, loop)
@@ -154,7 +134,7 @@ class RunawayRule(_Unfeeling):
 
     def reset(self) -> None:
         """Clear the counter and disarm."""
-        self._steps = 0
+        super().reset()
         self._in_band = 0
 
     def start(self, look: Look) -> None:
@@ -178,10 +158,6 @@ class RunawayRule(_Unfeeling):
             return 0
         return RUNAWAY_ABOVE if above else RUNAWAY_BELOW
 
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (self._steps, self._in_band, self._setpoint_last_c)
-
     def _is_above(self, look: Look) -> bool:
         if look.temperature_c <= look.setpoint_c + self._above:
             self._in_band |= ABOVE_ARMED
@@ -197,21 +173,14 @@ class RunawayRule(_Unfeeling):
         return bool(self._in_band & BELOW_ARMED)
 
 
-class HeatingRule(_Unfeeling):
+class HeatingRule(GuardRule):
     """10: full power for long, and the temperature did not rise."""
 
-    members: tuple[Member, ...] = (("heating_steps", "u2"), ("heating_from_c", "f4"))
-
     def __init__(self, heating: Heating, loop: Loop) -> None:
-        """Derive the limits."""
+        self.keep(("heating_steps", "u2", "_steps"), ("heating_from_c", "f4", "_from_c"))
         self._rise = Single(heating.rise_k)
         self._limit = steps(heating.within_s, loop)
         self._from_c = ZERO
-        self.reset()
-
-    def reset(self) -> None:
-        """Clear the counter."""
-        self._steps = 0
 
     def start(self, look: Look) -> None:
         """Compare with the present temperature from now on."""
@@ -229,28 +198,18 @@ class HeatingRule(_Unfeeling):
         self._steps = counted(self._steps)
         return HEATING_FAILED if self._steps >= self._limit else 0
 
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (self._steps, self._from_c)
 
-
-class FrozenRule(_Unfeeling):
+class FrozenRule(GuardRule):
     """9: the reading does not change although the duty is more than holding needs.
 
     Only below the setpoint, or at a manual duty.
     """
 
     def __init__(self, frozen: Frozen, loop: Loop, raw_width: str) -> None:
-        """Derive the limit."""
-        self.members: tuple[Member, ...] = (("frozen_steps", "u2"), ("frozen_raw", raw_width))
+        self.keep(("frozen_steps", "u2", "_steps"), ("frozen_raw", raw_width, "_raw"))
         self._limit = steps(frozen.for_s, loop)
         self._holding_percent = Single(frozen.holding_percent)
         self._raw = 0
-        self.reset()
-
-    def reset(self) -> None:
-        """Clear the counter."""
-        self._steps = 0
 
     def start(self, look: Look) -> None:
         """Compare with the present code from now on."""
@@ -270,26 +229,15 @@ class FrozenRule(_Unfeeling):
             self._steps = counted(self._steps)
         return FROZEN if self._steps >= self._limit else 0
 
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (self._steps, self._raw)
 
-
-class RisingRule(_Unfeeling):
+class RisingRule(GuardRule):
     """13: the temperature rises although the heater is off, long after it went off."""
 
-    members: tuple[Member, ...] = (("off_steps", "u2"), ("off_lowest_c", "f4"))
-
     def __init__(self, rising: RisingWhileOff, loop: Loop) -> None:
-        """Derive the limits."""
+        self.keep(("off_steps", "u2", "_steps"), ("off_lowest_c", "f4", "_lowest_c"))
         self._rise = Single(rising.rise_k)
         self._settle = steps(rising.settle_s, loop)
         self._lowest_c = ZERO
-        self.reset()
-
-    def reset(self) -> None:
-        """Clear the counter."""
-        self._steps = 0
 
     def start(self, look: Look) -> None:
         """Begin with the present temperature as the lowest."""
@@ -308,37 +256,27 @@ class RisingRule(_Unfeeling):
                 return RISING_WHILE_OFF
         return 0
 
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (self._steps, self._lowest_c)
 
-
-class EffortRule:
+class EffortRule(GuardRule):
     """33 and 34: at a steady reading, the power is higher or lower than on a healthy machine."""
 
-    members: tuple[Member, ...] = (
-        ("effort_percent", "f4"),
-        ("effort_from_c", "f4"),
-        ("effort_steps", "u2"),
-    )
-
     def __init__(self, effort: Effort, loop: Loop) -> None:
-        """Derive the limits."""
+        self.keep(
+            ("effort_percent", "f4", "_percent"),
+            ("effort_from_c", "f4", "_from_c"),
+            ("effort_steps", "u2", "_steps"),
+        )
         band = effort.band
         self._share = filter_share(loop.period_s, band.filter_s)
         self._move = Single(band.move_k)
         self._lines = tuple(tuple(map(Single, line)) for line in band.lines)
         self._limit = steps(effort.for_s, loop)
         self._percent = ZERO
-        self._steps = 0
         self.reset()
 
     def reset(self) -> None:
         """Start anew: the next reading counts as one that has moved."""
         self._from_c = NOWHERE_C
-
-    def start(self, look: Look) -> None:
-        """Do nothing: the rule does not use the first reading."""
 
     def feel(self, duty_percent: Single) -> None:
         """Filter the power."""
@@ -366,7 +304,3 @@ class EffortRule:
         self._from_c = temperature_c
         self._steps = 0
         return 0
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (self._percent, self._from_c, self._steps)

@@ -1,23 +1,17 @@
 """DS18B20: raw codes of 1/16 K (data sheet, "Temperature register format")."""
 
 import math
-from collections.abc import Callable
 
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.numbers import by_scale
 from heatwright.spec import Board, Ds18b20
 
-SCALE = Single(0.0625)
+converter = by_scale(0.0625)
 """K per code at every resolution: a coarser one leaves the lowest bits zero."""
 
 READ_MARGIN_S = 0.030
 """Time for the nine bytes of the scratchpad and their check, before the control step is due."""
 
 LOWEST_C, HIGHEST_C = -55.0, 125.0
-
-
-def converter(_sensor: Ds18b20, _board: Board) -> Callable[[int], Single]:
-    """Return the conversion of a raw code to °C."""
-    return lambda raw: Single(raw) * SCALE
 
 
 class IdealSensor:

@@ -1,19 +1,13 @@
 """MAX31855: signed raw codes of 0.25 K (data sheet, "Thermocouple Temperature Data Format")."""
 
 import math
-from collections.abc import Callable
 
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.numbers import by_scale
 from heatwright.spec import Board, Max31855
 
-SCALE = Single(0.25)
+converter = by_scale(0.25)
 VALID = 0
 LEAST_C, MOST_C = -270.0, 1800.0
-
-
-def converter(_sensor: Max31855, _board: Board) -> Callable[[int], Single]:
-    """Return the conversion of a raw code to °C."""
-    return lambda raw: Single(raw) * SCALE
 
 
 class IdealSensor:

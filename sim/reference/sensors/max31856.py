@@ -1,12 +1,11 @@
 """MAX31856: signed raw codes of 1/128 K ("Linearized TC Temperature" in its data sheet)."""
 
 import math
-from collections.abc import Callable
 
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.numbers import by_scale
 from heatwright.spec import Board, Max31856
 
-SCALE = Single(0.0078125)
+converter = by_scale(0.0078125)
 RAW = "i4"
 """numpy type of a raw code: it has 19 bits, and all other sensors' codes at most 16."""
 VALID, OUT_OF_RANGE = 0, 18
@@ -14,11 +13,6 @@ VALID, OUT_OF_RANGE = 0, 18
 STEPS_PER_K = 128
 READ_EARLY_S = 0.050
 """How long before a step the result is read."""
-
-
-def converter(_sensor: Max31856, _board: Board) -> Callable[[int], Single]:
-    """Return the conversion of a raw code to °C."""
-    return lambda raw: Single(raw) * SCALE
 
 
 class IdealSensor:

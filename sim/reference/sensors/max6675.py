@@ -1,20 +1,14 @@
 """MAX6675: raw codes of 0.25 K from 0 °C (data sheet, "Serial Interface")."""
 
 import math
-from collections.abc import Callable
 
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.numbers import by_scale
 from heatwright.spec import Board, Max6675
 
-SCALE = Single(0.25)
+converter = by_scale(0.25)
 MOST_CODE = 4095
 VALID, NO_ANSWER = 0, 1
 """Codes of a reading's status."""
-
-
-def converter(_sensor: Max6675, _board: Board) -> Callable[[int], Single]:
-    """Return the conversion of a raw code to °C."""
-    return lambda raw: Single(raw) * SCALE
 
 
 class IdealSensor:

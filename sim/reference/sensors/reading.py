@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import NamedTuple
 
-from heatwright.sim.reference.members import Member, Value
+from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
@@ -44,7 +44,7 @@ class Average:
         return total * self._share
 
 
-class Readings:
+class Readings(Kept):
     """A sensor's temperature over the steps."""
 
     def __init__(self, controller: Controller, name: str) -> None:
@@ -56,13 +56,13 @@ class Readings:
         """Whether the control uses a mean of several readings."""
         self._average = Average(sensor.moving_average) if self.averages else None
         self.raw_width: str = getattr(kind, "RAW", RAW_WIDTH)
-        self.members: tuple[Member, ...] = (
-            ("reading_status", "u1"),
-            ("reading_raw", self.raw_width),
-            ("temperature_c", "f4"),
-            *((("reading_c", "f4"),) if self._average else ()),
-            ("missing", "u1"),
-            ("has_reading", "u1"),
+        self.keep(
+            ("reading_status", "u1", "_status"),
+            ("reading_raw", self.raw_width, "_raw"),
+            ("temperature_c", "f4", "mean.temperature_c"),
+            *[("reading_c", "f4", "single.temperature_c")] * self.averages,
+            ("missing", "u1", "missing"),
+            ("has_reading", "u1", "_has_reading"),
         )
         self._status = self._raw = 0
         self.missing = 0
@@ -89,17 +89,6 @@ class Readings:
         self.mean = self._after(self.mean, mean_c)
         self.missing = 0
         self._has_reading = 1
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (
-            self._status,
-            self._raw,
-            self.mean.temperature_c,
-            *((self.single.temperature_c,) if self._average else ()),
-            self.missing,
-            self._has_reading,
-        )
 
     def _after(self, before: Seen, temperature_c: Single) -> Seen:
         return Seen(temperature_c, before.temperature_c if self._has_reading else temperature_c)
