@@ -4,7 +4,7 @@ import random
 from pathlib import Path
 
 import pytest
-from fault_machines import MACHINES, expected, faults_of, site_of, tried
+from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
 from rig.analog_specs import KEYS, bed
 from rig.avr import whole
 from rig.specs import changed, controller_of
@@ -81,8 +81,7 @@ CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).ite
 
 @pytest.mark.parametrize(("machine", "name", "rule"), CASES)
 def test_it_trips_its_rule_and_no_other(machine: str, name: str, rule: str | None) -> None:
-    result = try_fault(faults_of(machine)[name])
-    assert (result.detail, result.rule) == ("", rule)
+    assert judged(machine, name) == rule
 
 
 @pytest.mark.parametrize("machine", MACHINES)
@@ -122,10 +121,7 @@ def test_a_spec_without_machine(chamber: Controller) -> None:
 )  # fmt: skip
 def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
     """Also one that both tell of in the same tick, as of a converter that both have."""
-    controller = controller_of(spec)
-    (found,) = (each for each in catalogue(controller, whole(spec)) if each.id == fault)
-    result = try_fault(found)
-    assert (result.detail, bool(result.rule)) == ("", True)
+    assert judged(spec, fault)
 
 
 @pytest.mark.parametrize(
@@ -134,13 +130,11 @@ def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
 )
 def test_a_program_is_looked_at_when_a_step_has_taken_what_was_ordered(fault: str) -> None:
     """A start that no step has taken yet is not under way, and a pause makes nothing of it."""
-    faults = {each.id: each for each in catalogue(controller_of(SLOW), whole(SLOW))}
-    assert try_fault(faults[fault]).detail == ""
+    judged(SLOW, fault)
 
 
 def test_a_setpoint_in_tenths_stays() -> None:
-    faults = {each.id: each for each in catalogue(controller_of(TENTHS), whole(TENTHS))}
-    assert try_fault(faults["bus_of_other_format"]).detail == ""
+    judged(TENTHS, "bus_of_other_format")
 
 
 def test_the_keys_of_a_menu_reach_what_is_asked_of_them() -> None:
