@@ -1,13 +1,12 @@
 """Each fault, on the binary; and what the catalogue promises for any controller."""
 
 import random
-from pathlib import Path
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
 from rig.analog_specs import KEYS, bed
 from rig.avr import whole
-from rig.specs import changed, controller_of
+from rig.specs import ROOT, changed, controller_of
 
 from heatwright.sim.faults import catalogue, starts, try_fault
 from heatwright.sim.faults.controller.memory import cut_line
@@ -94,7 +93,7 @@ def test_the_catalogue_has_each_once_and_no_other(machine: str) -> None:
 
 def test_the_readme_counts_the_trials_of_the_chamber() -> None:
     found = faults_of("chamber").values()
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert f"{len(found)} trials for the chamber" in readme
     assert f"In {sum(fault.calm for fault in found)} of them nothing may trip" in readme
 
