@@ -5,8 +5,8 @@ import struct
 from random import Random
 
 import pytest
-from fault_machines import site_of
-from rig.avr import whole
+from fault_machines import CODES, DECIDING, site_of
+from rig.avr import CLOCK_HZ, device_of, whole
 from rig.specs import changed, controller_of, sources_of
 from suite import SEED, amount
 
@@ -18,15 +18,12 @@ from heatwright.sim.faults.bounds import TICK_S, flash_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.upsets import BAD, STATES, Upset, try_upset
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.spec.rules import RULES
 
-DECIDING = ("chamber", "extruder", "fabricator", "kiln")
 SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|output_\w+|relay)\.c")
 """The files whose functions decide about heat."""
 MISSED, CHANCE = 1 / 1000, 1 / 100
 SHOWS = 5000
 """So many are counted as they are: where 0.3 of 1000 are missed, 6 of these are once in 225."""
-CODES = {rule.id: code for code, rule in RULES.items()}
 BOOT_BYTES = 512
 FLAGS = 32
 IN_R17_SREG = (0xB71F).to_bytes(2, "little")
@@ -43,15 +40,12 @@ BURST = "window: 1 s, resolution: 10 ms"
 
 def broken(spec: str, file: str, statement: str, by: str) -> Elf:
     """Compile a firmware with another statement in the place of one that stands once in a file."""
-    source = sources_of(spec)[file]
-    assert source.count(statement) == 1
-    return whole(spec, changed={file: source.replace(statement, by)})
+    return whole(spec, changed={file: changed(sources_of(spec)[file], (statement, by))})
 
 
 def powered(until_s: float, program: Elf | None = None) -> AvrDevice:
     """Power the chamber on at 19 °C; with another binary if there is one."""
-    device = AvrDevice(controller_of(CHAMBER), program or whole(CHAMBER))
-    device.sense("air", 19.0)
+    device = device_of(CHAMBER, 19.0, program)
     device.advance(until_s)
     return device
 
@@ -246,7 +240,7 @@ def test_the_start_ends_where_a_register_is_stuck(at: bool) -> None:
     """Each bit of each register, and of the flags as they are read, but for the last."""
     program = whole(CHAMBER)
     test = program.function("test_registers")
-    device = AvrDevice(controller_of(CHAMBER), program)
+    device = device_of(CHAMBER)
     avr = device.avr
     for place in (*range(32), FLAGS):
         for bit in range(7 if place == FLAGS else 8):
@@ -273,8 +267,7 @@ def test_a_cell_of_the_ram_that_is_stuck_is_told_and_the_others_keep_what_they_h
     program = whole(CHAMBER)
     test = program.function("ram_tick")
     for bit in range(8):
-        device = AvrDevice(controller_of(CHAMBER), program)
-        device.advance(0.2)
+        device = powered(0.2)
         avr, place = device.avr, device.variables["ram.c:place"]
         cell = program.static_ram[1] + 100
         avr.write_ram(place.address, (cell - 1).to_bytes(2, "little"))
@@ -318,10 +311,8 @@ def test_a_reset_while_the_watchdog_is_waited_for_is_no_fault(cleared: bool) -> 
 )
 def test_the_clock_is_measured(times: float, found: str | None) -> None:
     """By the watchdog's oscillator, which is not exact itself."""
-    controller = controller_of(CHAMBER)
-    device = AvrDevice(controller, whole(CHAMBER))
-    device.sense("air", 19.0)
-    device.crystal_hz = round(times * controller.board.clock_hz)
+    device = device_of(CHAMBER, 19.0)
+    device.crystal_hz = round(times * CLOCK_HZ)
     device.power_cycle()
     device.avr.run_to(round(0.5 * device.crystal_hz))
     assert device.read("fault.code") == (CODES[found] if found else 0)
