@@ -13,7 +13,11 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.faults import Fault, catalogue, try_fault
 from heatwright.sim.faults.world import Site
+from heatwright.spec.rules import RULES
 
+DECIDING = ("chamber", "extruder", "fabricator", "kiln")
+"""Keys, a host, a master with a cooler and a relay, a touch display with programs and a relay."""
+CODES = {rule.id: code for code, rule in RULES.items()}
 ON_OFF = "{kind: on_off, hysteresis: 0 K, lead: 12 s, lead_filter: 4 s}"
 HEATER = "heater: {kind: digital, pin: D3, power: 240 W}"
 

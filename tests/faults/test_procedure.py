@@ -162,14 +162,12 @@ def test_a_heater_that_is_on_after_the_trip_is_found() -> None:
 
 def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
     """No rule can end its heat; and the machine bears what the rule takes to trip."""
-    text = bed("hotend", interface=KEYS)
-    for old, new in (
+    text = changed(
+        bed("hotend", interface=KEYS),
         ("    bears: {plate: 100 °C}\n", ""), ("power: 120 W", "power: 3000 W"),
         ("period: 200 ms", "period: 1 s"), ("stale_after: 1 s", "stale_after: 5 s"),
         ("{node: plate, lag: 4 s}", "{node: plate}"),
-    ):  # fmt: skip
-        assert old in text
-        text = text.replace(old, new)
+    )  # fmt: skip
     worlds: list[World] = []
     result = try_fault(making(faults_of(text)["switch_shorted_when_hot"], worlds.append))
     assert result.detail == ""

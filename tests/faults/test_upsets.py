@@ -8,7 +8,7 @@ from random import Random
 from typing import TypeVar
 
 import pytest
-from fault_machines import site_of
+from fault_machines import CODES, DECIDING, site_of
 from rig.specs import EXAMPLES, sources_of
 from suite import SEED, amount
 
@@ -20,13 +20,9 @@ from heatwright.sim.faults.controller.upsets import BAD, GUARDED, Upset, draw, t
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import World
-from heatwright.spec.rules import RULES
 
-DECIDING = ("chamber", "extruder", "fabricator", "kiln")
-"""Keys, a host, a master with a cooler and a relay, a touch display with programs and a relay."""
 DRAWN = amount("upsets")
 T = TypeVar("T")
-CODES = {rule.id: code for code, rule in RULES.items()}
 
 
 def deciding(site: Site) -> Iterator[tuple[str, int, int]]:
