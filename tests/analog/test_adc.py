@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 from rig.analog_specs import KEYS, TWO, AnalogSensor, bed, powered, sensor
-from rig.avr import whole
+from rig.avr import device_of, whole
 from rig.specs import changed, spec_of
 
 from heatwright.sim.binary.elf import ElfError
@@ -217,8 +217,7 @@ def test_a_known_voltage_is_measured_beside_the_sensors(
 def test_no_bit_of_its_registers_stays_flipped_where_only_keys_are_on_it(board: str) -> None:
     """Else another channel is looked at until the next reset, and no key can be pressed."""
     text = changed("chamber", ("board: uno", f"board: {board}"))
-    device = AvrDevice(spec_of(text).controller, whole(text))
-    device.sense("air", 19.0)
+    device = device_of(text, 19.0)
     device.advance(0.5)
     kept = {"ADMUX": 0xFF, "ADCSRA": 0xFF & ~DONE, "ADCSRB": device.avr.part.adc_mux5}
     before = {name: device.read(name) & bits for name, bits in kept.items()}

@@ -4,13 +4,13 @@ sensing elements: the standard's own numbers, and two ways to compute each agree
 import math
 import random
 from itertools import combinations, pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rig.analog_specs import CIRCUITS, sensor
+from rig.specs import ROOT
 from scipy.optimize import linprog
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
@@ -22,7 +22,7 @@ from heatwright.spec.sensing.curves import Beta, LinearPlatinum, Platinum, Point
 from heatwright.spec.sensing.fewest import Tube, fewest_points
 
 UNO = BOARDS["uno"]
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 
 every_circuit = pytest.mark.parametrize("name", CIRCUITS)
 

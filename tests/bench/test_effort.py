@@ -21,7 +21,7 @@ from heatwright.sim.faults.site import Place, Site
 from heatwright.sim.faults.starts import first_steps, setpoints_c
 from heatwright.sim.faults.world import Weather, World
 from heatwright.sim.plants import plant_of
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.protection.rules import EFFORT_HIGH, EFFORT_LOW, EffortRule, Look
 from heatwright.spec import Controller, Event, Loop
 from heatwright.spec.base import ReadOnlyDict
@@ -485,4 +485,3 @@ def test_healthy_machines_of_this_module_are_at_the_ends() -> None:
     random = Random(0)  # noqa: S311 - machines, not secrets
     rooms = {healthy(controller, random, WIDEST).simulation.ambient_c for _ in range(40)}
     assert set(WIDEST.rooms_c) <= rooms
-    assert ZERO == 0

@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 
 import pytest
 import yaml
+from rig.specs import ROOT
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
 
-ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "evidence.md").read_text(encoding="utf-8")
 EXAMPLES = ROOT / "spec" / "examples"
 MACHINES = ("oven", "kiln", "chamber", "feeder", "fabricator", "extruder")

@@ -5,13 +5,12 @@ firmware measures.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from machines import ON_S, events, written
 from rig.avr import whole
-from rig.specs import controller_of
+from rig.specs import ROOT, controller_of
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
@@ -90,7 +89,7 @@ def test_it_never_has_more_than_its_power_and_its_current(name: str, kind: str) 
 
 
 def test_the_page_tells_what_flows() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "evidence.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "evidence.md").read_text(encoding="utf-8")
     ohm = WIRES_OHM["cold"]
     heat_w, rms_a = loads(heated("binary", ohm), ohm)
     assert f"{rms_a.max():.3f} A through the cold wire" in page

@@ -1,7 +1,6 @@
 """The kiln: its binary fires glass; what it is told on the way is in test_replay."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from machines import (
     scaled,
 )
 from rig.avr import whole
-from rig.specs import EXAMPLES, spec_of
+from rig.specs import EXAMPLES, ROOT, spec_of
 
 from heatwright.sim.comparison import row_controller
 from heatwright.sim.device import AvrDevice
@@ -33,7 +32,7 @@ HOURS = 8
 LIMIT_K, GAINS_AT_C = 1.0, 500.0
 POWER_W, WINDOW_STEPS = 484.0, 100
 LATEST_S = 20e-6
-PAGE = Path(__file__).parents[2] / "docs" / "evidence.md"
+PAGE = ROOT / "docs" / "evidence.md"
 WAY_UP = (*at({5: "start 1"}, "program"), {"for": "85 min"})
 """The first ramp and most of its hold."""
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rig.avr import began_s, whole
+from rig.avr import began_s, device_of, whole
 from rig.specs import changed, controller_of
 
 from heatwright.sim.bench import ReferenceDevice
@@ -214,9 +214,7 @@ def test_trips_between_two_steps_of_a_slow_loop_age_from_their_time(
         ("period: 500 ms", "period: 2 s"),
     )
     controller = controller_of(spec)
-    device = AvrDevice(controller, whole(spec))
-    for sensor in controller.thermometers:
-        device.sense(sensor, COLD_C)
+    device = device_of(spec, COLD_C)
     for trip_s in trips_s:
         device.advance(trip_s)
         device.sense("nozzle", HOT_C)  # a leap

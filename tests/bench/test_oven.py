@@ -3,20 +3,20 @@
 import re
 import sys
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 from machines import OFF_BY, modelled, scaled
+from rig.specs import ROOT
 
 from heatwright.sim.comparison import row_controller, run_row
 from heatwright.sim.judges.metrics import metrics
 
-sys.path.append(str(Path(__file__).parents[2] / "tools"))
+sys.path.append(str(ROOT / "tools"))
 
 import fit_oven
 
-EVIDENCE = (Path(__file__).parents[2] / "docs" / "evidence.md").read_text(encoding="utf-8")
+EVIDENCE = (ROOT / "docs" / "evidence.md").read_text(encoding="utf-8")
 
 SENSOR_STEP_K = 0.0625
 

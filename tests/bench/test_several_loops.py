@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from machines import at, course, events
 from matplotlib.colors import to_hex
-from rig.avr import began_s, whole
+from rig.avr import began_s, device_of, whole
 from rig.controllers import LENGTH_S, drawings
-from rig.specs import EXAMPLES, controller_of
+from rig.specs import changed, controller_of
 from suite import SEED, amount
 
 from heatwright.sim.bench import ReferenceDevice, bench
@@ -68,7 +68,7 @@ def modelled(name):
 
 @pytest.mark.parametrize("name", SPECS)
 def test_the_model_of_all_loops_does_what_the_binary_does(name):
-    device = AvrDevice(controller_of(SPECS[name]), whole(SPECS[name]))
+    device = device_of(SPECS[name])
     logs = driven(device, name, began_s(SPECS[name]))
     for loop, expected in modelled(name).items():
         found = logs[loop]
@@ -95,22 +95,14 @@ def test_a_fault_of_one_stops_all_and_each_goes_on_by_itself():
 
 
 def test_a_line_goes_to_the_host_beside_a_display_and_an_order_to_the_display():
-    text = (EXAMPLES / "printer.yaml").read_text("utf-8")
-    text = text[: text.index("simulation:")]
-    for old, new in (
-        (", B: bed", ""),
+    text = changed(
+        changed("printer").partition("simulation:")[0], (", B: bed", ""),
         ("interfaces:\n", "interfaces:\n  - {kind: nextion, loop: bed, baud: 9600, port: 1}\n"),
-        (
-            "initial: 0 °C, minimum: 0 °C, maximum: 110 °C",
-            "initial: 40 °C, minimum: 40 °C, maximum: 110 °C",
-        ),
-        (
-            "    autotune: {cycles: 5, swing: 100 %}\n    protection:\n      maximum: 125",
-            "    protection:\n      maximum: 125",
-        ),
-    ):
-        assert old in text
-        text = text.replace(old, new)
+        ("initial: 0 °C, minimum: 0 °C, maximum: 110 °C",
+         "initial: 40 °C, minimum: 40 °C, maximum: 110 °C"),
+        ("    autotune: {cycles: 5, swing: 100 %}\n    protection:\n      maximum: 125",
+         "    protection:\n      maximum: 125"),
+    )  # fmt: skip
     controller = controller_of(text)
     for device in (ReferenceDevice(controller), AvrDevice(controller, whole(text))):
         for sensor in controller.thermometers:

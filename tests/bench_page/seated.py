@@ -10,9 +10,9 @@ from heatwright.cli.bench.store import Told
 
 
 class Seated:
-    """A board that stands until `run`; told -- what a tab would know."""
+    """A board that has run for so long, and stands until `run`; told -- what a tab would know."""
 
-    def __init__(self, spec: str) -> None:
+    def __init__(self, spec: str, ran_s: float = 0.0) -> None:
         name = "spec" if "\n" in spec else spec
         self.board = Board(controller_of(spec), whole(spec), f"{name}.yaml", speed=1.0)
         self.board.set_speed(0.0)
@@ -20,6 +20,7 @@ class Seated:
         self.told = Told()
         self.lines: dict[str, list[Any]] = {}
         self.points: dict[str, list[Any]] = {}
+        self.run(ran_s)
 
     def do(self, what: str, **order: Any) -> None:
         assert not (error := self.board.do({"do": what, **order})), error

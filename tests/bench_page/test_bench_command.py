@@ -4,14 +4,12 @@ import json
 import signal
 import socket
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
 
 from rig.commands import changed
-
-HEATWRIGHT = Path(sys.executable).parent / "heatwright"
+from rig.live import HEATWRIGHT
 
 
 def test_it_serves_until_ctrl_c(heatwright: Any) -> None:

@@ -37,8 +37,7 @@ def test_there_is_a_seat_at_each_kind_of_interface() -> None:
 
 
 def test_up_is_seen_on_the_display_and_in_the_course() -> None:
-    seat = Seated("chamber")
-    seat.run(2.0)
+    seat = Seated("chamber", 2.0)
     assert seat.of("lcd_keypad")["rows"][1].startswith("Set temp 20")
     seat.press("up")
     assert seat.of("lcd_keypad") == {"rows": ["T=20.0°C VT=0   ", "Set temp 30°C   "], "held": None}
@@ -50,8 +49,7 @@ def test_up_is_seen_on_the_display_and_in_the_course() -> None:
 
 
 def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path) -> None:
-    seat = Seated("kiln_uno")
-    seat.run(2.0)
+    seat = Seated("kiln_uno", 2.0)
     seat.press("left")
     before_c = seat.state["loops"]["chamber"]["setpoint_c"]
     seat.press("up", held_s=3.0)
@@ -74,8 +72,7 @@ def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path
 @pytest.mark.parametrize("speed", [0.0, 1.0])
 def test_each_of_two_quick_presses_counts(speed: float) -> None:
     """Between them passes less than a press takes on the board."""
-    seat = Seated("chamber")
-    seat.run(2.0)
+    seat = Seated("chamber", 2.0)
     seat.board.set_speed(speed)
     for key, wait_s in (("up", 0.03), ("up", 0.15), ("down", 0.03), ("up", 1.0)):
         seat.at("lcd_keypad", key=key, down=True)
@@ -99,8 +96,7 @@ def test_each_of_two_quick_presses_counts(speed: float) -> None:
     [(0.3, 3.0, ""), (3.0, 3.0, ', held: "3.00 s"'), (3.0, 0.3, ', held: "3.00 s"')],
 )
 def test_a_key_is_saved_with_the_boards_time(board_s: float, finger_s: float, saved: str) -> None:
-    seat = Seated("kiln_uno")
-    seat.run(2.0)
+    seat = Seated("kiln_uno", 2.0)
     seat.board.set_speed(min(1.0, board_s / finger_s))
     seat.at("lcd_keypad", key="up", down=True)
     seat.run(board_s)
@@ -109,8 +105,7 @@ def test_a_key_is_saved_with_the_boards_time(board_s: float, finger_s: float, sa
 
 
 def test_m105_is_answered_and_the_hosts_own_questions_are_marked() -> None:
-    seat = Seated("extruder")
-    seat.run(1.0)
+    seat = Seated("extruder", 1.0)
     seat.at("gcode", line="M105")
     seat.run(20.0)
     assert seat.state
@@ -122,8 +117,7 @@ def test_m105_is_answered_and_the_hosts_own_questions_are_marked() -> None:
 
 
 def test_a_register_is_written_and_all_are_read() -> None:
-    seat = Seated("fabricator")
-    seat.run(2.0)
+    seat = Seated("fabricator", 2.0)
     seat.at("modbus_rtu", name="nozzle.setpoint", value=215)
     seat.at("modbus_rtu", name="nozzle.enabled", value=True)
     seat.run(2.0)
@@ -138,20 +132,8 @@ def test_a_register_is_written_and_all_are_read() -> None:
     assert leds["enabled"]
 
 
-def test_a_refusal_of_the_slave_is_told() -> None:
-    seat = Seated("fabricator")
-    seat.run(2.0)
-    assert seat.board.do(
-        {"do": "at", "interface": 0, "name": "nozzle.setpoint", "value": 5000}
-    ).endswith("out of its register's range.")
-    seat.at("modbus_rtu", name="nozzle.setpoint", value=2000)
-    seat.run(2.0)
-    assert seat.of("modbus_rtu")["refused"][0]["name"] == "nozzle.setpoint"
-
-
 def test_a_touch_shows_another_page_as_a_picture() -> None:
-    seat = Seated("kiln")
-    seat.run(2.0)
+    seat = Seated("kiln", 2.0)
     touchable = {each["name"]: each for each in seat.of("nextion")["touchable"]}
     assert touchable["bset"]["text"] == "settings"
     seat.board.view.draw(seat.board.store)
@@ -167,8 +149,7 @@ def test_a_touch_shows_another_page_as_a_picture() -> None:
 
 
 def test_a_finger_may_be_anywhere_on_the_touch_display_and_slide() -> None:
-    seat = Seated("kiln")
-    seat.run(2.0)
+    seat = Seated("kiln", 2.0)
     settings = next(each for each in seat.of("nextion")["touchable"] if each["name"] == "bset")
     seat.at("nextion", x=0, y=0, down=True)
     seat.at("nextion", down=False)
@@ -183,8 +164,7 @@ def test_a_finger_may_be_anywhere_on_the_touch_display_and_slide() -> None:
 
 
 def test_the_log_answers() -> None:
-    seat = Seated("kiln")
-    seat.run(2.0)
+    seat = Seated("kiln", 2.0)
     seat.at("serial_log", line="help")
     seat.run(2.0)
     assert seat.state
@@ -231,8 +211,7 @@ def test_one_place_has_one_fault() -> None:
 
 @pytest.mark.parametrize("example", ALL)
 def test_each_fault_can_be_brought_and_mended_while_the_board_runs(example: str) -> None:
-    seat = Seated(example)
-    seat.run(2.0)
+    seat = Seated(example, 2.0)
     for name, cause in seat.world.breakage.causes.items():
         seat.fault(name)
         seat.run(4.0)  # a program that hangs is reset by then
@@ -263,8 +242,7 @@ def test_a_heater_that_is_on_misses_nothing_and_one_that_is_off_something() -> N
 
 
 def test_each_permit_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    seat = Seated("chamber")
-    seat.run(2.0)
+    seat = Seated("chamber", 2.0)
     assert seat.missing("air") == ["duty"]
     seat.press("up")
     seat.run(2.0)
@@ -283,8 +261,7 @@ def test_each_permit_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -
     seat.fault("hung_main_loop")
     seat.run(0.5)
     assert "main_loop" in seat.missing("air")
-    seat = Seated("fabricator")
-    seat.run(2.0)
+    seat = Seated("fabricator", 2.0)
     assert "switched_off" in seat.missing("nozzle")
 
 
@@ -332,8 +309,7 @@ def test_the_machine_follows_its_surroundings() -> None:
 def test_filament_takes_heat_along() -> None:
     temperatures_c = []
     for speed in (0, 20):
-        seat = Seated("extruder")
-        seat.run(1.0)
+        seat = Seated("extruder", 1.0)
         seat.at("gcode", line="M104 S200")
         seat.do("feed", mm_per_s=speed)
         seat.run(40.0)
@@ -344,17 +320,8 @@ def test_filament_takes_heat_along() -> None:
 # ---- time ----------------------------------------------------------------------------------
 
 
-def test_a_step_is_one_of_the_loops() -> None:
-    seat = Seated("chamber")
-    seat.run(3.0)
-    before = len(seat.state and seat.points["air"])
-    seat.do("step")
-    assert len(seat.state and seat.points["air"]) == before + 1
-
-
 def test_variables_have_their_names() -> None:
-    seat = Seated("chamber")
-    seat.run(3.0)
+    seat = Seated("chamber", 3.0)
     found = seat.board.view.variables()
     assert found["loop_air:loop_air.setpoint_c"] == 20
     assert found["loop_air:loop_air.steps"] == seat.world.device.read("loop_air.steps")
@@ -412,8 +379,7 @@ def test_a_roll_tells_each_line_once() -> None:
 
 
 def test_what_was_done_is_played_again_by_simulate(heatwright: Any, tmp_path: Path) -> None:
-    seat = Seated("chamber")
-    seat.run(5.0)
+    seat = Seated("chamber", 5.0)
     for key in ("up", "up", "up", "down"):
         seat.press(key)
     seat.do("ambient", ambient_c=15)
@@ -443,8 +409,7 @@ def test_what_was_done_is_played_again_by_simulate(heatwright: Any, tmp_path: Pa
 def test_each_interfaces_orders_are_good_in_a_scenario(
     heatwright: Any, example: str, kind: str, orders: list[dict[str, Any]]
 ) -> None:
-    seat = Seated(example)
-    seat.run(2.0)
+    seat = Seated(example, 2.0)
     for order in orders:
         seat.at(kind, **order)
         seat.run(1.0)

@@ -5,11 +5,11 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from http.client import HTTPConnection, HTTPResponse
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from rig.specs import ROOT
 from serving import Bench, serving
 from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import ClientConnection, connect
@@ -126,20 +126,6 @@ def test_its_other_name_is_good_too(bench: Bench) -> None:
     assert asked(bench, "live", UPGRADE | own).status == SWITCHED
 
 
-def test_two_tabs_see_the_same_board(bench: Bench) -> None:
-    with joined(bench) as one, joined(bench) as other:
-        here, there = Tab(one), Tab(other)
-        assert here.order(do="ambient", ambient_c=12) == ""
-        there.until(lambda _: there.state.get("ambient_c") == 12)
-        assert there.order(do="speed", speed=0) == ""
-        here.until(lambda _: here.state.get("speed") == 0)
-        assert here.order(do="speed", speed=10) == ""
-        assert here.about == there.about
-        assert [each["kind"] for each in here.about["interfaces"]] == [
-            "lcd_keypad", "serial_plotter",
-        ]  # fmt: skip
-
-
 def test_a_later_tab_gets_the_whole_course(bench: Bench) -> None:
     with joined(bench) as line:
         tab = Tab(line)
@@ -166,14 +152,6 @@ def test_a_line_that_is_too_long_is_cut(bench: Bench) -> None:
         line.send("x" * (LONGEST_ORDER + 1))
         with pytest.raises(ConnectionClosedError, match="1009"):
             list(line)
-
-
-def test_variables_come_to_whoever_wants_them(bench: Bench) -> None:
-    with joined(bench) as line:
-        tab = Tab(line)
-        tab.order(do="watch", variables=True)
-        found = tab.until(lambda found: "variables" in found)["variables"]
-        assert found["loop_air:loop_air.setpoint_c"] == 20
 
 
 def test_what_was_done_can_be_saved(bench: Bench) -> None:
@@ -208,5 +186,4 @@ def test_a_board_that_fails_ends_the_server(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_the_library_has_its_licence() -> None:
-    root = Path(__file__).parents[2]
-    assert "Leon Sorokin" in (root / "LICENSES" / "MIT-uPlot.txt").read_text("utf-8")
+    assert "Leon Sorokin" in (ROOT / "LICENSES" / "MIT-uPlot.txt").read_text("utf-8")

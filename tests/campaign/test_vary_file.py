@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLES, ROOT, example
 
 from heatwright.cli.campaign.given import derived, given
 from heatwright.sim.campaign.breaks import BREAKS
@@ -149,7 +149,7 @@ def test_what_is_drawn_spreads_as_it_says(spread: Spread, mean: float, deviation
     assert abs(np.std(found) / deviation - cut) < 4 / (2 * count) ** 0.5
 
 
-PAGE = (Path(__file__).parents[2] / "docs" / "campaigns.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "campaigns.md").read_text(encoding="utf-8")
 
 
 def test_the_file_of_the_page_is_taken_and_the_page_has_all_there_is(tmp_path: Path) -> None:

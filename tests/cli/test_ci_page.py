@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import yaml
 from rig.commands import Heatwright
+from rig.specs import ROOT
 
-ROOT = Path(__file__).parents[2]
 HOOK, WORKFLOW = (
     yaml.safe_load(text)
     for text in re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / "ci.md").read_text("utf-8"), re.S)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from rig.commands import Heatwright, printer_rows
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLES, ROOT, example
 
 from heatwright.cli.running import run_model
 from heatwright.cli.scenario import with_scenario
@@ -82,7 +82,7 @@ class TestVerify:
         assert evidence["digest"] == example("chamber").digest
         assert evidence["replay"]["ticks"] >= 1800
         assert evidence["replay"]["mismatches"] == 0
-        readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+        readme = (ROOT / "README.md").read_text(encoding="utf-8")
         (told,) = re.findall(r"PASSED: all (\d+) checks hold", readme)
         drawn = {each["kind"] for each in evidence["upsets"]}  # each of them is a check, too
         page = Path("chamber.html").read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ from unittest.mock import Mock, call
 import click
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES
+from rig.specs import EXAMPLES, ROOT
 
 from heatwright.cli.bars import Bars
 from heatwright.cli.ends import Refused, ended
@@ -204,7 +204,7 @@ def test_nothing_is_drawn_while_a_process_is_forked() -> None:
 
 # ---- help ----
 
-PAGE = (Path(__file__).parents[2] / "docs" / "commands.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE))
 HEAVY = {"numpy", "scipy", "matplotlib", "rich", "elftools", "cffi", "platformio", "vcd", "control"}
 LANGUAGE = {"pydantic", "yaml", "jinja2"}

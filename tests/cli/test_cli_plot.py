@@ -5,7 +5,6 @@ import math
 import os
 import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import count
@@ -16,7 +15,7 @@ from urllib.request import urlopen
 
 import pytest
 from rig.commands import Heatwright, changed
-from rig.live import simulated
+from rig.live import HEATWRIGHT, simulated
 from rig.specs import EXAMPLES, controller_of
 from rig.terminal import answered
 
@@ -26,7 +25,6 @@ from heatwright.cli.plot.hearing import Reading, hearing_of
 from heatwright.cli.plot.listener import Shown
 from heatwright.spec import registry
 
-HEATWRIGHT = Path(sys.executable).parent / "heatwright"
 PLOTTER = "20.50 60.00 1.00 2.00 3.00 6.00 10.00"
 
 

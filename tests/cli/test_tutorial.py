@@ -3,14 +3,14 @@
 import re
 import shlex
 import subprocess
-from pathlib import Path
 
 import pytest
 from rig.commands import Heatwright
+from rig.specs import ROOT
 
 from heatwright.cli.main import COMMANDS
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 TEXT = (DOCS / "tutorial.md").read_text(encoding="utf-8")
 CONSOLES = "".join(re.findall(r"```console\n(.*?)```", TEXT, re.DOTALL))
 STEPS = re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", CONSOLES, re.MULTILINE)

@@ -3,8 +3,7 @@
 from typing import Any
 
 import pytest
-from rig.avr import whole
-from rig.specs import controller_of
+from rig.avr import device_of
 
 from heatwright.sim.device import AvrDevice
 
@@ -37,7 +36,7 @@ def held(device: AvrDevice, felt_c: float, **faults: Any) -> list[Any]:
 @pytest.mark.parametrize("bits", range(9, 13))
 def test_a_power_cut_at_85_degrees(bits: int) -> None:
     text = SPEC.format(bits, 21 - bits, 350 << bits - 9, 350 << 12 - bits, HOT)
-    device = AvrDevice(controller_of(text), whole(text))
+    device = device_of(text)
     for steps in held(device, 85.0) + held(device, 85.0):
         assert ({*steps["reading_status"]}, {*steps["temperature_c"]}) == ({0}, {85.0})
     assert (device.read("fault.code"), device.outputs["left"].on) == (0, True)
@@ -51,7 +50,7 @@ def test_a_power_cut_at_85_degrees(bits: int) -> None:
 def test_an_exchange_that_has_lost_its_place_ends() -> None:
     """A bit that flips in RAM must not have it write all over the memory until it finds its end."""
     text = SPEC.format(12, 12, 1000, 1000, HOT)
-    device = AvrDevice(controller_of(text), whole(text))
+    device = device_of(text)
     place = device.variables["one_wire_left.index"]
     device.advance(0.1)
     while not (device.read("one_wire_left.busy") and device.read("one_wire_left.index") > 2):

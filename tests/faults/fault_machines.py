@@ -11,9 +11,13 @@ from rig.avr import whole
 from rig.chips import KINDS, crucible
 from rig.specs import changed, controller_of
 
-from heatwright.sim.faults import Fault, catalogue
+from heatwright.sim.faults import Fault, catalogue, try_fault
 from heatwright.sim.faults.world import Site
+from heatwright.spec.rules import RULES
 
+DECIDING = ("chamber", "extruder", "fabricator", "kiln")
+"""Keys, a host, a master with a cooler and a relay, a touch display with programs and a relay."""
+CODES = {rule.id: code for code, rule in RULES.items()}
 ON_OFF = "{kind: on_off, hysteresis: 0 K, lead: 12 s, lead_filter: 4 s}"
 HEATER = "heater: {kind: digital, pin: D3, power: 240 W}"
 
@@ -214,10 +218,10 @@ MACHINES = {
 
 @cache
 def site_of(name: str) -> Site:
-    """Return a machine of the table, or one of a spec's text."""
+    """Return a machine of the table, or that of a spec's text or of an example: its first loop."""
     spec = MACHINES[name].spec if name in MACHINES else name
-    (loop,) = controller_of(spec).loops
-    return Site(controller_of(spec), loop, whole(spec))
+    controller = controller_of(spec)
+    return Site(controller, next(iter(controller.loops)), whole(spec))
 
 
 @cache
@@ -225,6 +229,13 @@ def faults_of(name: str) -> Mapping[str, Fault]:
     """Return what the catalogue has for a machine: to find what it can do takes seconds."""
     site = site_of(name)
     return {fault.id: fault for fault in catalogue(site.controller, site.program)}
+
+
+def judged(name: str, fault: str) -> str | None:
+    """Try a fault of a machine; see that all is as it should be, and return the rule that trips."""
+    result = try_fault(faults_of(name)[fault])
+    assert result.detail == ""
+    return result.rule
 
 
 @cache

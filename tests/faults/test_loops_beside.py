@@ -1,10 +1,8 @@
 """Faults of one loop where another, quicker or with the keys, is beside it."""
 
 import pytest
-from rig.avr import whole
-from rig.specs import changed, controller_of
-
-from heatwright.sim.faults import catalogue, try_fault
+from fault_machines import faults_of, judged
+from rig.specs import changed
 
 # The menu's keys are of the second loop; the first has a tip that rises by some steps of its sensor
 # in 100 ms.
@@ -29,9 +27,7 @@ PAIR = changed(
 
 @pytest.mark.parametrize("name", ["display_unplugged", "chamber.jump_down"])
 def test_it_is_judged_by_what_all_loops_do(name: str) -> None:
-    faults = catalogue(controller_of(PAIR), whole(PAIR))
-    (fault,) = [each for each in faults if each.id == name]
-    assert try_fault(fault).detail == ""
+    judged(PAIR, name)
 
 
 def test_memory_is_damaged_where_a_sensor_is_missed_soonest() -> None:
@@ -40,6 +36,4 @@ def test_memory_is_damaged_where_a_sensor_is_missed_soonest() -> None:
         PAIR, ("period: 10 ms", "period: 2 s"), ("after: 2 s", "after: 500 s"),
         ("power: 1.5 W", "power: 0.2 W"), ("{tip: 0.1 J/K, ", "{tip: 2 J/K, "),
     )  # fmt: skip
-    faults = catalogue(controller_of(patient), whole(patient))
-    (fault,) = [each for each in faults if each.id == "record_cut_short"]
-    assert fault.make().now_s < 60
+    assert faults_of(patient)["record_cut_short"].make().now_s < 60

@@ -1,14 +1,10 @@
 """A second sensor: what moves one of the two alone is told, beside each interface."""
 
-from functools import cache
-
 import pytest
-from rig.avr import whole
+from fault_machines import judged, site_of
 from rig.specs import changed, controller_of
 
-from heatwright.sim.faults import catalogue, starts, try_fault
-from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.world import Site
+from heatwright.sim.faults import starts
 
 DS18B20 = "{{kind: ds18b20, pin: {}, resolution: 9 bit}}"
 THERMISTOR = (
@@ -44,17 +40,8 @@ MACHINES = {
     ),
 }  # fmt: skip
 
-
-@cache
-def site_of(machine: str) -> Site:
-    controller = controller_of(MACHINES[machine])
-    return Site(controller, next(iter(controller.loops)), whole(MACHINES[machine]))
-
-
-@cache
-def faults_of(machine: str) -> dict[str, Fault]:
-    site = site_of(machine)
-    return {fault.id: fault for fault in catalogue(site.controller, site.program)}
+TOLD_BY_HEAT = {("chamber", "sensor_drifts_low"), ("chamber", "sensor_creeps_out")}
+"""It warms its air so slowly that a reading that falls meanwhile does not rise at full power."""
 
 
 @pytest.mark.parametrize("machine", MACHINES)
@@ -62,27 +49,18 @@ def faults_of(machine: str) -> dict[str, Fault]:
     "fault", ["sensor_drifts_low", "second_sensor_drifts_low", "sensor_creeps_out"]
 )
 def test_one_that_lies_plausibly_is_told(machine: str, fault: str) -> None:
-    result = try_fault(faults_of(machine)[fault])
-    assert result.detail == ""
-    assert result.rule is not None
-    if (machine, fault) in TOLD_BY_HEAT:
-        assert result.rule == "heating_failed"
-    else:
-        assert result.rule == "sensors_disagree"
-
-
-TOLD_BY_HEAT = {("chamber", "sensor_drifts_low"), ("chamber", "sensor_creeps_out")}
-"""It warms its air so slowly that a reading that falls meanwhile does not rise at full power."""
+    rule = "heating_failed" if (machine, fault) in TOLD_BY_HEAT else "sensors_disagree"
+    assert judged(MACHINES[machine], fault) == rule
 
 
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("fault", ["monitor_twin_torn", "monitor_twin_shorted", "small_jumps"])
 def test_the_second_one_s_own_faults(machine: str, fault: str) -> None:
-    assert try_fault(faults_of(machine)[fault]).detail == ""
+    judged(MACHINES[machine], fault)
 
 
 def test_without_a_reading_of_the_second_nothing_heats() -> None:
-    world = starts.heating(site_of("chamber"))
+    world = starts.heating(site_of(MACHINES["chamber"]))
     sensor = world.device.sensors["twin"]
     sensor.unplug()
     torn_s = world.now_s

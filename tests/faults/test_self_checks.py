@@ -5,8 +5,8 @@ import struct
 from random import Random
 
 import pytest
-from fault_machines import site_of
-from rig.avr import whole
+from fault_machines import CODES, DECIDING, site_of
+from rig.avr import CLOCK_HZ, device_of, whole
 from rig.specs import changed, controller_of, sources_of
 from suite import SEED, amount
 
@@ -18,15 +18,12 @@ from heatwright.sim.faults.bounds import TICK_S, flash_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.upsets import BAD, STATES, Upset, try_upset
 from heatwright.sim.faults.site import OfState, Site
-from heatwright.spec.rules import RULES
 
-DECIDING = ("chamber", "extruder", "fabricator", "kiln")
 SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|output_\w+|relay)\.c")
 """The files whose functions decide about heat."""
 MISSED, CHANCE = 1 / 1000, 1 / 100
 SHOWS = 5000
 """So many are counted as they are: where 0.3 of 1000 are missed, 6 of these are once in 225."""
-CODES = {rule.id: code for code, rule in RULES.items()}
 BOOT_BYTES = 512
 FLAGS = 32
 IN_R17_SREG = (0xB71F).to_bytes(2, "little")
@@ -39,6 +36,18 @@ MCUSR = 0x54
 CHAMBER = "chamber"
 BURST = "window: 1 s, resolution: 10 ms"
 """The kiln's pulses."""
+
+
+def broken(spec: str, file: str, statement: str, by: str) -> Elf:
+    """Compile a firmware with another statement in the place of one that stands once in a file."""
+    return whole(spec, changed={file: changed(sources_of(spec)[file], (statement, by))})
+
+
+def powered(until_s: float, program: Elf | None = None) -> AvrDevice:
+    """Power the chamber on at 19 °C; with another binary if there is one."""
+    device = device_of(CHAMBER, 19.0, program)
+    device.advance(until_s)
+    return device
 
 
 def safety_bytes(site: Site, example: str) -> list[int]:
@@ -105,33 +114,26 @@ def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
     assert len(missed) <= most_missed(tried), missed
 
 
+IN_TIME = "period_start) < change"
+
+
 @pytest.mark.parametrize(
-    ("silenced", "by"),
+    ("spec", "loop", "file", "statement", "by"),
     [
-        ("flash_address left = ticks_left;", "flash_address left = 9;"),  # the count of the ticks
-        ("return residue == 0;", "return true;"),  # what the round has left
-        ("ticks_left = left - 1u;", ""),  # the ticks do not run out
+        # the count of the ticks; what the round has left; the ticks do not run out
+        (CHAMBER, "air", "flash.c", "flash_address left = ticks_left;", "flash_address left = 9;"),
+        (CHAMBER, "air", "flash.c", "return residue == 0;", "return true;"),
+        (CHAMBER, "air", "flash.c", "ticks_left = left - 1u;", ""),
+        # It looked again until it was in time: damaged, it looked for ever, or most of the time.
+        ("extruder", "nozzle", "output_heater.c", f"{IN_TIME}) {{",
+         f"{IN_TIME} && looks == MOST_LOOKS) {{"),
     ],
-)
-def test_a_damaged_program_is_told_though_one_of_two_ways_is_damaged(
-    silenced: str, by: str
+)  # fmt: skip
+def test_a_damaged_program_is_told_though_something_else_is_damaged_too(
+    spec: str, loop: str, file: str, statement: str, by: str
 ) -> None:
-    source = sources_of(CHAMBER)["flash.c"]
-    assert source.count(silenced) == 1
-    program = whole(CHAMBER, changed={"flash.c": source.replace(silenced, by)})
-    world = starts.heating(Site(controller_of(CHAMBER), "air", program))
-    memory.flip_flash(world)
-    world.run(flash_s(program) + 1.0)
-    assert world.fault == CODES["flash_damaged"]
-
-
-def test_an_interrupt_that_is_late_for_ever_leaves_time_to_the_checks() -> None:
-    """It looked again until it was in time: damaged, it looked for ever, or most of the time."""
-    source, in_time = sources_of("extruder")["output_heater.c"], "period_start) < change) {"
-    assert source.count(in_time) == 1
-    late = source.replace(in_time, "period_start) < change && looks == MOST_LOOKS) {")
-    program = whole("extruder", changed={"output_heater.c": late})
-    world = starts.heating(Site(controller_of("extruder"), "nozzle", program))
+    program = broken(spec, file, statement, by)
+    world = starts.heating(Site(controller_of(spec), loop, program))
     memory.flip_flash(world)
     world.run(flash_s(program) + 1.0)
     assert world.fault == CODES["flash_damaged"]
@@ -139,22 +141,14 @@ def test_an_interrupt_that_is_late_for_ever_leaves_time_to_the_checks() -> None:
 
 def test_a_check_that_takes_no_byte_is_told() -> None:
     """From 0 it would end with 0, too."""
-    source = sources_of(CHAMBER)["flash.c"]
-    blind = source.replace("_crc16_update(sum, READ_BYTE(at))", "_crc16_update(sum, 0)")
-    assert blind != source
-    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER, changed={"flash.c": blind}))
-    device.advance(1.0)
+    read, nothing = "_crc16_update(sum, READ_BYTE(at))", "_crc16_update(sum, 0)"
+    device = powered(1.0, broken(CHAMBER, "flash.c", read, nothing))
     assert device.read("fault.code") == CODES["flash_damaged"]
 
 
 def test_a_main_loop_without_its_checks_is_ended_by_the_watchdog() -> None:
     """It runs, gives no permit, and would stand so for ever without a word."""
-    main = sources_of(CHAMBER)["main.c"]
-    assert main.count("    checks_tick();\n") == 1
-    changed = {"main.c": main.replace("    checks_tick();\n", "")}
-    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER, changed=changed))
-    device.sense("air", 19.0)
-    device.advance(1.0)
+    device = powered(1.0, broken(CHAMBER, "main.c", "    checks_tick();\n", ""))
     device.avr.take_resets()
     device.advance(4.0)
     assert len(device.avr.take_resets()) > 0
@@ -246,7 +240,7 @@ def test_the_start_ends_where_a_register_is_stuck(at: bool) -> None:
     """Each bit of each register, and of the flags as they are read, but for the last."""
     program = whole(CHAMBER)
     test = program.function("test_registers")
-    device = AvrDevice(controller_of(CHAMBER), program)
+    device = device_of(CHAMBER)
     avr = device.avr
     for place in (*range(32), FLAGS):
         for bit in range(7 if place == FLAGS else 8):
@@ -273,8 +267,7 @@ def test_a_cell_of_the_ram_that_is_stuck_is_told_and_the_others_keep_what_they_h
     program = whole(CHAMBER)
     test = program.function("ram_tick")
     for bit in range(8):
-        device = AvrDevice(controller_of(CHAMBER), program)
-        device.advance(0.2)
+        device = powered(0.2)
         avr, place = device.avr, device.variables["ram.c:place"]
         cell = program.static_ram[1] + 100
         avr.write_ram(place.address, (cell - 1).to_bytes(2, "little"))
@@ -292,9 +285,7 @@ def test_a_watchdog_that_does_not_reset_is_told() -> None:
     reset = sources_of(CHAMBER)["reset.c"]
     proof = reset.index("void reset_prove_watchdog")
     dead = reset[:proof] + reset[proof:].replace("    wdt_enable(WDTO_15MS);\n", "", 1)
-    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER, changed={"reset.c": dead}))
-    device.sense("air", 19.0)
-    device.advance(1.0)
+    device = powered(1.0, whole(CHAMBER, changed={"reset.c": dead}))
     assert device.read("fault.code") == CODES["clock_wrong"]
     assert not device.outputs["heater"].driven
 
@@ -302,8 +293,7 @@ def test_a_watchdog_that_does_not_reset_is_told() -> None:
 @pytest.mark.parametrize("cleared", [False, True])
 def test_a_reset_while_the_watchdog_is_waited_for_is_no_fault(cleared: bool) -> None:
     """As where a plug bounces; a boot loader may have cleared what tells of it."""
-    device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER))
-    device.sense("air", 19.0)
+    device = powered(0.003)
     for time_s in (0.003, 0.012):
         device.advance(time_s)
         device.avr.reset()
@@ -321,10 +311,8 @@ def test_a_reset_while_the_watchdog_is_waited_for_is_no_fault(cleared: bool) -> 
 )
 def test_the_clock_is_measured(times: float, found: str | None) -> None:
     """By the watchdog's oscillator, which is not exact itself."""
-    controller = controller_of(CHAMBER)
-    device = AvrDevice(controller, whole(CHAMBER))
-    device.sense("air", 19.0)
-    device.crystal_hz = round(times * controller.board.clock_hz)
+    device = device_of(CHAMBER, 19.0)
+    device.crystal_hz = round(times * CLOCK_HZ)
     device.power_cycle()
     device.avr.run_to(round(0.5 * device.crystal_hz))
     assert device.read("fault.code") == (CODES[found] if found else 0)
@@ -334,9 +322,7 @@ def test_no_jump_into_the_watchdogs_proof_is_a_start_that_nobody_is_told_of() ->
     waits = whole(CHAMBER).function(PROOF)
     reset = 0
     for place in range(waits.start, waits.end, 2):
-        device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER))
-        device.sense("air", 19.0)
-        device.advance(2.5)
+        device = powered(2.5)
         device.avr.take_resets()
         device.avr.jump(place)
         try:
@@ -352,11 +338,10 @@ def test_no_jump_into_the_watchdogs_proof_is_a_start_that_nobody_is_told_of() ->
 def test_a_cell_of_the_eeprom_that_takes_no_write_is_told() -> None:
     """Any byte of a record, as soon as it has been written: of one that says that all is well."""
     for byte in range(5):
-        device = AvrDevice(controller_of(CHAMBER), whole(CHAMBER))
+        device = powered(3.0)
         avr = device.avr
-        for felt_c, until_s in ((19.0, 3.0), (60.0, 8.0)):  # a jump
-            device.sense("air", felt_c)
-            device.advance(until_s)
+        device.sense("air", 60.0)  # a jump
+        device.advance(8.0)
         device.press("select")
         device.advance(8.3)
         device.press(None)
@@ -376,11 +361,7 @@ def test_a_cell_of_the_eeprom_that_takes_no_write_is_told() -> None:
 
 def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:
     """The interrupt comes and wakes the main loop, but nobody counts the permits any more."""
-    clock = sources_of(CHAMBER)["clock.c"]
-    deaf = whole(CHAMBER, changed={"clock.c": clock.replace("    gate_tick();\n", "")})
-    device = AvrDevice(controller_of(CHAMBER), deaf)
-    device.sense("air", 19.0)
-    device.advance(1.0)
+    device = powered(1.0, broken(CHAMBER, "clock.c", "    gate_tick();\n", ""))
     assert device.read("fault.code") == CODES["sequence_broken"]
     assert not device.outputs["heater"].driven
 

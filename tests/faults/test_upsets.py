@@ -8,9 +8,8 @@ from random import Random
 from typing import TypeVar
 
 import pytest
-from fault_machines import site_of
-from rig.avr import whole
-from rig.specs import EXAMPLES, controller_of, sources_of
+from fault_machines import CODES, DECIDING, site_of
+from rig.specs import EXAMPLES, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import AvrError
@@ -21,13 +20,9 @@ from heatwright.sim.faults.controller.upsets import BAD, GUARDED, Upset, draw, t
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import World
-from heatwright.spec.rules import RULES
 
-DECIDING = ("chamber", "extruder", "fabricator", "kiln")
-"""Keys, a host, a master with a cooler and a relay, a touch display with programs and a relay."""
 DRAWN = amount("upsets")
 T = TypeVar("T")
-CODES = {rule.id: code for code, rule in RULES.items()}
 
 
 def deciding(site: Site) -> Iterator[tuple[str, int, int]]:
@@ -198,8 +193,7 @@ def test_the_spec_s_maximum_counts_beside_one_that_is_damaged(maximum_c: float) 
 @pytest.mark.parametrize("number", range(DRAWN))
 @pytest.mark.parametrize("example", sorted(each.stem for each in EXAMPLES.glob("*.yaml")))
 def test_a_drawn_upset_opens_no_heater(example: str, number: int) -> None:
-    controller = controller_of(example)
-    site = Site(controller, next(iter(controller.loops)), whole(example))
+    site = site_of(example)
     upset = draw(site.controller, site.program, number, 1)
     outcome = try_upset(site.controller, site.program, upset)
     assert upset.kind not in GUARDED or outcome.result not in BAD, f"{upset}: {outcome.words}"

@@ -1,17 +1,15 @@
 """Ways around the protection."""
 
-from pathlib import Path
-
 import pytest
 from fault_machines import site_of
-from rig.specs import changed
+from rig.specs import ROOT, changed
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.machine import steady_c
 from heatwright.sim.faults.world import Weather, World
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 SIX_SIGMA_K = 6 * 0.8
 """Of the machine's noise."""
 COLD_C = 50.0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import test_start
-from rig.avr import whole
+from rig.avr import device_of, whole
 from rig.specs import changed, controller_of
 from suite import SEED, amount
 from test_start import CHAMBER, ROOM_C, SETPOINT, power_on, press, put
@@ -104,8 +104,7 @@ def test_cheap_resistors(tolerance: float) -> None:
 
 def test_somebody_at_the_keys_stands_in_for_the_host() -> None:
     """Who heats by keys beside a host that is not there has its time from each press on."""
-    device = AvrDevice(controller_of(OTHERS["a host"]), whole(OTHERS["a host"]))
-    device.sense("air", 75.0)
+    device = device_of(OTHERS["a host"], 75.0)
     device.advance(1.5)
     press(device, "left")
     device.advance(900.0)
@@ -243,10 +242,8 @@ OF_NUMBER = "settings.air_hysteresis_k", "algorithm_air.hysteresis_k"
 
 def numbered(eeprom: bytes = b"") -> AvrDevice:
     """Return the chamber that is on, and whose display shows the hysteresis."""
-    text = OTHERS["numbers"]
-    device = AvrDevice(controller_of(text), whole(text))
+    device = device_of(OTHERS["numbers"], ROOM_C)
     device.avr.eeprom.contents = eeprom
-    device.sense("air", ROOM_C)
     device.advance(1.5)
     for key in ("up", "right"):
         press(device, key)
@@ -305,8 +302,7 @@ SLOW = changed(
 
 def timed() -> AvrDevice:
     """Return the chamber that is on for three minutes."""
-    device = AvrDevice(controller_of(LONG), whole(LONG))
-    device.sense("air", ROOM_C)
+    device = device_of(LONG, ROOM_C)
     device.advance(1.5)
     for key in ("up", "right", "up", "up", "up"):
         press(device, key)
@@ -421,9 +417,7 @@ def test_the_plotters_lines(decimals: int, line_end: str) -> None:
     device = power_on(felt_c=18.0)
     if decimals != 2:  # else it is the chamber, which an arena may have broken
         form = f"{PLOTTER}, line_end: {line_end}, decimals: {decimals}"
-        text = changed("chamber", (PLOTTER, form))
-        device = AvrDevice(controller_of(text), whole(text))
-        device.sense("air", 18.0)
+        device = device_of(changed("chamber", (PLOTTER, form)), 18.0)
     for turn in range(1, 60):
         device.sense("air", 18.0 + 0.05 * turn)
         device.advance(float(turn))
@@ -457,7 +451,7 @@ def test_the_plotters_line_of_a_pid() -> None:
     controller = controller_of(AUTHORS_PID)
     row = next(row for row in controller_of("oven").comparison if row.name == "PID")
     assert controller.loops["air"].algorithm == row.algorithm
-    device = AvrDevice(controller, whole(AUTHORS_PID))
+    device = device_of(AUTHORS_PID)
     for turn in range(60):  # up to the setpoint, beyond it, and back
         device.sense("air", 50.0 + 3.0 * np.sin(turn / 8 - np.pi / 3))
         device.advance(turn + 1.0)

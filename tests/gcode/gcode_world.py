@@ -9,11 +9,10 @@ from functools import reduce
 from operator import xor
 from pathlib import Path
 
-from rig.avr import whole
+from rig.avr import device_of
 from rig.hosted import World, play, world_of
-from rig.specs import controller_of, sources_of
+from rig.specs import sources_of
 
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.gcode import GcodeHost
 
 TICKS_PER_S = 100
@@ -176,7 +175,7 @@ class BinaryBoard(Board):
     """The firmware's binary; device -- the board itself."""
 
     def __init__(self, spec: str, **celsius: float) -> None:
-        self.device = AvrDevice(controller_of(spec), whole(spec))
+        self.device = device_of(spec)
         for sensor, degrees in celsius.items():
             self.sense(sensor, degrees)
         self.wait(1.0)

@@ -1,11 +1,9 @@
 """Bed and chamber: their commands and their place in the reports, beside tools or without any."""
 
-import re
-
 import pytest
 from gcode_world import BinaryBoard, Board, HostBoard, gcode_world, switched
 from rig.specs import changed
-from test_gcode_tools import CURVE, SPEC, on_host
+from test_gcode_tools import CURVE, SPEC, on_host, whole_degrees
 
 CALLED = {
     "bed and chamber": "B: nozzle, C: bed",
@@ -50,11 +48,6 @@ def board(request: pytest.FixtureRequest, called: str) -> Board:
         spare = {"spare": 40.4} if "spare" in CALLED[called] else {}
         return BinaryBoard(spec_of(called), nozzle=30.0, bed=20.0, **spare)
     return on_host(gcode_world(spec_of(called)).sanitized().program())
-
-
-def whole_degrees(answers: list[str]) -> list[str]:
-    """The readings are as fine as the converter; what is not there reads 0.0."""
-    return [re.sub(r"\b([TBC]\d?:\d\d)\.\d", r"\1.x", answer) for answer in answers]
 
 
 UNABLE = "refused: this loop has no such control"

@@ -3,20 +3,18 @@ docs/gcode.md tells of every command of the firmware, and of none that there is 
 
 import random
 import re
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from gcode_world import BinaryBoard
 from printrun.utils import parse_temperature_report
-from rig.specs import example
+from rig.specs import ROOT, example
 
 from heatwright.sim.faults.controller.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
 from heatwright.sim.replay import replay
 from heatwright.spec.rules import RULES
 
-ROOT = Path(__file__).parents[2]
 BAUD = 115200
 TICK_S = 0.01
 FEEDER = example("feeder").controller

@@ -53,8 +53,8 @@ def told(board: Board, *lines: str) -> list[str]:
 
 
 def whole_degrees(answers: list[str]) -> list[str]:
-    """The readings are as fine as the converter."""
-    return [re.sub(r"(T\d?:\d+)\.\d", r"\1.x", answer) for answer in answers]
+    """The readings are as fine as the converter; what is not there reads 0.0."""
+    return [re.sub(r"\b([TBC]\d?:\d\d)\.\d", r"\1.x", answer) for answer in answers]
 
 
 def report(active: str, nozzle: str, bed: str) -> list[str]:

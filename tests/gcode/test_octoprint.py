@@ -13,9 +13,10 @@ from urllib.request import Request, urlopen
 
 import pytest
 from rig.live import Cable, LiveBoard, live_board
+from rig.specs import ROOT
 from suite import amount
 
-PROGRAM = Path(__file__).parents[2] / "build" / "judges" / "octoprint" / "bin" / "octoprint"
+PROGRAM = ROOT / "build" / "judges" / "octoprint" / "bin" / "octoprint"
 PATIENCE_S = 600.0
 """Real time after which something is not going to happen."""
 GLANCE_S = 0.25

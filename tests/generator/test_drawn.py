@@ -13,7 +13,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined, nodes
 from rig.avr import whole
 from rig.bad_specs import cases
 from rig.controllers import Drawn, attempts, drawings
-from rig.specs import EXAMPLES, files_of
+from rig.specs import EXAMPLES, ROOT, files_of
 from suite import SEED, amount
 
 from heatwright.generator import plan_firmware
@@ -30,7 +30,6 @@ from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecEr
 from heatwright.spec.board.least import Least, fits, least
 from heatwright.spec.controller import WATCHDOG_S, Controller
 
-ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "templates"
 LARGE_FLASH = 100_000
 """Bytes; no drawn firmware takes that much."""

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 import pytest
-from rig.specs import EXAMPLES, example, files_of, sources_of
+from rig.specs import EXAMPLES, ROOT, example, files_of, sources_of
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
@@ -195,7 +195,7 @@ def test_a_folder_that_cannot_be_written_to_is_an_error(
     assert "src: cannot be written: permission denied." in capfd.readouterr().err
 
 
-GENERATED = Path(__file__).parents[2] / "generated"
+GENERATED = ROOT / "generated"
 NAMES = ("chamber", "extruder", "fabricator", "feeder", "kiln")
 """The examples whose firmware is committed."""
 PRINT_DIGEST = """

@@ -7,12 +7,10 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-from rig.avr import whole
-from rig.specs import spec_of
+from rig.avr import device_of
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.circuits import Wiring
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.indicators import Indicators, Led, Light
 from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.native.characters import Format
@@ -64,7 +62,7 @@ class Shown:
     """The board, its sensors fed by hand; `strength` is the heater's current, in its own."""
 
     def __init__(self, text: str, elf: Elf | None = None) -> None:
-        self.device = AvrDevice(spec_of(text).controller, elf or whole(text))
+        self.device = device_of(text, elf=elf)
         self.strength = 1.0
         self.temperature_c = self._felt_c = 20.0
         self._now_s = 0.0

@@ -2,19 +2,18 @@
 
 import re
 from configparser import ConfigParser
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import hal_session
 import pytest
 from hal_session import FABRICATOR, Hal, linuxcnc_files
-from rig.specs import controller_of, files_of
+from rig.specs import ROOT, controller_of, files_of
 
 from heatwright.generator import plan_firmware, render
 from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.spec import load_text
 
-DOCS = (Path(__file__).parents[2] / "docs" / "linuxcnc.md").read_text("utf-8")
+DOCS = (ROOT / "docs" / "linuxcnc.md").read_text("utf-8")
 LONGEST = 24
 MOST_LOOPS = 8
 """Channels of the ATmega2560's ADC that the simulation knows."""

@@ -14,7 +14,7 @@ import hal_session
 import pytest
 from hal_session import FABRICATOR, Hal, MadeUpBoard, linuxcnc_files
 from rig.live import Cable, LiveBoard, live_board
-from rig.specs import changed, controller_of, files_of
+from rig.specs import ROOT, changed, controller_of, files_of
 
 from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.spec import ModbusRtu
@@ -271,7 +271,7 @@ WITHIN_S = 1000 / SPEED
 LEDS = {"work": "enabled", "heat": "heating", "cool": "cooling"}
 """What the board's own LEDs mean, by the panel's lights."""
 PUBLISHED_C = 250
-PAGE = Path(__file__).parents[2] / "docs" / "evidence.md"
+PAGE = ROOT / "docs" / "evidence.md"
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig.avr import whole
+from rig.avr import device_of
 from rig.modbus_oracle import Oracle
 from rig.specs import changed, controller_of
 from suite import amount
@@ -59,11 +59,7 @@ def slave_of(
     text = changed(name, *replaced)
     if baud is not None:
         text = re.sub(r"\bbaud: \d+", f"baud: {baud}", text)
-    controller = controller_of(text)
-    device = AvrDevice(controller, whole(text))
-    for sensor in controller.thermometers:
-        device.sense(sensor, warm_c)
-    return controller, device
+    return controller_of(text), device_of(text, warm_c)
 
 
 @dataclass(frozen=True)

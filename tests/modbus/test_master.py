@@ -5,7 +5,7 @@ from operator import attrgetter
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, began_s, compiled, powered, whole
+from rig.avr import CLOCK_HZ, began_s, compiled, device_of, powered, whole
 from rig.specs import controller_of
 from test_bare_line import slave_of
 
@@ -58,8 +58,7 @@ def test_it_answers(board: str, baud: int, parity: str) -> None:
     sensor, heater, driver = PINS[board]
     pins = {"sensor": sensor, "heater": heater, "driver": driver}
     spec = SPEC.format(board=board, baud=baud, parity=parity, **pins)
-    device = AvrDevice(controller_of(spec), whole(spec))
-    device.sense("air", 30.0)
+    device = device_of(spec, 30.0)
     device.advance(3.0)
     device.write("air.setpoint", 45.5)
     device.advance(6.0)

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 from hosted_kiln import SPEC
-from rig.avr import whole
-from rig.specs import changed, controller_of
+from rig.avr import device_of
+from rig.specs import changed
 
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.nextion.codes import Code
 from heatwright.sim.interfaces.nextion.colours import rgb
@@ -117,7 +116,7 @@ class KilnDesk:
     """
 
     def __init__(self, spec: str = "kiln") -> None:
-        self.device = AvrDevice(controller_of(spec), whole(spec))
+        self.device = device_of(spec)
 
     @property
     def display(self) -> Nextion:

@@ -3,7 +3,7 @@
 import pytest
 from rig.avr import Board, board_of, part
 from rig.outputs import wired
-from rig.specs import sources_of
+from rig.specs import changed, sources_of
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import pin_number
@@ -52,10 +52,9 @@ SECONDS = 10
 
 def running(main: str, names: list[str], guarded_file: str, *, guarded: bool) -> Avr:
     """Return a processor with the tick and a main program, whose guard may be taken out."""
-    text = sources_of(SPEC)[guarded_file]
-    assert text.count(GUARD) == 1
-    changed = None if guarded else {guarded_file: text.replace(GUARD, "")}
-    return Board(part(SPEC, ["clock", *names], main, changed=changed), board_of(SPEC)).avr
+    bare = {guarded_file: changed(sources_of(SPEC)[guarded_file], (GUARD, ""))}
+    program = part(SPEC, ["clock", *names], main, changed=None if guarded else bare)
+    return Board(program, board_of(SPEC)).avr
 
 
 @pytest.mark.parametrize("guarded", [True, False])

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig.avr import began_s, whole
+from rig.avr import began_s, device_of, whole
 from rig.outputs import TICK_S, Recorded
-from rig.specs import example, spec_of
+from rig.specs import example
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.coupling import Coupling
@@ -49,10 +49,8 @@ def device(request: pytest.FixtureRequest) -> AvrDevice:
 
 
 def powered(text: str, elf: Elf | None = None) -> AvrDevice:
-    made = AvrDevice(spec_of(text).controller, elf or whole(text))
+    made = device_of(text, 20.0, elf)
     made.log_edges(made.outputs)
-    for sensor in ("left", "right"):
-        made.sense(sensor, 20.0)
     made.advance(5.0)
     return made
 
@@ -107,7 +105,7 @@ def test_a_reset_connects_no_heater_to_the_timer() -> None:
 
 
 def test_a_fan_of_the_host_keeps_its_minimum_times() -> None:
-    device = AvrDevice(spec_of(SPEC % "").controller, whole(SPEC % ""))
+    device = device_of(SPEC % "")
     recorded = Recorded(device, "fan")
     orders = ("M106 P0 S255", 2.5), ("M107 P0", 4.0), ("M106 P0 S255", 0.5), ("M107 P0", 10.0)
     device.advance(0.5)

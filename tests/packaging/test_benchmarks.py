@@ -8,11 +8,11 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from rig.specs import EXAMPLES
+from rig.specs import EXAMPLES, ROOT
 
 from heatwright.spec import load
 
-BENCH = Path(__file__).parents[2] / "tools" / "bench"
+BENCH = ROOT / "tools" / "bench"
 STARTUP = {
     "yard_s": 0.5, "lines": {"ours": 57, "theirs": 56}, "esphome": {},
     "ours": {"--help": 0.1, "check --quick": 0.3, "generate": 0.4},

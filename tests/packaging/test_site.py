@@ -4,16 +4,15 @@ import json
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import yaml
+from rig.specs import ROOT
 
 from heatwright.cli.contract import UNIONS
 from heatwright.spec import kinds
 from heatwright.spec.boards import BOARDS
 from heatwright.spec.loading.schema import schema
 
-ROOT = Path(__file__).parents[2]
 SITE, PAGES = ROOT / "build" / "site", ROOT / "build" / "site-pages"
 PICTURES = {"svg": ("sensor", "output", "interface"), "png": ("algorithm", "plant")}
 """The roles whose pages show a wiring, and those that show a run."""

@@ -18,8 +18,8 @@ import jsonschema
 import pytest
 import yaml
 from platformio.dependencies import get_core_dependencies
+from rig.specs import ROOT
 
-ROOT = Path(__file__).parents[2]
 PACKAGES = ("cli", "generator", "sim", "spec", "templates")
 NEEDED = ("pyproject.toml", "README.md", "LICENSE", "LICENSES")
 

@@ -1,5 +1,6 @@
 """A plant in C beside its processor is the plant in Python; many steps at once are each step."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -58,29 +59,6 @@ def test_it_is_the_plant_of_python(name: str) -> None:
             assert trace.currents_a[sensor][row] == pytest.approx(amperes, abs=1e-12)
 
 
-def as_it_is(felt: float) -> float:
-    return felt
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_many_steps_are_each_step_by_hand(name: str) -> None:
-    """Bit for bit: in the log of the machine, and of the program."""
-    logs: list[Any] = []
-    controller = example(name).controller
-    loop = next(iter(controller.loops))
-    for by_hand in (False, True):
-        world = World(Site(controller, loop, whole(name)), Weather(25.0, 20.0, seed=SEED))
-        if by_hand:
-            world.wiring.feel[controller.loops[loop].sensor] = as_it_is
-        world.set_setpoint(controller.loops[loop].setpoint.maximum_c / 2)
-        world.run(10.0)
-        world.power_cut()
-        world.run(20.0)
-        logs.append([world._machine.rows, *(world.device.steps(each) for each in controller.loops)])
-    for one, other in zip(*logs, strict=True):
-        assert one.tobytes() == other.tobytes()
-
-
 def talk(part: Any) -> object:
     """Return what one who talks with the board has heard of it, and when."""
     if isinstance(part, ModbusMaster):
@@ -88,33 +66,50 @@ def talk(part: Any) -> object:
     return list(part.history) if isinstance(part, Nextion) else None
 
 
+def course(name: str, change: Callable[[World], None] | None = None) -> list[object]:
+    """Return what comes of a reset and a loss of power, bit for bit: in the logs of machine and
+    program, and with whom the board talks."""
+    controller = example(name).controller
+    loop = next(iter(controller.loops))
+    world = World(Site(controller, loop, whole(name)), Weather(25.0, 20.0, seed=SEED))
+    if change is not None:
+        change(world)
+    world.set_setpoint(controller.loops[loop].setpoint.maximum_c / 2)
+    world.run(10.0)
+    world.device.avr.reset()
+    world.run(0.5)
+    world.power_cut()
+    world.run(20.0)
+    logs = [world._machine.rows, *(world.device.steps(each) for each in controller.loops)]
+    heard = map(talk, world.device.interfaces)
+    return [*heard, world.device.avr.cycle, *(log.tobytes() for log in logs)]
+
+
+def by_hand(world: World) -> None:
+    """Have Python look at each step."""
+    world.wiring.feel[world.site.loop.sensor] = lambda felt: felt
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_many_steps_are_each_step_by_hand(name: str) -> None:
+    assert course(name, by_hand) == course(name)
+
+
 @pytest.mark.parametrize("name", ["barrel", "dryer", "fabricator", "kiln"])
 def test_who_has_c_look_for_him_hears_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At the same times, also of answers that stay away."""
-    heard: list[Any] = []
-    controller = example(name).controller
-    loop = next(iter(controller.loops))
-    for by_himself in (False, True):
-        if by_himself:
-            for kind in (ModbusMaster, Nextion):
-                monkeypatch.setattr(kind, "look", None)
-        world = World(Site(controller, loop, whole(name)), Weather(25.0, 20.0, seed=SEED))
-        world.set_setpoint(controller.loops[loop].setpoint.maximum_c / 2)
-        world.run(10.0)
-        world.device.avr.reset()
-        world.run(0.5)
-        world.power_cut()
-        world.run(20.0)
-        logs = [world.device.steps(each).tobytes() for each in controller.loops]
-        heard.append([*map(talk, world.device.interfaces), world.device.avr.cycle, *logs])
-    assert heard[0] == heard[1]
+    heard = course(name)
+    for kind in (ModbusMaster, Nextion):
+        monkeypatch.setattr(kind, "look", None)
+    assert course(name) == heard
 
 
 class Stalling:
     """C that comes back in the middle of a step, as it does by the clock on the wall."""
 
-    def __init__(self, lib: Any, avr: Any) -> None:
-        self._lib, self._avr, self.calls = lib, avr, 0
+    def __init__(self, world: World) -> None:
+        self._lib, self._avr, self.calls = world._machine._lib, world.device.avr, 0
+        world._machine._lib = self
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._lib, name)
@@ -130,15 +125,4 @@ class Stalling:
 @pytest.mark.parametrize("name", ["barrel", "fabricator", "kiln"])
 def test_a_computer_that_stalls_changes_nothing(name: str) -> None:
     """Nobody looks at another time because C came back to let Python look up."""
-    heard: list[Any] = []
-    controller = example(name).controller
-    loop = next(iter(controller.loops))
-    for stalls in (False, True):
-        world = World(Site(controller, loop, whole(name)), Weather(25.0, 20.0, seed=SEED))
-        if stalls:
-            world._machine._lib = Stalling(world._machine._lib, world.device.avr)
-        world.set_setpoint(controller.loops[loop].setpoint.maximum_c / 2)
-        world.run(20.0)
-        logs = [world.device.steps(each).tobytes() for each in controller.loops]
-        heard.append([*map(talk, world.device.interfaces), world.device.avr.cycle, *logs])
-    assert heard[0] == heard[1]
+    assert course(name, Stalling) == course(name)

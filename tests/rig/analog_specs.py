@@ -4,8 +4,7 @@ from functools import cache
 
 import yaml
 from pydantic import TypeAdapter
-from rig.avr import whole
-from rig.specs import spec_of
+from rig.avr import device_of
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
@@ -128,9 +127,7 @@ def bed(circuit: str, *, board: str = "uno", interface: str = PLOTTER) -> str:
 
 def powered(text: str, elf: Elf | None = None) -> AvrDevice:
     """Power the machine on at 50 °C; with another binary if there is one."""
-    device = AvrDevice(spec_of(text).controller, elf or whole(text))
-    device.sense("bed", 50.0)
-    return device
+    return device_of(text, 50.0, elf)
 
 
 LOOP = """

@@ -83,6 +83,16 @@ def whole(spec: str, *flags: str, changed: Changed | None = None) -> Elf:
     return Program(spec, flags=flags).elf(changed)
 
 
+def device_of(spec: str, felt_c: float | None = None, elf: Elf | None = None) -> AvrDevice:
+    """Power on the board of a spec, its thermometers at a temperature; with another binary if
+    there is one."""
+    controller = controller_of(spec)
+    device = AvrDevice(controller, elf or whole(spec))
+    for sensor in controller.thermometers if felt_c is not None else ():
+        device.sense(sensor, felt_c)
+    return device
+
+
 @cache
 def began_s(spec: str) -> float:
     """Return when the first tick of a spec's firmware begins, s after the power came on.

@@ -8,7 +8,8 @@ from types import MappingProxyType
 from heatwright.generator import plan_firmware, render
 from heatwright.spec import Controller, Spec, load, load_text
 
-EXAMPLES = Path(__file__).parents[2] / "spec" / "examples"
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "spec" / "examples"
 
 
 @cache

@@ -3,14 +3,13 @@
 import random
 import re
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from rig.avr import whole
 from rig.live import simulated
-from rig.specs import changed, example, spec_of
+from rig.specs import ROOT, changed, example, spec_of
 from test_serial_log import shown_c
 
 from heatwright.sim.bench import bench
@@ -22,7 +21,6 @@ from heatwright.spec import Controller, Event, SerialLog
 
 KILNS = ("kiln", "kiln_uno")
 FLOOD_S = 60
-ROOT = Path(__file__).parents[2]
 SPEED = 60
 """Times real time: an entry a minute comes every second."""
 

@@ -16,11 +16,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from rig.specs import ROOT
 from streams import RECORD, REGISTERS, Errors, H, Image, S, V, Z
 
 from heatwright.sim.avr import Avr
 
-ROOT = Path(__file__).parents[2]
 AVR8JS = ROOT / "build" / "judges" / "node_modules" / "avr8js"
 MACHINES = {"atmega328p": "uno", "atmega2560": "mega2560"}
 VECTORS = {

@@ -8,12 +8,12 @@ whose path has one of the words of its name.
 import ast
 import re
 from collections.abc import Iterator
-from pathlib import Path
+
+from rig.specs import ROOT
 
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
-ROOT = Path(__file__).parents[2]
 ASKED = 15
 """Places that ask elsewhere: whoever takes one away lowers it."""
 READ = 30

@@ -4,7 +4,6 @@ import json
 import re
 from collections.abc import Iterable, Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,7 +14,7 @@ from jsonschema import Draft202012Validator
 from pydantic_core import PydanticCustomError
 from rig.bad_specs import bases, cases
 from rig.controllers import Drawn, controllers
-from rig.specs import EXAMPLES, changed
+from rig.specs import EXAMPLES, ROOT, changed
 from suite import amount
 
 from heatwright import spec as language
@@ -172,7 +171,7 @@ def test_patterns_take_what_the_loader_takes(
 
 # -- docs/language.md: every key, every default, every example, every link
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 TEXT = (DOCS / "language.md").read_text(encoding="utf-8")
 DEFINITIONS: dict[str, Any] = dict(schema()["$defs"])  # type: ignore[arg-type]
 HEADINGS = {

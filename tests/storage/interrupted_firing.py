@@ -4,8 +4,8 @@ from random import Random
 from typing import NamedTuple
 
 from host_builds import build_of_spec
-from rig.specs import EXAMPLES, spec_of
-from storage_firing import IDLE, INTERRUPTED, LOOP, PAUSED
+from rig.specs import spec_of
+from storage_firing import IDLE, INTERRUPTED, LOOP, PAUSED, with_programs
 
 from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import Command
@@ -42,13 +42,11 @@ LONGEST_RECORDS = 120
 
 def spec_for(otherwise: str, on_fault: str = "pause") -> Spec:
     """The kiln of the examples with programs of minutes."""
-    text = (EXAMPLES / "kiln.yaml").read_text(encoding="utf-8")
-    before, _, rest = text.partition("  stored:\n")
-    text = before + STORED + "safety:" + rest.partition("safety:")[2]
-    for old, new in (("otherwise: stop", otherwise), ("on_fault: pause", on_fault)):
-        assert text.count(old) == 1
-        text = text.replace(old, f"{old.partition(':')[0]}: {new}")
-    return spec_of(text)
+    changes = (
+        ("otherwise: stop", f"otherwise: {otherwise}"),
+        ("on_fault: pause", f"on_fault: {on_fault}"),
+    )
+    return spec_of(with_programs("kiln", STORED, *changes))
 
 
 class Instant(NamedTuple):

@@ -5,7 +5,7 @@ from random import Random
 from typing import NamedTuple
 
 from rig.avr import whole
-from rig.specs import EXAMPLES, spec_of
+from rig.specs import changed, spec_of
 from storage_format import OVER, Progress, Segment
 
 from heatwright.sim.binary.elf import Elf
@@ -51,12 +51,14 @@ UNSAVED = ("program_crc", "temperature_c")
 
 def machine(example: str = "kiln", *, otherwise: str = "stop") -> tuple[Controller, Elf]:
     """A kiln of the examples, with shorter programs; what it does when it is too cold."""
-    text = (EXAMPLES / f"{example}.yaml").read_text(encoding="utf-8")
-    before, _, rest = text.partition("  stored:\n")
-    text = before + STORED + "safety:" + rest.partition("safety:")[2]
-    assert text.count("otherwise: stop") == 1
-    text = text.replace("otherwise: stop", f"otherwise: {otherwise}")
+    text = with_programs(example, STORED, ("otherwise: stop", f"otherwise: {otherwise}"))
     return spec_of(text).controller, whole(text)
+
+
+def with_programs(example: str, stored: str, *changes: tuple[str, str]) -> str:
+    """Write a kiln of the examples with these programs, and other changes."""
+    before, _, rest = changed(example, *changes).partition("  stored:\n")
+    return before + stored + "safety:" + rest.partition("safety:")[2]
 
 
 class Seen(NamedTuple):

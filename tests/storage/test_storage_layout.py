@@ -2,10 +2,9 @@
 
 import re
 from itertools import pairwise, product
-from pathlib import Path
 
 import pytest
-from rig.specs import files_of, spec_of
+from rig.specs import ROOT, files_of, spec_of
 from storage_format import PROGRESS_BYTES, Memory
 from storage_specs import NAMES, board_text, text_of
 
@@ -76,7 +75,7 @@ def test_what_is_proposed_where_something_is_refused_is_accepted():
 
 @pytest.mark.parametrize(("board", "every"), [("mega2560", "1 min"), ("uno", "11 min")])
 def test_the_page_says_how_long_it_lasts(board, every):
-    page = (Path(__file__).parents[2] / "docs" / "storage.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "storage.md").read_text(encoding="utf-8")
     programs = f"  save_every: {every}"
     controller = load_text(board_text(board, programs), "page.yaml").controller
     areas = layout(controller)

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig.avr import whole
+from rig.avr import device_of
 from rig.specs import changed, controller_of
 
-from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.lcd import Screen
 from heatwright.sim.timing.display import button_to_display, to_come
 from heatwright.sim.timing.figures import Figure
@@ -171,6 +170,6 @@ def test_a_loop_that_no_key_moves_rests_at_its_setpoint() -> None:
         ("  - {kind: lcd_keypad, loop: air, step: 10 K}\n", ""),
         ("    - {at: 10 s, press: up, times: 3}\n", ""),
     )
-    device = AvrDevice(controller_of(text), whole(text))
+    device = device_of(text)
     Stage(controller_of(text), device, 150.0).advance(150.0)
     assert device.read("fault.code") == 0
