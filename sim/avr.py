@@ -4,8 +4,6 @@ The run loop is in C and does not hold Python's lock, so processors run in threa
 each is independent and deterministic. See docs/simulator.md for what is and is not simulated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """A run on the bench with a binary: plant and processor advance together in C, many rows a call."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -6,8 +6,6 @@ firmware's reading minus that temperature; its bound is one step. A current's ta
 no current to the ADC's full scale.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The errors found in an analog sensor's chain (see heatwright.sim.chain)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Literal
 

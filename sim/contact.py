@@ -1,7 +1,5 @@
 """Contacts at the machine's inputs: a door's, an emergency stop's, a thermal cut-out's."""
 
-from __future__ import annotations
-
 from heatwright.sim.avr import Avr
 from heatwright.spec import Controller
 

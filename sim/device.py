@@ -1,7 +1,5 @@
 """The binary as a device on the bench: a simulated processor with the spec's chips and wires."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Run a board and its machine in real time, or at a multiple of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import ceil
 from time import monotonic, sleep

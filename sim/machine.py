@@ -5,8 +5,6 @@ for the C. C works on the plant's own arrays (native/machine.c). It runs step by
 when it lacks a matrix, noise or room in its log, or when a part outside needs records or acts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple

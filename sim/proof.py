@@ -1,7 +1,5 @@
 """Proofs that a fan turns: an airflow contact, or the pulses of its tachometer."""
 
-from __future__ import annotations
-
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.fan import Fan
 from heatwright.sim.native.relay import Armature, Relay, Wire

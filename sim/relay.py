@@ -1,7 +1,5 @@
 """The safety relay in series with every heater."""
 
-from __future__ import annotations
-
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.relay import Armature, Relay, Wire
 from heatwright.spec import Controller

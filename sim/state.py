@@ -1,7 +1,5 @@
 """The state after each control step, read from the binary's RAM by the names in its source."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Built-in functions, and those of `math` and `bisect`, that also take arrays."""
 
-from __future__ import annotations
-
 import math
 import operator
 from bisect import bisect_right

@@ -4,8 +4,6 @@ A value is either uniform, that is one object that all lanes share, or an array 
 each lane. `active` is the mask of the active lanes, those that run now; None means all of them.
 """
 
-from __future__ import annotations
-
 import operator
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -1,6 +1,5 @@
 """The translated modules of the model, by the names of the originals."""
 
-from __future__ import annotations
 import __future__
 
 import ast

@@ -4,8 +4,6 @@ Each lane equals its own `thermal_network.Plant` bit for bit: it uses that plant
 same routine for the product, and that plant's random generators for the noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """N objects of the model as one: numbers that differ become arrays with one element per lane."""
 
-from __future__ import annotations
-
 import types
 from collections import deque
 from collections.abc import Sequence

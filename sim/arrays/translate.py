@@ -1,7 +1,5 @@
 """Translate a module's syntax tree so that its numbers may be arrays."""
 
-from __future__ import annotations
-
 import ast
 from itertools import count
 

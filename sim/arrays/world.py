@@ -1,7 +1,5 @@
 """N controllers on N machines, stepped at once: `bench` for lanes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """DWARF types as numpy types, as the AVR lays them out: no padding, little-endian."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ Addresses are the processor's: flash in bytes from 0, RAM as in the data sheet (
 file's offsets 0x800000 for RAM and 0x810000 for EEPROM).
 """
 
-from __future__ import annotations
-
 import bisect
 from dataclasses import dataclass
 from pathlib import Path

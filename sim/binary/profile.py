@@ -1,7 +1,5 @@
 """Profile where a program spends its cycles; on simavr's core one instruction at a time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Faults that may occur at any moment of a campaign's run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from heatwright.sim.faults import effects

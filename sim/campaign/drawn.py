@@ -4,8 +4,6 @@ Each quantity has its own random stream, by seed, run and name: runs can be draw
 on any computer, and varying one more quantity does not change the others.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple

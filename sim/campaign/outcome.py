@@ -1,7 +1,5 @@
 """The outcome of one run of a campaign, as a row of its table."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Distributions of quantities: `± 20 %`, `normal 5 %`, `10 °C .. 30 °C`, `[1 K, 2 K]`."""
 
-from __future__ import annotations
-
 import re
 from typing import Any, Literal, NamedTuple
 

@@ -1,7 +1,5 @@
 """A run of a drawn machine with its binary: scenario, operators, disturbances and faults."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple

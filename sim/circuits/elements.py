@@ -1,7 +1,5 @@
 """Resistance of sensing elements over temperature, for arrays: °C in, Ω out."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

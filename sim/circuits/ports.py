@@ -1,7 +1,5 @@
 """Voltage at an ADC's pin: the sensing element, its circuit, and faults of the wiring."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

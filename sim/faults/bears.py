@@ -1,7 +1,5 @@
 """How hot each node of a machine may become; derived where the spec does not say it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -8,8 +8,6 @@ by the next step, at most 2 P after the change. A sensor that begins to answer b
 its next exchange, at most P later, or 2 P if an exchange was under way and still succeeds.
 """
 
-from __future__ import annotations
-
 import math
 
 from heatwright.sim.binary.elf import Elf

@@ -1,7 +1,5 @@
 """Which faults apply to a controller, derived from the parts that it has."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib import import_module

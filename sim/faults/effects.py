@@ -1,7 +1,5 @@
 """How parts fail physically: a heater's power, and the temperature of a sensor's tip."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """One fault that `verify` tries, and the result of its trial."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any

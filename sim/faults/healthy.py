@@ -1,7 +1,5 @@
 """Healthy machines at the corners of the spec's tolerances: no rule may trip."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple

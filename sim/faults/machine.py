@@ -1,7 +1,5 @@
 """What a healthy machine can do: how hot it gets, how fast, and up to which setpoint."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache

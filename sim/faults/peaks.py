@@ -1,7 +1,5 @@
 """How hot the machine became, and how early its heaters should have gone off."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from heatwright.sim.machine import BITS, FEED, WATCHED, Array, Machine

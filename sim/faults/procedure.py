@@ -15,8 +15,6 @@ each trip to its acknowledgement no heater's pin may be on for a single cycle. N
 machine may become hotter than it bears, until the heat has spread after the first trip.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

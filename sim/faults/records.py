@@ -1,7 +1,5 @@
 """Record when the latched fault and the heaters' pins change, to the cycle."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

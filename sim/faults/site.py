@@ -1,7 +1,5 @@
 """Where a fault is tried: a controller on its machine, one of its loops, and its binary."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol

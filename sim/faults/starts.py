@@ -3,8 +3,6 @@
 It never starts colder than its ambient, even if its setpoint is lower.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 from heatwright.sim.faults.bears import coldest_c, hottest_c

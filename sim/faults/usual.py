@@ -1,7 +1,5 @@
 """The usual forms of a fault: the loop heats when it occurs."""
 
-from __future__ import annotations
-
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.fault import Act, Fault, Judge, Trip, no_complaint, nothing
 from heatwright.sim.faults.machine import watch_s

@@ -6,8 +6,6 @@ the firmware has latched it in the same step. The readings must also equal the t
 sensors' tips, and the currents that flowed, unless the sensor itself is faulty.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 
 import numpy as np

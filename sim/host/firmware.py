@@ -1,7 +1,5 @@
 """Run a host build: one firmware, its world, and its state after each control step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from enum import IntEnum
 from typing import Any, NamedTuple

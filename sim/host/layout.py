@@ -1,7 +1,5 @@
 """The layout of the firmware's state from its own headers: names, widths, offsets."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from pathlib import Path

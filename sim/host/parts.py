@@ -1,7 +1,5 @@
 """The loops and parts of a host build, as macros for world.c and loop.c."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from importlib import import_module
 from typing import NamedTuple

@@ -5,8 +5,6 @@ between them, and a dead time only shifts the readings. No time step is needed, 
 smooth in every parameter, as a gradient fit needs it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

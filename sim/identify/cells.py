@@ -1,7 +1,5 @@
 """Parse one line of a log: numbers, labels, clock times."""
 
-from __future__ import annotations
-
 import math
 import re
 from datetime import datetime

@@ -1,7 +1,5 @@
 """The meaning of a log's columns: by the names in its header, or by the user's options."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

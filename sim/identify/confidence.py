@@ -1,7 +1,5 @@
 """The uncertainty of the parameters of a fit."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student

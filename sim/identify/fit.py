@@ -1,7 +1,5 @@
 """Fit the plant that is nearest to a record."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Read the rows of numbers of a log, whatever program wrote it and whatever else it contains."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

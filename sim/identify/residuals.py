@@ -1,7 +1,5 @@
 """The residuals between record and model: noise, pattern and outliers."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter

@@ -5,8 +5,6 @@ start. So only a few shapes of the response have to be tried (separable least sq
 Pereyra, SIAM Journal on Numerical Analysis 10, 1973).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product

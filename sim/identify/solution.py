@@ -1,7 +1,5 @@
 """Nonlinear least squares on a record, under one setting."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The structure of the plant to find, as a thermal network, and its parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

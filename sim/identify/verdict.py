@@ -1,7 +1,5 @@
 """Which parameters the record determines, and which it cannot."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

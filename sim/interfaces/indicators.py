@@ -1,7 +1,5 @@
 """LEDs as a person sees them: lit, blinking or dark."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Literal
 

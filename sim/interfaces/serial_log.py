@@ -1,7 +1,5 @@
 """A computer that reads the log over a serial port, like a person at a terminal."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

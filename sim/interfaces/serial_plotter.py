@@ -1,7 +1,5 @@
 """A computer that receives lines for the program Serial Port Plotter: ``$1.00 2.00;``."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Check at the pins that heater and cooler of a loop are never on together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The limit of a simulation's speed: the computing time of its processor's awake cycles."""
 
-from __future__ import annotations
-
 from time import process_time
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 This is read from the running binary, and from the pins that the gate itself reads.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A noisy cable: bytes are changed, lost or doubled."""
 
-from __future__ import annotations
-
 import random
 
 PRINTED = range(0x20, 0x7F)

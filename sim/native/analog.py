@@ -1,7 +1,5 @@
 """Analog inputs of a simulated processor."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """EEPROM of a simulated processor."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.sim.native.hw import Hw

@@ -1,7 +1,5 @@
 """One processor in the shim, shared by its Python wrappers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Logs that the shim fills and Python empties."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How a chip on a bus sees its master: times that C checks, and calls of C to the chip."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """A 1-Wire slave on its line: C handles the bits, Python their meaning."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Protocol
 

@@ -1,7 +1,5 @@
 """Differences between the simulated parts that simavr does not know (data sheets)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

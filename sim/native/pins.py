@@ -1,7 +1,5 @@
 """Pins of a simulated processor, by port and bit: ``"PD3"``."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Any, Literal
 

@@ -6,8 +6,6 @@ digest of the sources, of the simavr version and of this Python's ABI, so a chan
 causes a new build, and processes that build at the same time do not disturb each other.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import importlib.util

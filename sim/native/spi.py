@@ -1,7 +1,5 @@
 """An SPI slave on its wires: C handles the bits, Python their meaning."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, Protocol

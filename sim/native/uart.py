@@ -1,7 +1,5 @@
 """Serial lines of a simulated processor."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -5,8 +5,6 @@ against the stricter of their data sheets: a step that it could miss or take in 
 is a violation. A step while it is not enabled moves nothing.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A switch on a pin: a transistor with the board's resistor at its gate."""
 
-from __future__ import annotations
-
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import Level, Source
 from heatwright.spec import Board

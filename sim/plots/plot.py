@@ -1,7 +1,5 @@
 """Plot a run: temperatures, a zoom at the setpoint, the heaters' duty, faults."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Shared by all plots of a run: colours, axes, faults, thinning of points."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle, pairwise

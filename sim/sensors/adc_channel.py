@@ -5,8 +5,6 @@ step of time would dominate the run time. The error of a curve is known
 (tests/analog/test_curves.py). Beyond the ends of the curve the circuit itself is computed.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 from heatwright.sim.avr import Avr

@@ -1,7 +1,5 @@
 """A sensor on an ADC pin: a voltage that follows a temperature, with faults."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

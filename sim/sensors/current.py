@@ -1,7 +1,5 @@
 """A heater's current sensor with a voltage output on an ADC pin, with faults."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from heatwright.sim.avr import Avr

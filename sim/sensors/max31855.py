@@ -4,8 +4,6 @@ It always converts in the background. A conversion that ends while it is not sel
 answer. After power-up it answers zeros until the first conversion has ended.
 """
 
-from __future__ import annotations
-
 import math
 
 from heatwright.sim.avr import Avr

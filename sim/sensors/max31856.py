@@ -5,8 +5,6 @@ voltage of the connected thermocouple and converts it by the type that is set: a
 wrong readings. All its times are the longest of the data sheet.
 """
 
-from __future__ import annotations
-
 import math
 
 from heatwright.sim.avr import Avr

@@ -1,7 +1,5 @@
 """The registers of a MAX31856, as its data sheet lists them ("Internal Registers")."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

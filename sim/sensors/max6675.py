@@ -5,8 +5,6 @@ that of the last complete one. The data sheet does not define the answer before 
 it is 0 °C.
 """
 
-from __future__ import annotations
-
 import math
 
 from heatwright.sim.avr import Avr

@@ -1,7 +1,5 @@
 """Shared by the thermocouple converters on three or four wires."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 from typing import Literal, Protocol

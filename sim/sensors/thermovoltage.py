@@ -3,8 +3,6 @@
 The functions are NIST's of ITS-90 (Monograph 175), for all eight types.
 """
 
-from __future__ import annotations
-
 from functools import cache, lru_cache
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """How soon the display shows a key's change, and when it is set up again."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The measured figures, each with its limit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

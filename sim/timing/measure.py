@@ -1,7 +1,5 @@
 """The measurement: a quiet run to plan the keys, then ten minutes of keys, display and line."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

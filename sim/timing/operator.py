@@ -1,7 +1,5 @@
 """The operator of the timing: presses keys at the worst times, and knows the results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

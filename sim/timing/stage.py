@@ -1,7 +1,5 @@
 """The device whose timing is measured, with readings that keep display and lines busy."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

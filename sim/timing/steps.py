@@ -1,7 +1,5 @@
 """The jitter of the control steps, and the duration of a tick's work."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

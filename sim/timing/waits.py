@@ -1,7 +1,5 @@
 """The longest busy waits, the longest times with interrupts off, and the stack."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from heatwright.sim.binary.elf import Elf

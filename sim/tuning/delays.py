@@ -1,7 +1,5 @@
 """The delays of a controller from sensor to output, from the spec."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 from heatwright.spec import Controller

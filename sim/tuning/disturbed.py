@@ -1,7 +1,5 @@
 """The response of a loop to a load, and the effect of its sensor's steps on the duty."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

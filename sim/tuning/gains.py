@@ -1,7 +1,5 @@
 """Gains of the firmware's PID, and their conversion from the forms of tuning rules."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -4,8 +4,6 @@ K. J. Åström, B. Wittenmark, Computer-Controlled Systems, 3rd ed. 1997: sectio
 with dead time, sampled; chapter 8 for backward differences.
 """
 
-from __future__ import annotations
-
 import math
 
 import control

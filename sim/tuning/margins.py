@@ -1,7 +1,5 @@
 """The stability margins of a loop."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

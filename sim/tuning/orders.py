@@ -1,7 +1,5 @@
 """Orders of a host or a master to a commanded loop, as events of a scenario."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from heatwright.sim.interfaces.gcode import heats, tunes

@@ -1,7 +1,5 @@
 """The linear model of a machine near a working point, from duty to reading."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ S. Skogestad, "Simple analytic rules for model reduction and PID controller tuni
 Process Control 13 (2003), section 2: the half rule, and rules T1 to T3 for zeros.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 CLOSE = 1.6

@@ -1,7 +1,5 @@
 """The firmware's autotune, run by the reference model on the spec's machine."""
 
-from __future__ import annotations
-
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.plots.plot_data import fault_label, faults
 from heatwright.sim.tuning.gains import Gains

@@ -5,8 +5,6 @@ or colder, and the supply is not exactly its nominal voltage. All machines are h
 all gains in question, one in each lane of `heatwright.sim.arrays`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple

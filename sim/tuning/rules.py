@@ -6,8 +6,6 @@ that a disturbance is removed faster; lambda tuning does not (Dahlin 1968; River
 Skogestad, Industrial & Engineering Chemistry Process Design and Development 25, 1986, table 1).
 """
 
-from __future__ import annotations
-
 from heatwright.sim.tuning.gains import Gains, Series
 from heatwright.sim.tuning.margins import margins
 from heatwright.sim.tuning.process import Process

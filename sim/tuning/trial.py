@@ -1,7 +1,5 @@
 """Try gains on the bench: the whole control law, with its limits, on the spec's machine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from heatwright.sim.bench import ReferenceDevice, bench

@@ -1,7 +1,5 @@
 """The past of a sensor's tip, as C keeps it, against a list of all that it was told."""
 
-from __future__ import annotations
-
 import random
 from types import SimpleNamespace
 from typing import Any

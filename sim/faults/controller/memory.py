@@ -1,7 +1,5 @@
 """Damage of the controller: EEPROM, RAM, flash, clock, ADC and pins."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator

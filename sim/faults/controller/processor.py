@@ -6,8 +6,6 @@ do, with the address of an empty endless loop that avr-libc puts into every prog
 `__stop_program` leaves interrupts on; its entry `_exit` first switches them off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial

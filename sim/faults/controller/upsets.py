@@ -7,8 +7,6 @@ peripheral register acts as if an instruction had written it. A flip in the EEPR
 loss of power, because the EEPROM is read only at start-up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from random import Random
 from typing import NamedTuple

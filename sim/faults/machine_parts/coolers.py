@@ -1,7 +1,5 @@
 """Coolers that are always or never on, and fast alternation of heating and cooling."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.sim.faults import effects, starts

@@ -1,7 +1,5 @@
 """Check the cooler while a fault is latched: it must be on if the reading is hot or invalid."""
 
-from __future__ import annotations
-
 from heatwright.sim.faults.world import World
 from heatwright.sim.reference.loop import FAULT_COOLING_ABOVE_C
 

@@ -1,7 +1,5 @@
 """Current limits of a heater whose current is measured."""
 
-from __future__ import annotations
-
 from heatwright.sim.circuits import reference_v
 from heatwright.sim.faults.world import Site
 from heatwright.sim.reference.protection.limiter import IDLE_ADC_STEPS, IDLE_SHARE, rms_to_mean

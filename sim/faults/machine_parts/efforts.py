@@ -1,7 +1,5 @@
 """Faults that the rules of effort see: wrong readings, and a heater that has become weaker."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Faults of heaters, their switches and their fans, and heat from other sources."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 

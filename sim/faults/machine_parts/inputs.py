@@ -1,7 +1,5 @@
 """Faults of the machine's inputs: a contact opens, bounces, or opens and closes again."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace

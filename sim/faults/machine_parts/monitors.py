@@ -1,7 +1,5 @@
 """Faults of monitors: broken sensors and parts that are too warm, with their warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple, cast

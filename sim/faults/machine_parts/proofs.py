@@ -1,7 +1,5 @@
 """Faults of fans with a proof: the fan stands still, or its proof is broken."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Faults of the safety relay: contacts weld or never close; its mirror contact's wire breaks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

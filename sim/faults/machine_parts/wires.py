@@ -1,7 +1,5 @@
 """Faults of a heater's wire that only its measured current shows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.sim.faults import effects, starts

@@ -1,7 +1,5 @@
 """Faults at the touch display: unplugged, another baud rate, floods, random touches."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 

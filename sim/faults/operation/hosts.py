@@ -1,7 +1,5 @@
 """Faults of the G-code host: silence, an emergency stop, values out of bounds, a noisy cable."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 from heatwright.sim.faults import starts

@@ -1,7 +1,5 @@
 """A loop that nobody switches off: its `on_for_at_most` ends, and only off restarts it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Faults of the Modbus master and its line: silence, insistence, values out of bounds, noise."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Whether each interface of the controller shows a latched fault to its users."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.sim.faults.world import World

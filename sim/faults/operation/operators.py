@@ -1,7 +1,5 @@
 """Faults at keys, display and serial port: stuck keys, random presses, a loose plug, floods."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from dataclasses import replace

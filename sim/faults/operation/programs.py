@@ -1,7 +1,5 @@
 """Faults and losses of power during a program: it must end or go on, as the spec says."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

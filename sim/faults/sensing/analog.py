@@ -1,7 +1,5 @@
 """Faults of a sensor on the ADC: its wires, its contacts, and the ADC itself."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Faults that any kind of sensor can have: wrong temperatures of its tip."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial

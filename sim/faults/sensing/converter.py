@@ -1,7 +1,5 @@
 """Faults of a thermocouple converter: its wires, supply, thermocouple and conversions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Faults that leave no valid reading, whatever the sensor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

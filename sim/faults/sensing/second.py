@@ -1,7 +1,5 @@
 """Sensors with wrong but plausible readings: only the loop's second sensor reveals them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Faults of a heater's current sensor: its line is torn or shorted, or its output is stuck."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import cast

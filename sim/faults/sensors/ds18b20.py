@@ -1,7 +1,5 @@
 """Faults of a DS18B20: its cable, its supply and its conversions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import cast

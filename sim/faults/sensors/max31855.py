@@ -1,7 +1,5 @@
 """Faults of a MAX31855, which also reports a thermocouple shorted to ground or supply."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import cast
 

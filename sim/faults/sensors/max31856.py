@@ -1,7 +1,5 @@
 """Faults of a MAX31856, which is also configured, and tests for an open input only at times."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import cast

@@ -1,7 +1,5 @@
 """A display on six lines, four of them data, decoded from a processor's pin log."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The Arduino LCD keypad shield: a display of 16 x 2 characters and five keys."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Five keys on one analog input: a ladder of resistors."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator, Mapping, Sequence
 

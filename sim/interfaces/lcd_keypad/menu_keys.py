@@ -5,8 +5,6 @@ and then that of the program; LEFT of it are the single values. A screen forgets
 is left.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """A Modbus master: it polls and writes, and checks the slave's answers."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A Modbus line, RS-232 or RS-485, at the pins of a UART and of its driver."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

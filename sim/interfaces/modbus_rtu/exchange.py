@@ -1,7 +1,5 @@
 """One request of a Modbus master, and its result."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.sim.interfaces.modbus_rtu.frames import Answer

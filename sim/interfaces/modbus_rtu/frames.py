@@ -3,8 +3,6 @@
 Written from the specification: Modbus Application Protocol 1.1b3; over serial line 1.02.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The registers of a Modbus slave, by docs/modbus.md."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType

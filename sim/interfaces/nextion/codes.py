@@ -1,7 +1,5 @@
 """Answers of a Nextion display to instructions (Nextion Instruction Set, section 7)."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 END = b"\xff\xff\xff"

@@ -1,7 +1,5 @@
 """Colours of a Nextion display: 16 bits, five of red, six of green, five of blue."""
 
-from __future__ import annotations
-
 Colour = tuple[int, int, int]
 
 WHITE = 65_535

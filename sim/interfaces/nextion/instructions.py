@@ -1,7 +1,5 @@
 """The instructions of a Nextion display, from its serial line and from its pages' events."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from operator import eq, ge, gt, le, lt, ne

@@ -1,7 +1,5 @@
 """The serial line of a simulated display, which receives at its own baud rate."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The bytes that the touch display's pages send for an order to the program."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from heatwright.spec.scenario.program_orders import Order

@@ -1,7 +1,5 @@
 """The syntax of Nextion instructions: numbers, texts, names and expressions."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from functools import lru_cache

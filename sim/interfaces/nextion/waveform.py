@@ -1,7 +1,5 @@
 """The curves of a Nextion waveform: one byte per column, up to four channels."""
 
-from __future__ import annotations
-
 from collections import deque
 
 from heatwright.sim.interfaces.nextion.codes import Code, Refused
