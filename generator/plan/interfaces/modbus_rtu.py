@@ -22,7 +22,9 @@ from heatwright.generator.plan.parts import (
     Part,
     PinPlan,
     Stage,
+    Told,
     Wiring,
+    pair,
 )
 from heatwright.generator.plan.pins import driven, label, pulled_up
 from heatwright.generator.plan.registers import VERSION
@@ -51,19 +53,16 @@ def plan(source: Source, interface: ModbusRtu) -> Part:
 
 
 def _files(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -> Iterable[File]:
-    for name in ("modbus.h", "modbus.c", "modbus_line.h", "modbus_identity.h"):
-        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}")
-    for name in ("modbus_values.h", "modbus_values.c"):
-        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}")
-    line = _line(source, interface, silence)
-    yield File("src/modbus_line.c", "interfaces/modbus_rtu/modbus_line.c.j2", line)
-    yield File(
-        "src/modbus_identity.c", "interfaces/modbus_rtu/modbus_identity.c.j2", _identity(source)
-    )
+    for name in ("modbus", "modbus_values"):
+        yield from pair(name, f"interfaces/modbus_rtu/{name}")
+    told: dict[str, Told] = {
+        "modbus_line": _line(source, interface, silence),
+        "modbus_identity": _identity(source),
+    }
+    for name, context in told.items():
+        yield from pair(name, f"interfaces/modbus_rtu/{name}", context, plain_header=True)
     yield from documents(source, interface)
-    context = map_names(source)
-    for name in ("modbus_map.h", "modbus_map.c"):
-        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}.j2", context)
+    yield from pair("modbus_map", "interfaces/modbus_rtu/modbus_map", map_names(source))
     if interface.linuxcnc:
         yield from linuxcnc.files(source, interface)
 

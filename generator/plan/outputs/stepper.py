@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
-from heatwright.generator.plan.outputs.common import UseOfOutput, output_files, output_names
+from heatwright.generator.plan.outputs.common import UseOfOutput, output_names
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -16,6 +16,7 @@ from heatwright.generator.plan.parts import (
     PinPlan,
     Stage,
     Wiring,
+    pair,
     pulled,
 )
 from heatwright.generator.plan.pins import driven, label, switched
@@ -73,9 +74,9 @@ def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
         ready_loops=ready,
         ready_where=", ".join(loops.at(each, "ready_within").where for each in ready),
     )
-    file = f"output_{name}.h"
+    file, told = f"output_{name}.h", (output_names(source, name, use), stepper)
     return Part(
-        files=output_files(name, "outputs/stepper", (output_names(source, name, use), stepper)),
+        files=pair(f"output_{name}", "outputs/stepper", told),
         groups=(Group(f"Output {name}", _constants(source, output, board, number, prescaler)),),
         pins=_pins(source, name, output, board),
         start_calls=(Call(Stage.SENSE, file, f"output_{name}_start();"),),
