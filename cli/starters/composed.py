@@ -41,7 +41,7 @@ def parts() -> dict[str, Any]:
 
 def bears(board: str, part: dict[str, Any]) -> bool:
     """Return whether a board has what an output or an interface needs."""
-    has = BOARDS[board]._asdict() | {"timers": len(BOARDS[board].timers)}
+    has = vars(BOARDS[board]) | {"timers": len(BOARDS[board].timers)}
     return all(has[key] >= least for key, least in part.get("needs", {}).items())
 
 
