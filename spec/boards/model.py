@@ -35,6 +35,13 @@ class Pin(NamedTuple):
         """The chip's own name of the pin, such as `PD3`."""
         return f"P{self.port}{self.bit}"
 
+    @property
+    def label(self) -> str:
+        """Both names, as messages have them, such as `D3 (PD3)`; one if there is no other."""
+        if not self.digital or self.name == self.port_name:
+            return self.name
+        return f"{self.name} ({self.port_name})"
+
 
 class Timer(NamedTuple):
     """One timer/counter; prescalers in the order of its clock-select codes, from 1."""
