@@ -65,6 +65,16 @@ class Line(NamedTuple):
     parity: Literal["even", "odd", "none"] = "none"
     stop_bits: int = 1
 
+    @property
+    def form(self) -> str:
+        """The format of a character in the usual form, such as `8E1`."""
+        return f"8{self.parity[0].upper()}{self.stop_bits}"
+
+    @property
+    def told(self) -> str:
+        """Its speed and format, such as `19200 baud, 8E1`."""
+        return f"{self.baud} baud, {self.form}"
+
 
 class Shield(NamedTuple):
     """A board that is put on top: the pins that it takes, what for, and the pin of its keys."""

@@ -256,7 +256,5 @@ def _receiving_pin(source: Source) -> PinPlan:
 def _wiring(source: Source, interface: Gcode) -> Iterable[Wiring]:
     board = source.controller.board
     uart = board.uarts[0]
-    yield Wiring(
-        label(board.pins[uart.rx]), "G-code host, its transmitter", f"{interface.baud} baud, 8N1"
-    )
+    yield Wiring(label(board.pins[uart.rx]), "G-code host, its transmitter", interface.line.told)
     yield Wiring(label(board.pins[uart.tx]), "G-code host, its receiver", "the same")

@@ -32,7 +32,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_string
 from heatwright.generator.plan.timers import free_running, round_interval
 from heatwright.generator.plan.timers import registers as timer_registers
-from heatwright.generator.plan.uart import UartRegisters, form, registers
+from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import ModbusRtu
 from heatwright.spec.board.timers import Interval, allocate
 
@@ -137,7 +137,7 @@ def _line(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -
         match_vector=timer.vector(),
         uart=uart,
         setup=[
-            *uart.formed("MODBUS_DIVISOR", interface.parity, interface.stop_bits),
+            *uart.formed("MODBUS_DIVISOR", interface.line.form),
             *free_running(timer, interval.prescaler),
         ],
         listening=uart.enabled("TXEN", "TXCIE", "RXEN", "RXCIE"),
@@ -183,8 +183,7 @@ def _pins(source: Source, interface: ModbusRtu) -> Iterable[PinPlan]:
 def _wiring(source: Source, interface: ModbusRtu) -> Iterable[Wiring]:
     board = source.controller.board
     uart = board.uarts[0]
-    speed = f"{interface.baud} baud, {form(interface.parity, interface.stop_bits)}"
-    yield Wiring(label(board.pins[uart.rx]), "Modbus, from the master", speed)
+    yield Wiring(label(board.pins[uart.rx]), "Modbus, from the master", interface.line.told)
     yield Wiring(label(board.pins[uart.tx]), "Modbus, to the master", "the same")
     if interface.driver_enable is not None:
         yield Wiring(

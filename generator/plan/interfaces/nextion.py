@@ -287,6 +287,6 @@ def _receiving_pin(source: Source, interface: Nextion) -> PinPlan:
 
 def _wiring(source: Source, interface: Nextion) -> Iterable[Wiring]:
     board, uart = source.controller.board, _uart(source, interface)
-    speed = f"{interface.baud} baud, 8N1"
-    yield Wiring(label(board.pins[uart.rx]), "Nextion display, TX (blue)", speed)
+    told = interface.line.told
+    yield Wiring(label(board.pins[uart.rx]), "Nextion display, TX (blue)", told)
     yield Wiring(label(board.pins[uart.tx]), "Nextion display, RX (yellow)", "5 V, its own supply")

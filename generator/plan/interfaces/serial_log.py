@@ -61,7 +61,7 @@ def plan(source: Source, interface: SerialLog) -> Part:
         ring.append(File("src/log_ring.c", "interfaces/serial_log/log_ring_ram.c.j2", context))
     uart = board.uarts[interface.port]
     receives = board.pins[uart.rx]
-    line = f"{interface.baud} baud, 8N1"
+    line = interface.line.told
     return Part(
         files=(
             *(

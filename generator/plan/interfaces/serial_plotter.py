@@ -69,7 +69,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
             Wiring(
                 label(board.pins[board.uarts[0].tx]),
                 "serial plotter",
-                f"{interface.baud} baud, 8N1, sends only",
+                f"{interface.line.told}, sends only",
                 end="receiver",
             ),
         ),
