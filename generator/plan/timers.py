@@ -44,6 +44,11 @@ class TimerRegisters:
         return f"TCNT{self.number}"
 
     @property
+    def compare_type(self) -> str:
+        """Type in C of a count, and of a compare value."""
+        return "uint16_t" if self.timer.bits == 16 else "uint8_t"
+
+    @property
     def _mask(self) -> str:
         return "TIMSK" if self.shared else f"TIMSK{self.number}"
 

@@ -30,7 +30,7 @@ from heatwright.generator.plan.pins import driven, label, pulled_up
 from heatwright.generator.plan.registers import VERSION
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_string
-from heatwright.generator.plan.timers import free_running, round_interval
+from heatwright.generator.plan.timers import TimerRegisters, free_running, round_interval
 from heatwright.generator.plan.timers import registers as timer_registers
 from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import ModbusRtu
@@ -103,15 +103,8 @@ class LineNames:
 
     where: str
     silence: str
-    timer: int
+    timer: TimerRegisters
     divider: int
-    compare: str
-    compare_type: str
-    counter: str
-    forget_match: str
-    match_on: str
-    match_off: str
-    match_vector: str
     uart: UartRegisters
     setup: list[str]
     listening: str
@@ -126,15 +119,8 @@ def _line(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -
     return LineNames(
         where=source.where,
         silence=quantity(silence_s(interface) * 1e3, "ms"),
-        timer=number,
+        timer=timer,
         divider=interval.divider,
-        compare=timer.compare(),
-        compare_type="uint16_t" if timer.timer.bits == 16 else "uint8_t",
-        counter=timer.counter,
-        forget_match=timer.forget(),
-        match_on=timer.interrupt_on(),
-        match_off=timer.interrupt_off(),
-        match_vector=timer.vector(),
         uart=uart,
         setup=[
             *uart.formed("MODBUS_DIVISOR", interface.line.form),

@@ -140,7 +140,7 @@ def _by_timer(
         ),
         disconnect=f"{names.control_a} &= (uint8_t)~({both});",
         connect=f"{names.control_a} |= {bits};",
-        compare_type="uint16_t" if names.timer.bits == 16 else "uint8_t",
+        compare_type=names.compare_type,
     )
 
 

@@ -21,7 +21,7 @@ from heatwright.generator.plan.parts import (
 )
 from heatwright.generator.plan.pins import driven, label, switched
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import counting_to_compare, halted, registers
+from heatwright.generator.plan.timers import TimerRegisters, counting_to_compare, halted, registers
 from heatwright.spec import Board, Stepper
 
 PULSE_US = 2
@@ -38,14 +38,9 @@ TICK_S = TICK_MS / 1000
 class StepperNames:
     """Further values for the templates."""
 
-    timer: int
-    vector: str
-    counter: str
-    compare: str
-    compare_type: str
+    timer: TimerRegisters
     start: list[str]
     stop: list[str]
-    interrupt_is_on: str
     pulse_us: int
     ready_loops: list[str]
     ready_where: str
@@ -56,20 +51,15 @@ def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
     assert use.timer is not None  # noqa: S101 - the allocation gave every stepper one
     controller = source.controller
     board, number = controller.board, use.timer
-    names = registers(board, number)
+    timer = registers(board, number)
     fastest = output.maximum_mm_per_s * output.steps_per_mm
     prescaler = _prescaler(board, number, fastest)
     ready = [each for each, loop in controller.loops.items() if loop.ready_within_k is not None]
     loops = Source(source.spec, ("loops",))
     stepper = StepperNames(
-        timer=number,
-        vector=names.vector(),
-        counter=names.counter,
-        compare=names.compare(),
-        compare_type="uint16_t" if board.timers[number].bits == 16 else "uint8_t",
-        start=counting_to_compare(names, prescaler, "set_compare();"),
-        stop=halted(names),
-        interrupt_is_on=names.interrupt_is_on(),
+        timer=timer,
+        start=counting_to_compare(timer, prescaler, "set_compare();"),
+        stop=halted(timer),
         pulse_us=PULSE_US,
         ready_loops=ready,
         ready_where=", ".join(loops.at(each, "ready_within").where for each in ready),
