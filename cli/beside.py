@@ -1,7 +1,5 @@
 """Files beside a spec: a scenario, and what a campaign varies."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """A command whose help ends with examples."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

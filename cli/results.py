@@ -1,7 +1,5 @@
 """Results of a simulation: figures on standard output, pictures and tables in files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """The scenario of a simulation: the spec's or another file's, and its length."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

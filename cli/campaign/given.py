@@ -1,7 +1,5 @@
 """What a campaign varies: read from its file and checked against the spec, or derived from it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple

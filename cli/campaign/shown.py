@@ -1,7 +1,5 @@
 """The results of a campaign as text and as JSON data."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """`heatwright kinds`: what a spec may name, who brings it, and what is missing."""
 
-from __future__ import annotations
-
 import click
 
 from heatwright.cli.command import with_examples

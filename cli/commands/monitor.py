@@ -1,7 +1,5 @@
 """`heatwright monitor`: what a board says on its serial line."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """`heatwright new`: the stubs of a package that brings a kind."""
 
-from __future__ import annotations
-
 import re
 from importlib.resources import files
 from importlib.resources.abc import Traversable

@@ -1,7 +1,5 @@
 """`heatwright schema`: the language, for editors."""
 
-from __future__ import annotations
-
 from heatwright.cli.command import with_examples
 from heatwright.cli.options import json_option, print_json
 

@@ -1,7 +1,5 @@
 """`heatwright size`: how much power a machine needs, and which wire its heater needs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """The page of one simulation."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells

@@ -1,7 +1,5 @@
 """The page with all the evidence for one spec."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from heatwright.cli.figures import replay_json

@@ -1,7 +1,5 @@
 """Composes a spec to start from: a machine's numbers, a sensor, an output, an interface."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from importlib.resources import files

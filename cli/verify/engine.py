@@ -1,7 +1,5 @@
 """Gathers the evidence: build, sensors, closed loop, replay, faults, timing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple

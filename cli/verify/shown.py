@@ -1,7 +1,5 @@
 """The evidence as tables on the terminal."""
 
-from __future__ import annotations
-
 import click
 from rich.text import Text
 

@@ -1,7 +1,5 @@
 """The ADC: one scan per tick, shared by the analog sensors and the keys."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

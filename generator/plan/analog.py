@@ -1,7 +1,5 @@
 """Common parts of thermistor, rtd and analog sensors: a channel, limits and a table."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

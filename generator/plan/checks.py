@@ -1,7 +1,5 @@
 """The self-checks of the controller: the main loop's permit is renewed only while all pass."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

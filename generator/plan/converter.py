@@ -1,7 +1,5 @@
 """Common parts of thermocouple converters on three wires: pins, a reader, and its times."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

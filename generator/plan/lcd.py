@@ -1,7 +1,5 @@
 """The screen of the LCD keypad shield: it shows text (lcd.h), without its keys."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import ticks

@@ -1,7 +1,5 @@
 """Settings and the latched fault in EEPROM."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import LoopSummary

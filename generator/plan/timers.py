@@ -1,7 +1,5 @@
 """Timers: prescaler and compare value for an interval, and the C lines that set them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

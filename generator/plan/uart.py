@@ -1,7 +1,5 @@
 """The registers of a board's serial ports, as C."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.spec.boards import Board

@@ -1,7 +1,5 @@
 """Which timer makes each PWM output: its pin's own, or a 16-bit one by interrupts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 

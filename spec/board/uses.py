@@ -1,7 +1,5 @@
 """Which pins a spec uses, and for what."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The boards heatwright knows, by the name a spec gives them."""
 
-from __future__ import annotations
-
 from heatwright.spec.boards import chips
 from heatwright.spec.boards.build import build
 from heatwright.spec.boards.model import Board, Layout, Pin, Timer, Uart

@@ -1,7 +1,5 @@
 """Composes a board from its chip's data and the names printed on it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from heatwright.spec.boards.model import Board, Chip, Layout, Pin, Uart

@@ -1,7 +1,5 @@
 """The chips, from their data sheets: memories, timers, and what each pin can do besides I/O."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS, ports

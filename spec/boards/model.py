@@ -1,7 +1,5 @@
 """What a board offers: its chip, its pins by name, its timers and serial ports."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple

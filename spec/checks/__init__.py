@@ -1,7 +1,5 @@
 """The checks that compare several entries of a spec: references, pins, timers, physics."""
 
-from __future__ import annotations
-
 from heatwright.spec.adjusted import extremes, with_setting
 from heatwright.spec.checks import references, scenario
 from heatwright.spec.checks.board import eeprom, memory, pins, ports, timers

@@ -1,7 +1,5 @@
 """The result of a check, and lists of a controller's parts for the checks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 

@@ -1,7 +1,5 @@
 """Checks of the scenario: events in order of time, and interfaces that can take them."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings, untaken
 from heatwright.spec.commands import keypad_of
 from heatwright.spec.controller import Controller

@@ -1,7 +1,5 @@
 """The level converter between a serial port's pins and the other end of its line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """LEDs that show what a loop does: lit, blinking or dark."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, ticks

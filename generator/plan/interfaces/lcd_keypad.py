@@ -1,7 +1,5 @@
 """The LCD keypad shield: its display, its keys, and their functions."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan import lcd

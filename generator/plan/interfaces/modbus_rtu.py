@@ -1,7 +1,5 @@
 """The slave of a Modbus line: its frames, its functions, its register map."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

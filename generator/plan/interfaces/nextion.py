@@ -1,7 +1,5 @@
 """A Nextion touch display: its line, its orders, its contents, and documents for its editor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A log of a loop in a ring buffer, read over a serial port."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity, ticks

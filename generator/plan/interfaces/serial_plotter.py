@@ -1,7 +1,5 @@
 """One line of numbers per period, for the program Serial Port Plotter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import prefix_of

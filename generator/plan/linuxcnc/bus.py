@@ -1,7 +1,5 @@
 """The line in mb2hal's configuration: format, rate of the transactions, time-out of answers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, floor, log10
 

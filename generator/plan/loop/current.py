@@ -1,7 +1,5 @@
 """The current of a heater: its limit, its rules, and their constants."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, in_periods, quantity, steps

@@ -1,7 +1,5 @@
 """A control loop: its step, its protections, its algorithm."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module

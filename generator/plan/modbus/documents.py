@@ -1,7 +1,5 @@
 """The register map for the author of the master: Markdown, CSV, a Python client."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from keyword import iskeyword

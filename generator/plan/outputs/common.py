@@ -1,7 +1,5 @@
 """Common parts of the plans of all outputs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """PWM outputs: by the timer of the pin, or by interrupts of a free-running timer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

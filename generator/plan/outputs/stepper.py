@@ -1,7 +1,5 @@
 """Steppers: a driver with step, direction and enable; a timer of its own makes each step."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """The menu of the LCD keypad shield for a loop with programs: screens, texts, changes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The program that moves a loop's setpoint: its constants, and its calls in start and step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import LoopSummary

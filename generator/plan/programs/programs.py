@@ -1,7 +1,5 @@
 """Programs and their progress in EEPROM."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

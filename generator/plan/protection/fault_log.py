@@ -1,7 +1,5 @@
 """The list of the last faults, for displays."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.parts import Call, Part, Stage, pair
 
 

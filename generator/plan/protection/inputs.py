@@ -1,7 +1,5 @@
 """Inputs of the machine: contacts that must be closed for heat."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.parts import Call, Group, Part, Stage, Symbol, Wiring, pair

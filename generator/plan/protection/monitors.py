@@ -1,7 +1,5 @@
 """Monitors: sensors of no loop, their limits, and their display."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity

@@ -1,7 +1,5 @@
 """The proof that a fan turns: a contact in its air, or the pulses of its tachometer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

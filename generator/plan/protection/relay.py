@@ -1,7 +1,5 @@
 """The safety relay in series with the heaters, and the contact that shows its state."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS

@@ -1,7 +1,5 @@
 """Current of a heater, on the ADC: a shunt's amplifier or a Hall sensor."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.generator.plan.adc import AdcNames, channel_macro, scan

@@ -1,7 +1,5 @@
 """DS18B20 on a 1-Wire line of its own."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """MAX31856: a thermocouple of any type, 19 bit, with registers on four wires."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Pins: they must exist, be free, and have the function that is needed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.spec.board.uses import SERIAL_PORT, PinUse, pin_uses, wired_pins

@@ -1,7 +1,5 @@
 """G-code hosts: what they serve and command."""
 
-from __future__ import annotations
-
 import re
 
 from heatwright.spec.checks.finding import Finding, Findings, scenario_events, untaken

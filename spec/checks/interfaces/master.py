@@ -1,7 +1,5 @@
 """Masters, and hosts that may be lost: what they can write, and what only they can do."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, scenario_events, untaken

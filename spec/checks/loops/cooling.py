@@ -1,7 +1,5 @@
 """Three positions: what cools, and a band between heating and cooling."""
 
-from __future__ import annotations
-
 from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.controller import Controller

@@ -1,7 +1,5 @@
 """Shortest times on and off: whole ticks, and none that a rule would take for a fault."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.loops.timing import counted_ticks
 from heatwright.spec.controller import Controller

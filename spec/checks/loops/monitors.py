@@ -1,7 +1,5 @@
 """Monitors: a sensor of their own, and limits that it can read but a healthy machine not reach."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Periods and time-outs: whole ticks, room for a conversion, counters that hold them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

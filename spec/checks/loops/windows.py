@@ -1,7 +1,5 @@
 """Time-proportional outputs: whole ticks, enough steps, pulses that fit the window."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """What a machine does once its heater is off: it coasts up, and then it cools."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 from heatwright.spec.checks.finding import Finding, Findings

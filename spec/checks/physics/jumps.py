@@ -1,7 +1,5 @@
 """What makes a healthy reading jump beyond its mean rise: noise, and pulses of the heater."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from itertools import islice, pairwise

@@ -1,7 +1,5 @@
 """One loop with its part of the plant, heated to the highest setpoint and then left to cool."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import islice, pairwise

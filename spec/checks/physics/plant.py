@@ -1,7 +1,5 @@
 """The simulated machine: names that exist, and paths of the heat to the sensor and to ambient."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller

@@ -1,7 +1,5 @@
 """The heater's power against the machine's losses: enough at its most, little at its least."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.spec.checks.finding import Finding, Findings

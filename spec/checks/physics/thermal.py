@@ -5,8 +5,6 @@ case of a healthy machine for the rules that watch its heating. Then the heater 
 heat that is under way still arrives.
 """
 
-from __future__ import annotations
-
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.physics.coasting import (

@@ -1,7 +1,5 @@
 """Rules that a healthy machine breaks while it is warm: at rest, or after a power cut."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.spec.algorithms import Pid

@@ -1,7 +1,5 @@
 """Orders of a scenario to programs, and its expectations of their ramps."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings, scenario_events, untaken
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path

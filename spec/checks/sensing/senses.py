@@ -1,7 +1,5 @@
 """What sensors of the simulated machine measure: temperatures of nodes, currents of outputs."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
 from heatwright.spec.controller import Controller
