@@ -1,7 +1,5 @@
 """Error budgets of a spec's sensors on the ADC, as tables and as JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

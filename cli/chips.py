@@ -1,7 +1,5 @@
 """What the chips around the binary show after a run, and what they complain of."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.sim.avr import CAUSES

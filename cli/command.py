@@ -1,7 +1,6 @@
 """A command whose help ends with examples."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from typing import Any
 
 import click
@@ -20,3 +19,8 @@ class Command(click.Command):
         with formatter.section("Examples" if len(self.examples) > 1 else "Example"):
             for line in self.examples:
                 formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+
+
+def with_examples(*examples: str) -> Callable[[Callable[..., Any]], Command]:
+    """Make a function a command; its help ends with the examples."""
+    return click.command(cls=Command, examples=examples)

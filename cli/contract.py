@@ -1,7 +1,5 @@
 """Finds what a kind still lacks: each missing piece, with its file."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from importlib import import_module

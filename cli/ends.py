@@ -1,7 +1,5 @@
 """How a command ends: an exit status, and at most a few lines that say why. Never a traceback."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

@@ -1,7 +1,5 @@
 """Figures of merit, as JSON data and as rows of tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

@@ -60,7 +60,7 @@ def told_as_json(as_json: bool, file: Path, spec: Spec, **keys: Any) -> Iterator
         yield
     except DoesNotFit as error:
         if as_json:
-            print_json({"spec": str(file), "digest": spec.digest, **keys, **error.what.as_json()})
+            print_json(spec=str(file), digest=spec.digest, **keys, **error.what.as_json())
         raise
 
 

@@ -69,7 +69,7 @@ def _announce(port: str, baud: int, speed: float, as_json: bool) -> None:
     if as_json:
         from heatwright.cli.options import print_json  # noqa: PLC0415
 
-        print_json({"port": port, "baud": baud, "speed": speed})
+        print_json(port=port, baud=baud, speed=speed)
     else:
         click.echo(f"{port}: {baud} baud, {speed:g} times real time. Ctrl-C ends it.")
     sys.stdout.flush()

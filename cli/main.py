@@ -1,7 +1,5 @@
 """`heatwright`: the list of commands, and how they are started."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

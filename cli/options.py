@@ -1,7 +1,5 @@
 """Arguments and options that several commands share."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +30,11 @@ json_option = click.option(
 )
 
 
-def print_json(value: object) -> None:
-    """Print a value as JSON; a number that JSON cannot hold (NaN) is an error."""
+def print_json(**members: object) -> None:
+    """Print one JSON object; a number that JSON cannot hold (NaN) is an error."""
     from json import dumps  # noqa: PLC0415 - only with --json
 
-    text = dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    text = dumps(members, indent=2, ensure_ascii=False, allow_nan=False)
     click.get_current_context().ensure_object(dict)[JSON_TOLD] = True
     click.echo(text)
 

@@ -1,7 +1,5 @@
 """Spreads work over processes, one for each core; shows progress, leaves no process behind."""
 
-from __future__ import annotations
-
 import gc
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """Serial ports that a board may be plugged into."""
 
-from __future__ import annotations
-
 import time
 
 from heatwright.cli.ends import Refused

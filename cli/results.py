@@ -1,20 +1,10 @@
 """Results of a simulation: figures on standard output, pictures and tables in files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click
 
-from heatwright.cli.figures import (
-    COLUMNS,
-    LOAD_COLUMNS,
-    LOAD_TEXTS,
-    as_json,
-    cells,
-    load_cells,
-    rounded,
-)
+from heatwright.cli.figures import as_json, rounded
 from heatwright.cli.options import print_json
 from heatwright.cli.running import Run
 from heatwright.cli.targets import whole
@@ -48,27 +38,25 @@ def write_run(
 def print_run_json(file: str, spec: Spec, run: Run, device: str) -> None:
     """Print a run as JSON."""
     print_json(
-        {
-            "spec": file,
-            "digest": spec.digest,
-            "device": device,
-            "loops": {
-                loop: {
-                    "closed_loop": as_json(figures),
-                    "faults": [
-                        {"time_s": rounded(time_s), "code": code, "rule": RULES[code].id}
-                        for time_s, code in run.faults[loop]
-                    ],
-                }
-                for loop, figures in run.figures.items()
-            },
-            "display": None if run.display is None else list(run.display),
-            "lights": {loop: dict(shown) for loop, shown in run.lights.items()},
-            "not_done": None
-            if run.not_done is None
-            else [{"time_s": rounded(time_s), "answer": text} for time_s, text in run.not_done],
-            "speed": speed(run),
-        }
+        spec=file,
+        digest=spec.digest,
+        device=device,
+        loops={
+            loop: {
+                "closed_loop": as_json(figures),
+                "faults": [
+                    {"time_s": rounded(time_s), "code": code, "rule": RULES[code].id}
+                    for time_s, code in run.faults[loop]
+                ],
+            }
+            for loop, figures in run.figures.items()
+        },
+        display=None if run.display is None else list(run.display),
+        lights={loop: dict(shown) for loop, shown in run.lights.items()},
+        not_done=None
+        if run.not_done is None
+        else [{"time_s": rounded(time_s), "answer": text} for time_s, text in run.not_done],
+        speed=speed(run),
     )
 
 
@@ -99,14 +87,11 @@ def speed_text(run: Run, what: str = "") -> str:
 
 def print_run(run: Run, spec: Spec, device: str) -> None:
     """Print a run as text."""
-    from heatwright.cli.tables import console, heading, show, table  # noqa: PLC0415
+    from heatwright.cli.tables import console, heading, show_figures  # noqa: PLC0415
 
     out = console()
-    rows = [(loop, *cells(figures)) for loop, figures in run.figures.items()]
     heading(f"{spec.controller.identity.name}, the {device}")
-    show(table(("loop", *COLUMNS), rows))
-    if loads := load_cells(run.figures):
-        show(table(LOAD_COLUMNS, loads, text_columns=LOAD_TEXTS))
+    show_figures(run.figures)
     for loop, tripped in run.faults.items():
         for fault in tripped:
             out.print(f"  {loop}: {fault_text(fault)}", style="red", markup=False)

@@ -1,7 +1,5 @@
 """The sizing of each loop's heater, as text and as JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Entry point of the command: it answers Ctrl-C even while the rest is being imported."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

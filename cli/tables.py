@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import click
 from rich.box import SIMPLE_HEAD
@@ -11,6 +12,9 @@ from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, JustifyMethod, RenderableType, RenderResult
 from rich.table import Table
 from rich.text import Text
+
+if TYPE_CHECKING:
+    from heatwright.sim.judges.metrics import Metrics
 
 WIDE = 200
 """Width in characters without a terminal: a file can be scrolled."""
@@ -51,6 +55,15 @@ def table(
     """
     texts = [[cell if isinstance(cell, Text) else Text(cell) for cell in row] for row in rows]
     return _Sheet([_Column(*each) for each in zip(columns, *texts, strict=True)], text_columns)
+
+
+def show_figures(figures: Mapping[str, Metrics]) -> None:
+    """Print the figures of merit of each loop, and its loads."""
+    from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, LOAD_TEXTS, cells, load_cells  # noqa: PLC0415
+
+    show(table(("loop", *COLUMNS), [(loop, *cells(each)) for loop, each in figures.items()]))
+    if loads := load_cells(figures):
+        show(table(LOAD_COLUMNS, loads, text_columns=LOAD_TEXTS))
 
 
 class _Column:

@@ -1,7 +1,5 @@
 """Files the user asked for: checked before the work, written whole or not at all."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Iterator, Sequence

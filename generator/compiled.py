@@ -3,8 +3,6 @@
 Compiling all templates of a firmware takes a third of the time of `heatwright generate`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import marshal

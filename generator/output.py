@@ -1,7 +1,5 @@
 """Write a project to a folder, or compare it with one. The user's own files are never changed."""
 
-from __future__ import annotations
-
 import os
 import re
 import tempfile

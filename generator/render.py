@@ -1,7 +1,5 @@
 """Render the templates with the values of a plan. Nothing is decided or computed here."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

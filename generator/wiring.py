@@ -1,7 +1,5 @@
 """Draws the wiring of a board: its pins on the left, the devices connected to them on the right."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterable, Sequence

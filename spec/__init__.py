@@ -1,15 +1,8 @@
 """The language: one YAML file describes a thermal controller."""
 
-from heatwright.spec.algorithms import (
-    Algorithm,
-    IntegralLimits,
-    OnOff,
-    OutputLimits,
-    Pid,
-    ThreePosition,
-)
+from heatwright.spec.algorithms import Algorithm, OnOff, Pid, ThreePosition
 from heatwright.spec.board.interrupts import longest_wait_s
-from heatwright.spec.boards import BOARDS, Board, Pin, Timer, Uart
+from heatwright.spec.boards import BOARDS, Board, Pin, Timer
 from heatwright.spec.checks.comparison import row_controller, row_loop
 from heatwright.spec.commands import (
     commanded,
@@ -18,17 +11,9 @@ from heatwright.spec.commands import (
     must_release,
     nextion_of,
     programmed,
-    starts_enabled,
-    switched,
     tunable,
 )
-from heatwright.spec.controller import (
-    ComparisonRow,
-    Controller,
-    Identity,
-    Published,
-    Safety,
-)
+from heatwright.spec.controller import ComparisonRow, Controller, Published
 from heatwright.spec.inputs import Input
 from heatwright.spec.interfaces import (
     Gcode,
@@ -50,7 +35,6 @@ from heatwright.spec.loops import (
     Protection,
     RisingWhileOff,
     Runaway,
-    Setpoint,
 )
 from heatwright.spec.monitors import Monitor, monitors_of, watching_loop
 from heatwright.spec.outputs import (
@@ -65,24 +49,16 @@ from heatwright.spec.outputs import (
     full_a,
 )
 from heatwright.spec.problems import Problem, SpecError
-from heatwright.spec.programs import (
-    AfterPowerLoss,
-    HoldBack,
-    Program,
-    Programs,
-    Segment,
-)
+from heatwright.spec.programs import AfterPowerLoss, HoldBack, Program, Programs, Segment
 from heatwright.spec.proofs import proofs, proven_in
 from heatwright.spec.scenario.program_orders import ProgramOrder
 from heatwright.spec.scenario.writes import Write
 from heatwright.spec.sensing.analog_parts import (
     Amplifier,
-    AnalogSensor,
     BetaCurve,
     CodesCurve,
     Divider,
     PointsCurve,
-    SteinhartHartCurve,
 )
 from heatwright.spec.sensing.currents import Current, CurrentSensor
 from heatwright.spec.sensing.max31856 import Max31856
@@ -91,8 +67,6 @@ from heatwright.spec.sensors import Analog, Ds18b20, Rtd, Sensor, Thermistor
 from heatwright.spec.simulation import (
     Event,
     Expect,
-    FanEffect,
-    Filament,
     Link,
     Plant,
     Radiation,
@@ -107,7 +81,6 @@ __all__ = [
     "Algorithm",
     "Amplifier",
     "Analog",
-    "AnalogSensor",
     "Autotune",
     "BetaCurve",
     "Board",
@@ -121,16 +94,12 @@ __all__ = [
     "Ds18b20",
     "Event",
     "Expect",
-    "FanEffect",
-    "Filament",
     "Frozen",
     "Gcode",
     "Heating",
     "HoldBack",
-    "Identity",
     "Indicators",
     "Input",
-    "IntegralLimits",
     "Interface",
     "LcdKeypad",
     "Link",
@@ -143,7 +112,6 @@ __all__ = [
     "Nextion",
     "OnOff",
     "Output",
-    "OutputLimits",
     "Pid",
     "Pin",
     "Plant",
@@ -160,17 +128,14 @@ __all__ = [
     "RisingWhileOff",
     "Rtd",
     "Runaway",
-    "Safety",
     "Segment",
     "Sense",
     "Sensor",
     "SerialLog",
     "SerialPlotter",
-    "Setpoint",
     "Simulation",
     "Spec",
     "SpecError",
-    "SteinhartHartCurve",
     "Stepper",
     "Switch",
     "Tachometer",
@@ -179,7 +144,6 @@ __all__ = [
     "ThreePosition",
     "TimeProportionalOutput",
     "Timer",
-    "Uart",
     "Write",
     "commanded",
     "digest",
@@ -198,8 +162,6 @@ __all__ = [
     "proven_in",
     "row_controller",
     "row_loop",
-    "starts_enabled",
-    "switched",
     "tunable",
     "watching_loop",
 ]

@@ -1,7 +1,5 @@
 """Numbers of an algorithm that people set by keys: which, in which range, and their extremes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple

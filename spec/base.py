@@ -90,12 +90,21 @@ def _frozen(value: Mapping[K, V]) -> Mapping[K, V]:
     return ReadOnlyDict(value)
 
 
+def _not_more(value: Mapping[K, V], most: int) -> Mapping[K, V]:
+    if len(value) > most:
+        raise refuse(f"{len(value)} are defined here", f"Define at most {most}")
+    return ReadOnlyDict(value)
+
+
 def _filled(value: Mapping[K, V]) -> Mapping[K, V]:
     if not value:
         raise refuse("nothing is defined here", "Define at least one")
-    if len(value) > MOST_ENTRIES:
-        raise refuse(f"{len(value)} are defined here", f"Define at most {MOST_ENTRIES}")
-    return ReadOnlyDict(value)
+    return _not_more(value, MOST_ENTRIES)
+
+
+def at_most(most: int) -> AfterValidator:
+    """Make the mark of a mapping that must not have more than `most` entries."""
+    return AfterValidator(lambda value: _not_more(value, most))
 
 
 def off_is_none(value: object) -> object:

@@ -1,7 +1,5 @@
 """Which rules can trip in a controller: its display needs a page for each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.spec.commands import gcode_of

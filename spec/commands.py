@@ -1,7 +1,5 @@
 """Which interfaces a controller has, which loops they serve, and what they may command."""
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 from heatwright.spec.base import Model

@@ -1,6 +1,7 @@
 """The whole spec as one frozen value."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import Field, StrictBool, model_validator
@@ -200,7 +201,7 @@ class Controller(Model):
         board = BOARDS[self.identity.board]
         if self.identity.clock_hz is None:
             return board
-        return board._replace(clock_hz=round(self.identity.clock_hz))
+        return replace(board, clock_hz=round(self.identity.clock_hz))
 
     @property
     def switches(self) -> Mapping[str, Switch]:

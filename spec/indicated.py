@@ -1,7 +1,5 @@
 """Which loops have LEDs, and what these show."""
 
-from __future__ import annotations
-
 from heatwright.spec.commands import placed
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Indicators

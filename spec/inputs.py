@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import AfterValidator, Field, StrictBool
+from pydantic import Field, StrictBool
 
-from heatwright.spec.base import Model, Name, PinName, ReadOnlyDict
-from heatwright.spec.problems import refuse
+from heatwright.spec.base import Model, Name, PinName, at_most
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import DURATION
 
@@ -36,13 +35,7 @@ class Input(Model):
     )
 
 
-def _few(value: Mapping[str, Input]) -> Mapping[str, Input]:
-    if len(value) > MOST_INPUTS:
-        raise refuse(f"{len(value)} are defined here", f"Define at most {MOST_INPUTS}")
-    return ReadOnlyDict(value)
-
-
-Inputs = Annotated[Mapping[Name, Input], AfterValidator(_few)]
+Inputs = Annotated[Mapping[Name, Input], at_most(MOST_INPUTS)]
 
 
 def tripping(controller: Controller) -> dict[str, Input]:

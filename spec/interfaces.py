@@ -65,6 +65,16 @@ class Line(NamedTuple):
     parity: Literal["even", "odd", "none"] = "none"
     stop_bits: int = 1
 
+    @property
+    def form(self) -> str:
+        """The format of a character in the usual form, such as `8E1`."""
+        return f"8{self.parity[0].upper()}{self.stop_bits}"
+
+    @property
+    def told(self) -> str:
+        """Its speed and format, such as `19200 baud, 8E1`."""
+        return f"{self.baud} baud, {self.form}"
+
 
 class Shield(NamedTuple):
     """A board that is put on top: the pins that it takes, what for, and the pin of its keys."""
@@ -185,7 +195,24 @@ class Adjust(Model):
     kd: GainRange | None = Field(None, description="For pid, %·s/K.")
 
 
-class _OfOneLoop(Model):
+class _Interface(Model):
+    """What most interfaces are: no shield, no host, without a line and pins of their own."""
+
+    shield: ClassVar[Shield | None] = None
+    is_host: ClassVar[bool] = False
+
+    @property
+    def line(self) -> Line | None:
+        """The serial line that it talks on."""
+        return None
+
+    @property
+    def named_pins(self) -> NamedPins:
+        """The pins that the spec names for it."""
+        return ()
+
+
+class _OfOneLoop(_Interface):
     """An interface that shows or sets one loop."""
 
     kind: str
@@ -212,10 +239,7 @@ class LcdKeypad(_OfOneLoop):
         None, description="Numbers of the algorithm that people may set; left out, none."
     )
     least: ClassVar[Least] = Least(1080, 60)
-    line: ClassVar[None] = None
     shield: ClassVar[Shield | None] = LCD_KEYPAD
-    is_host: ClassVar[bool] = False
-    named_pins: ClassVar[NamedPins] = ()
 
 
 class SerialPlotter(_OfOneLoop):
@@ -231,9 +255,6 @@ class SerialPlotter(_OfOneLoop):
         "LF", description="What ends a line; `CR LF` is what Arduino's println sends."
     )
     least: ClassVar[Least] = Least(340, 15)
-    shield: ClassVar[Shield | None] = None
-    is_host: ClassVar[bool] = False
-    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:
@@ -244,7 +265,7 @@ class SerialPlotter(_OfOneLoop):
         )  # fmt: skip
 
 
-class ModbusRtu(Model):
+class ModbusRtu(_Interface):
     """A slave on a Modbus serial line; its master sets and switches every loop."""
 
     kind: Literal["modbus_rtu"]
@@ -267,7 +288,6 @@ class ModbusRtu(Model):
         False, description="Generate the LinuxCNC side too: HAL, panel, mb2hal."
     )
     least: ClassVar[Least] = Least(2770, 245)
-    shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = True
     named_loops: ClassVar[Mapping[Path, str]] = {}
 
@@ -325,9 +345,6 @@ class Indicators(_OfOneLoop):
     )
     active: Literal["high", "low"] = Field("high", description="Level at which an LED lights.")
     least: ClassVar[Least] = Least(50, 0)
-    line: ClassVar[None] = None
-    shield: ClassVar[Shield | None] = None
-    is_host: ClassVar[bool] = False
 
     @property
     def named_pins(self) -> NamedPins:
@@ -349,9 +366,6 @@ class Nextion(_OfOneLoop):
     )
     port: _Port = Field(0, description=_PORT)
     least: ClassVar[Least] = Least(4600, 1460)
-    shield: ClassVar[Shield | None] = None
-    is_host: ClassVar[bool] = False
-    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:
@@ -379,9 +393,6 @@ class SerialLog(_OfOneLoop):
         "ram", description="Where the ring buffer is; `eeprom` outlives a loss of power."
     )
     least: ClassVar[Least] = Least(1800, 70)
-    shield: ClassVar[Shield | None] = None
-    is_host: ClassVar[bool] = False
-    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:
@@ -392,7 +403,7 @@ class SerialLog(_OfOneLoop):
         )  # fmt: skip
 
 
-class Gcode(Model):
+class Gcode(_Interface):
     """A host program of 3D printers, or a person, over the serial line."""
 
     kind: Literal["gcode"]
@@ -413,9 +424,7 @@ class Gcode(Model):
         Mapping[Annotated[str, Address("E", "a stepper", "E")], Reference], ReadOnly
     ] = Field({}, description="The stepper that feeds, E.", validate_default=True)
     least: ClassVar[Least] = Least(6050, 480)
-    shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = True
-    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:

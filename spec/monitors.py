@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from heatwright.spec.base import Model, Name, ReadOnlyDict, Reference, Temperature
-from heatwright.spec.problems import refuse
+from heatwright.spec.base import Model, Name, Reference, Temperature, at_most
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.sensors import shortest_period_s
 from heatwright.spec.units import DIFFERENCE, DURATION
@@ -38,13 +37,7 @@ class Monitor(Model):
     )
 
 
-def _few(value: Mapping[str, Monitor]) -> Mapping[str, Monitor]:
-    if len(value) > MOST_MONITORS:
-        raise refuse(f"{len(value)} are defined here", f"Define at most {MOST_MONITORS}")
-    return ReadOnlyDict(value)
-
-
-Monitors = Annotated[Mapping[Name, Monitor], AfterValidator(_few)]
+Monitors = Annotated[Mapping[Name, Monitor], at_most(MOST_MONITORS)]
 
 
 def watching_loop(controller: Controller, name: str) -> str | None:

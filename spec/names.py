@@ -1,7 +1,5 @@
 """Names of a spec become C identifiers and file names: which ones may."""
 
-from __future__ import annotations
-
 import re
 
 from heatwright.spec.problems import refuse

@@ -167,19 +167,24 @@ class DigitalOutput(Model):
         return share * self.cycle_s
 
 
-class PwmOutput(Model):
-    """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
+class _Metered(Model):
+    """What outputs share that give a part of their power, or a speed, instead of on and off."""
 
     is_on_off: ClassVar[bool] = False
-    is_windowed: ClassVar[bool] = False
-    feeds: ClassVar[bool] = False
     always_runs: ClassVar[bool] = False
     is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
+    proof: ClassVar[None] = None
+
+
+class PwmOutput(_Metered):
+    """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
+
+    is_windowed: ClassVar[bool] = False
+    feeds: ClassVar[bool] = False
     shortest_pulse_s: ClassVar[float] = 0.0
     shortest_level_s: ClassVar[float] = 0.0
-    proof: ClassVar[None] = None
 
     kind: Literal["pwm"]
     pin: PinName = Field(description=_PIN)
@@ -218,23 +223,17 @@ class PwmOutput(Model):
         return self.rated_v / self.supply_v
 
 
-class TimeProportionalOutput(Model):
+class TimeProportionalOutput(_Metered):
     """On for a part of each window, switched by the tick: for relays and slow loads; no whine."""
 
-    is_on_off: ClassVar[bool] = False
     is_windowed: ClassVar[bool] = True
     feeds: ClassVar[bool] = False
-    always_runs: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
-    stays_on_s: ClassVar[float] = 0.0
-    stays_off_s: ClassVar[float] = 0.0
     frequency_hz: ClassVar[float] = 0.0
     full_share: ClassVar[float] = 1.0
     mean_of_rms: ClassVar[float] = 1.0
     supply_v: ClassVar[None] = None
     rated_v: ClassVar[None] = None
     current: ClassVar[None] = None
-    proof: ClassVar[None] = None
 
     kind: Literal["time_proportional"]
     pin: PinName = Field(description=_PIN)
@@ -281,22 +280,16 @@ class TimeProportionalOutput(Model):
         return self.resolution_s if self.distribution == "spread" else share * self.cycle_s
 
 
-class Stepper(Model):
+class Stepper(_Metered):
     """A stepper motor that feeds material, behind a driver with step, direction and enable."""
 
-    is_on_off: ClassVar[bool] = False
     is_windowed: ClassVar[bool] = False
     feeds: ClassVar[bool] = True
-    always_runs: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
-    stays_on_s: ClassVar[float] = 0.0
-    stays_off_s: ClassVar[float] = 0.0
     power_w: ClassVar[None] = None
     frequency_hz: ClassVar[float] = 0.0
     supply_v: ClassVar[None] = None
     rated_v: ClassVar[None] = None
     current: ClassVar[None] = None
-    proof: ClassVar[None] = None
 
     kind: Literal["stepper"]
     step: PinName = Field(description="Pin at the driver's STEP; a rising edge is a step.")

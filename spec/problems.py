@@ -1,7 +1,5 @@
 """Errors of a spec: where, why, and what to do; and the marks of fields that find them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 

@@ -5,8 +5,6 @@ mm/s, mm/s², J/(K·mm), ppm/K, rpm.
 A conversion is decimal and rounded once, so `20 ms` is exactly the float 0.02.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import unicodedata

@@ -8,8 +8,6 @@ Such a package names each of its kinds, and the model of it, by an entry point:
 The kind's other modules stand beside its model (docs/extending.md).
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator

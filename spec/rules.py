@@ -1,7 +1,5 @@
 """The rules of the protections: each has one code and one id, the same wherever it appears."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

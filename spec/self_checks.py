@@ -1,7 +1,5 @@
 """Self-checks of the controller, as IEC 60730 class B requires them."""
 
-from __future__ import annotations
-
 from heatwright.spec.controller import Controller
 
 FLASH_BYTES_A_TICK = 2

@@ -13,6 +13,7 @@ from heatwright.spec.base import (
     ReadOnly,
     Reference,
     Temperature,
+    WholeNumber,
 )
 from heatwright.spec.physics.sizing import Sizing
 from heatwright.spec.problems import Checked, refuse
@@ -45,12 +46,6 @@ def _factor(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= 1000:
         raise refuse("a factor is a bare number above 0, up to 1000", "Write one, such as 1.4")
     return float(value)
-
-
-def _times(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 1000:
-        raise refuse("a number of presses is a whole number from 1 to 1000", "Write one, such as 3")
-    return value
 
 
 class Link(Model):
@@ -198,7 +193,7 @@ class Event(Model):
     press: Literal["right", "up", "down", "left", "select"] | None = Field(
         None, description="Key that is pressed and released."
     )
-    times: Annotated[int, Checked(_times, type="integer", minimum=1, maximum=1000)] = Field(
+    times: Annotated[int, WholeNumber("a number of presses", 1, 1000, 3)] = Field(
         1, description="How often the key is pressed."
     )
     held_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] | None = Field(

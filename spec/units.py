@@ -1,7 +1,5 @@
 """Dimensions and units: the units that a number may have, and their conversion to the base unit."""
 
-from __future__ import annotations
-
 from decimal import Decimal
 from typing import NamedTuple
 

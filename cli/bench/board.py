@@ -1,7 +1,5 @@
 """The thread that runs the board: it executes orders, keeps the speed, publishes the state."""
 
-from __future__ import annotations
-
 import heapq
 import math
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """The user's actions at the bench, as a scenario that `simulate` can play."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Serves the page and its WebSocket, to this computer only and only with the token."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import secrets

@@ -1,7 +1,5 @@
 """Collects all that the page shows of the board, as plain values for JSON."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any

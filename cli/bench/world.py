@@ -1,7 +1,5 @@
 """The spec's machine, which runs until the bench is closed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A campaign's runs on the workers of a Dask scheduler."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError

@@ -1,14 +1,10 @@
 """What a campaign varies: read from its file and checked against the spec, or derived from it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pydantic import ValidationError
-
-from heatwright.cli.ends import Refused
+from heatwright.cli.beside import machine_of, read_beside
 from heatwright.sim.campaign.breaks import BREAKS, applicable
 from heatwright.sim.campaign.drawn import link_name
 from heatwright.sim.campaign.spread import Spread
@@ -23,17 +19,15 @@ from heatwright.sim.campaign.vary import (
 from heatwright.sim.faults.bears import room_c
 from heatwright.sim.faults.site import Place
 from heatwright.sim.scenario import end_s
-from heatwright.spec import Controller, Problem, Simulation, Spec, SpecError
+from heatwright.spec import Controller, Problem, Simulation, Spec
 from heatwright.spec.base import ABSOLUTE_ZERO_C
 from heatwright.spec.loading.suggest import advice
-from heatwright.spec.loading.text import LARGEST_FILE, Unreadable, decode
-from heatwright.spec.loading.translate import findings
-from heatwright.spec.loading.tree import Tree, parse
-from heatwright.spec.loading.user_file import read_file
+from heatwright.spec.loading.tree import Tree
 from heatwright.spec.problems import Path as KeyPath
 from heatwright.spec.quantity import amount, celsius, duration, number
 from heatwright.spec.units import CAPACITY, PERCENT, TEMPERATURE, THERMAL_RESISTANCE, Dimension
 
+EMPTY = "this file is empty", "Write what varies, such as capacities: {all: ± 20 %}"
 AROUND_K = 10.0
 """By how much a room may be colder and hotter if no file says it, K."""
 FAULTS_PERCENT = 20.0
@@ -80,38 +74,15 @@ def given(spec: Spec, file: Path | None) -> Vary:
 
     Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
     """
-    if spec.controller.simulation is None:
-        raise Refused(
-            f"{spec.file_name}: has no `simulation`, so there is no machine to run it on. "
-            "Describe one, as `heatwright init` shows."
-        )
+    machine_of(spec)
     if file is None:
         return derived(spec.controller)
-    try:
-        tree = parse(decode(read_file(file, LARGEST_FILE + 1), str(file)), str(file))
-    except Unreadable as error:
-        raise SpecError((error.problem,)) from None
-    found, problems = _read(tree)
-    if found is not None and not problems:
+
+    def checked(found: Vary, tree: Tree) -> list[Problem]:
         once = {each.path: each for each in _checked(found, spec.controller)}
-        problems = [tree.problem(*each) for each in once.values()]
-    if problems:
-        raise SpecError(tuple(sorted(problems, key=lambda each: (each.line, each.column))))
-    assert found is not None  # noqa: S101 - else there were problems
-    return found
+        return [tree.problem(*each) for each in once.values()]
 
-
-def _read(tree: Tree) -> tuple[Vary | None, list[Problem]]:
-    problems = dict(tree.problems)
-    if tree.data is None:
-        remedy = "Write what varies, such as capacities: {all: ± 20 %}"
-        return None, [tree.problem((), "this file is empty", remedy)]
-    try:
-        return Vary.model_validate(tree.data), list(problems.values())
-    except ValidationError as error:
-        for path, reason, remedy in findings(error, Vary):
-            problems.setdefault(path, tree.problem(path, reason, remedy))
-    return None, list(problems.values())
+    return read_beside(file, Vary, EMPTY, checked)
 
 
 def _machine_of(controller: Controller) -> Simulation:

@@ -1,9 +1,7 @@
 """The results of a campaign as text and as JSON data."""
 
-from __future__ import annotations
-
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -153,8 +151,7 @@ def run_json(file: Path, spec: Spec, seed: int, one: Outcome) -> dict[str, Any]:
 
 def print_run(spec: Spec, seed: int, one: Outcome) -> None:
     """Print a single run as text."""
-    from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, LOAD_TEXTS, cells, load_cells  # noqa: PLC0415
-    from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
+    from heatwright.cli.tables import heading, show, show_figures, table  # noqa: PLC0415
 
     row = one.row
     heading(f"{spec.controller.identity.name}, run {row['run']} of seed {seed}")
@@ -167,10 +164,7 @@ def print_run(spec: Spec, seed: int, one: Outcome) -> None:
         click.echo(f"  {row['too_hot']} became hotter than its limit (bears)")
     drawn = [(name, row[name]) for name in row if name.startswith(("drawn.", "peak."))]
     show(table(("", "value"), [(name, _cell(value)) for name, value in drawn]))
-    figures: Sequence[tuple[str, ...]] = [(n, *cells(each)) for n, each in one.figures.items()]
-    show(table(("loop", *COLUMNS), figures))
-    if loads := load_cells(one.figures):
-        show(table(LOAD_COLUMNS, loads, text_columns=LOAD_TEXTS))
+    show_figures(one.figures)
 
 
 def _cell(value: object) -> str:

@@ -1,7 +1,5 @@
 """Summary of a campaign: quantiles, and the worst of its runs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

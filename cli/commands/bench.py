@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import json_option, spec_argument
 
@@ -18,13 +18,10 @@ if TYPE_CHECKING:
     from heatwright.cli.bench.server import Server
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright bench chamber.yaml",
-        "heatwright bench kiln.yaml --open --speed 10",
-        "heatwright bench extruder.yaml --port 8080",
-    ),
+@with_examples(
+    "heatwright bench chamber.yaml",
+    "heatwright bench kiln.yaml --open --speed 10",
+    "heatwright bench extruder.yaml --port 8080",
 )
 @spec_argument
 @click.option("--open", "opens", is_flag=True, help="Open the page in the browser.")
@@ -90,7 +87,7 @@ def announce(address: str, as_json: bool) -> None:
     if as_json:
         from heatwright.cli.options import print_json  # noqa: PLC0415
 
-        print_json({"address": address})
+        print_json(address=address)
     else:
         click.echo(f"{address}\nOpen it in a browser on this computer. Ctrl-C ends it.")
     sys.stdout.flush()

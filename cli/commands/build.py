@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware, told_as_json
 from heatwright.cli.options import File, json_option, print_json, spec_argument
@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".elf", ".hex")
 
 
-@click.command(
-    cls=Command,
-    examples=("heatwright build chamber.yaml -o firmware",),
-)
+@with_examples("heatwright build chamber.yaml -o firmware")
 @spec_argument
 @click.option(
     "-o",
@@ -54,12 +51,10 @@ def command(spec: Path, folder: Path | None, as_json: bool) -> None:
         from heatwright.cli.figures import build_json  # noqa: PLC0415
 
         print_json(
-            {
-                "spec": str(spec),
-                "digest": loaded.digest,
-                "files": [str(file) for file in files],
-                "build": build_json(built),
-            }
+            spec=str(spec),
+            digest=loaded.digest,
+            files=[str(file) for file in files],
+            build=build_json(built),
         )
         return
     for line in lines(built):

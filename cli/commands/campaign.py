@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import PLOTS, File, json_option, print_json, spec_argument
 from heatwright.cli.targets import check_target, whole
@@ -26,14 +26,11 @@ MOST_RUNS = 100_000
 INSTALL = "pip install 'heatwright[campaign]'"
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright campaign chamber.yaml --runs 1000",
-        "heatwright campaign chamber.yaml --vary workshop.yaml --report chamber.html",
-        "heatwright campaign chamber.yaml --vary workshop.yaml --only 17 --plot 17.html",
-        "heatwright campaign chamber.yaml --runs 100000 --scheduler tcp://10.0.0.5:8786",
-    ),
+@with_examples(
+    "heatwright campaign chamber.yaml --runs 1000",
+    "heatwright campaign chamber.yaml --vary workshop.yaml --report chamber.html",
+    "heatwright campaign chamber.yaml --vary workshop.yaml --only 17 --plot 17.html",
+    "heatwright campaign chamber.yaml --runs 100000 --scheduler tcp://10.0.0.5:8786",
 )
 @spec_argument
 @click.option(
@@ -153,7 +150,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
         with whole(report) as fresh:
             fresh.write_text(campaign_page(done, rows), encoding="utf-8")
     if as_json:
-        print_json(summary_json(done))
+        print_json(**summary_json(done))
         return
     print_summary(done)
     if report is not None:
@@ -219,7 +216,7 @@ def _tell_one(  # noqa: PLR0913, PLR0917 - what is told
         run = Run(one.trace, wall_s, dict(one.figures), tripped)
         write_run(run, spec.controller, f"binary, run {one.row['run']} of seed {seed}", plot, None)
     if as_json:
-        print_json(run_json(file, spec, seed, one))
+        print_json(**run_json(file, spec, seed, one))
         return
     print_run(spec, seed, one)
     if plot is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused, Status, unusable
 from heatwright.cli.loads import loads, told
 from heatwright.cli.options import File, json_option, print_json
@@ -21,13 +21,10 @@ LOOK_S = 0.3
 """Time between two checks whether a file was saved."""
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright check chamber.yaml kiln.yaml",
-        "heatwright check --quick chamber.yaml",
-        "heatwright check --watch kiln.yaml",
-    ),
+@with_examples(
+    "heatwright check chamber.yaml kiln.yaml",
+    "heatwright check --quick chamber.yaml",
+    "heatwright check --watch kiln.yaml",
 )
 @click.argument("specs", metavar="SPEC...", type=File, nargs=-1, required=True)
 @click.option("--quick", is_flag=True, help="Check the text only: do not run the machine.")
@@ -91,28 +88,26 @@ def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
             good.append((path, spec))
     if as_json:
         print_json(
-            {
-                "good": [
-                    {
-                        "file": str(path),
-                        "digest": spec.digest,
-                        "budgets": budgets_json(spec.controller),
-                    }
-                    for path, spec in good
-                ],
-                "loads": [
-                    {"file": str(path), **each}
-                    for path, spec in good
-                    for each in loads(spec.controller)
-                ],
-                "problems": [problem._asdict() for problem in problems],
-                "reserves": [
-                    {"file": str(path), **reserve_json(each)}
-                    for path, spec in good
-                    for each in reserves(spec.controller)
-                ],
-                "warnings": [each._asdict() for _, spec in good for each in _warnings(spec)],
-            }
+            good=[
+                {
+                    "file": str(path),
+                    "digest": spec.digest,
+                    "budgets": budgets_json(spec.controller),
+                }
+                for path, spec in good
+            ],
+            loads=[
+                {"file": str(path), **each}
+                for path, spec in good
+                for each in loads(spec.controller)
+            ],
+            problems=[problem._asdict() for problem in problems],
+            reserves=[
+                {"file": str(path), **reserve_json(each)}
+                for path, spec in good
+                for each in reserves(spec.controller)
+            ],
+            warnings=[each._asdict() for _, spec in good for each in _warnings(spec)],
         )
     else:
         for path, spec in good:

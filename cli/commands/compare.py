@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
 from heatwright.cli.options import PLOTS, File, json_option, print_json, spec_argument
 from heatwright.cli.talk import talk
@@ -20,12 +20,9 @@ if TYPE_CHECKING:
     from heatwright.spec import Spec
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright compare oven.yaml --plot oven.html",
-        "heatwright compare oven.yaml --algorithm pid --model",
-    ),
+@with_examples(
+    "heatwright compare oven.yaml --plot oven.html",
+    "heatwright compare oven.yaml --algorithm pid --model",
 )
 @spec_argument
 @click.option(
@@ -74,12 +71,10 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
         _draw(loaded, outcomes, device, plot)
     if as_json:
         print_json(
-            {
-                "spec": str(spec),
-                "digest": loaded.digest,
-                "device": device,
-                "rows": rows_json(outcomes),
-            }
+            spec=str(spec),
+            digest=loaded.digest,
+            device=device,
+            rows=rows_json(outcomes),
         )
     else:
         _print(loaded, outcomes, device, plot)

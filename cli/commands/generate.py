@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
 from heatwright.cli.options import File, json_option, print_json, spec_argument
 from heatwright.cli.targets import blaming
@@ -17,12 +17,9 @@ if TYPE_CHECKING:
     from heatwright.spec import Spec
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright generate chamber.yaml",
-        "heatwright generate chamber.yaml -o firmware --check",
-    ),
+@with_examples(
+    "heatwright generate chamber.yaml",
+    "heatwright generate chamber.yaml -o firmware --check",
 )
 @spec_argument
 @click.option(
@@ -61,13 +58,11 @@ def _write(spec: Spec, files: Mapping[str, str], folder: Path, as_json: bool) ->
     extra = left_over(files, folder)
     if as_json:
         print_json(
-            {
-                "folder": str(folder),
-                "digest": spec.digest,
-                "files": list(files),
-                "written": written,
-                "left_over": list(extra),
-            }
+            folder=str(folder),
+            digest=spec.digest,
+            files=list(files),
+            written=written,
+            left_over=list(extra),
         )
         return Status.DONE
     changed = f"{len(written)} written" if written else "all up to date"
@@ -83,11 +78,9 @@ def _compare(spec: Spec, files: Mapping[str, str], folder: Path, as_json: bool) 
     differences = compare(files, folder)
     if as_json:
         print_json(
-            {
-                "folder": str(folder),
-                "digest": spec.digest,
-                "differences": [{"path": each.path, "state": each.state} for each in differences],
-            }
+            folder=str(folder),
+            digest=spec.digest,
+            differences=[{"path": each.path, "state": each.state} for each in differences],
         )
     elif differences:
         for each in differences:

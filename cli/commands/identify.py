@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import Amount, File, json_option, print_json
 from heatwright.cli.targets import check_target, whole
@@ -19,15 +19,11 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".svg")
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright identify oven.csv --power 240W --plot oven.png",
-        "heatwright identify plotter.log --spec oven.yaml",
-        "heatwright identify step.csv --spec oven.yaml --port /dev/ttyUSB0 --for 40min",
-        "heatwright identify log.txt --columns temperature,-,duty --full 255 --period 1s "
-        "--power 40W",
-    ),
+@with_examples(
+    "heatwright identify oven.csv --power 240W --plot oven.png",
+    "heatwright identify plotter.log --spec oven.yaml",
+    "heatwright identify step.csv --spec oven.yaml --port /dev/ttyUSB0 --for 40min",
+    "heatwright identify log.txt --columns temperature,-,duty --full 255 --period 1s --power 40W",
 )
 @click.argument("log", type=File)
 @click.option("--spec", type=File, help="Take names, power and period from this spec.")
@@ -115,7 +111,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     if plot is not None:
         _draw(found, log.name, plot)
     if as_json:
-        print_json({"log": str(log), **block_json(found), "yaml": text})
+        print_json(log=str(log), **block_json(found), yaml=text)
     elif output is None:
         click.echo(text, nl=False)
     if not as_json:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import File, json_option, print_json
 from heatwright.cli.targets import blaming
@@ -58,13 +58,10 @@ def _examples(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
     return [CompletionItem(name) for name in _stems() if name.startswith(begun)]
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright init heater.yaml",
-        "heatwright init bath.yaml --machine sous_vide --interface modbus_rtu",
-        "heatwright init mine.yaml --example fabricator",
-    ),
+@with_examples(
+    "heatwright init heater.yaml",
+    "heatwright init bath.yaml --machine sous_vide --interface modbus_rtu",
+    "heatwright init mine.yaml --example fabricator",
 )
 @click.argument("file", type=File, default=Path("controller.yaml"))
 @_choice("machine", "What is heated:")
@@ -97,7 +94,7 @@ def command(file: Path, example: str | None, as_json: bool, **wanted: str | None
     _write(file, text)
     written = [file, *_with_schema(file)]
     if as_json:
-        print_json({"file": str(file), "written": [str(each) for each in written]})
+        print_json(file=str(file), written=[str(each) for each in written])
     else:
         told = ", ".join(str(each) for each in written)
         click.echo(f"{told}: written. Next: heatwright check {quote(str(file))}")

@@ -1,18 +1,13 @@
 """`heatwright kinds`: what a spec may name, who brings it, and what is missing."""
 
-from __future__ import annotations
-
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
 from heatwright.cli.options import json_option, print_json
 
 
-@click.command(
-    cls=Command,
-    examples=("heatwright kinds", "heatwright kinds --json"),
-)
+@with_examples("heatwright kinds", "heatwright kinds --json")
 @json_option
 def command(as_json: bool) -> int:
     """List the kinds that a spec may name, and who brings them.
@@ -40,7 +35,7 @@ def command(as_json: bool) -> int:
     ]
     others = misnamed()
     if as_json:
-        print_json({"kinds": listed, "misnamed": others})
+        print_json(kinds=listed, misnamed=others)
     else:
         rows = [(str(each["role"]), str(each["kind"]), str(each["package"])) for each in listed]
         show(table(("role", "kind", "package"), rows, text_columns=3))

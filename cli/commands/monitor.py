@@ -1,7 +1,5 @@
 """`heatwright monitor`: what a board says on its serial line."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -10,15 +8,12 @@ from pathlib import Path
 import click
 
 from heatwright.cli import ports
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import json_option, spec_argument
 
 
-@click.command(
-    cls=Command,
-    examples=("heatwright monitor chamber.yaml",),
-)
+@with_examples("heatwright monitor chamber.yaml")
 @spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")
 @json_option

@@ -1,7 +1,5 @@
 """`heatwright new`: the stubs of a package that brings a kind."""
 
-from __future__ import annotations
-
 import re
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -9,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import File, json_option, print_json
 from heatwright.cli.targets import blaming
@@ -18,10 +16,7 @@ STANDS_FOR = "newsensor"
 """The name of the kind in the stubs."""
 
 
-@click.command(
-    cls=Command,
-    examples=("heatwright new sensor max31865", "heatwright new sensor max31865 -o my_sensor"),
-)
+@with_examples("heatwright new sensor max31865", "heatwright new sensor max31865 -o my_sensor")
 @click.argument("role", type=click.Choice(["sensor"]))
 @click.argument("name")
 @click.option("-o", "--output", type=File, metavar="DIR", help="Folder of the package.")
@@ -44,7 +39,7 @@ def command(role: str, name: str, output: Path | None, as_json: bool) -> None:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text, encoding="utf-8")
     if as_json:
-        print_json({"folder": str(folder), "files": list(texts)})
+        print_json(folder=str(folder), files=list(texts))
         return
     click.echo(f"{folder}: {len(texts)} files written.")
     click.echo(f"Next: pip install --editable {folder}; heatwright kinds")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from heatwright.cli import ports
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import File, json_option, spec_argument
 
@@ -19,13 +19,10 @@ if TYPE_CHECKING:
     from heatwright.spec import Spec
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright plot oven.yaml --open",
-        "heatwright plot oven.yaml --port /dev/ttyUSB0 --record step.csv",
-        "heatwright plot oven.yaml --log step.csv --open",
-    ),
+@with_examples(
+    "heatwright plot oven.yaml --open",
+    "heatwright plot oven.yaml --port /dev/ttyUSB0 --record step.csv",
+    "heatwright plot oven.yaml --log step.csv --open",
 )
 @spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")

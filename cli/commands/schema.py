@@ -1,17 +1,10 @@
 """`heatwright schema`: the language, for editors."""
 
-from __future__ import annotations
-
-import click
-
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.options import json_option, print_json
 
 
-@click.command(
-    cls=Command,
-    examples=("heatwright schema > heatwright.schema.json",),
-)
+@with_examples("heatwright schema > heatwright.schema.json")
 @json_option
 def command(as_json: bool) -> None:
     """Print the language as JSON Schema.
@@ -23,4 +16,4 @@ def command(as_json: bool) -> None:
     del as_json  # the schema is JSON with and without it
     from heatwright.spec.loading.schema import schema  # noqa: PLC0415
 
-    print_json(schema())
+    print_json(**schema())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import PLOTS, File, Length, json_option, spec_argument
 from heatwright.cli.targets import check_target
@@ -17,14 +17,11 @@ if TYPE_CHECKING:
     from heatwright.spec import Controller, Spec
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright simulate chamber.yaml --plot chamber.html",
-        "heatwright simulate chamber.yaml --model --for 2h --csv chamber.csv",
-        "heatwright simulate kiln.yaml --display kiln.png",
-        "heatwright simulate extruder.yaml --serial",
-    ),
+@with_examples(
+    "heatwright simulate chamber.yaml --plot chamber.html",
+    "heatwright simulate chamber.yaml --model --for 2h --csv chamber.csv",
+    "heatwright simulate kiln.yaml --display kiln.png",
+    "heatwright simulate extruder.yaml --serial",
 )
 @spec_argument
 @click.option("--scenario", type=File, help="Take the scenario from this file.")

@@ -1,20 +1,15 @@
 """`heatwright size`: how much power a machine needs, and which wire its heater needs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.options import json_option, print_json, spec_argument
 
 
-@click.command(
-    cls=Command,
-    examples=("heatwright size chamber.yaml", "heatwright size chamber.yaml --json"),
-)
+@with_examples("heatwright size chamber.yaml", "heatwright size chamber.yaml --json")
 @spec_argument
 @json_option
 def command(spec: Path, as_json: bool) -> None:
@@ -37,9 +32,7 @@ def command(spec: Path, as_json: bool) -> None:
     if as_json:
         loops = {each.reserve.loop: sized_json(each) for each in found}
         warnings = [each._asdict() for each in small(loaded)]
-        print_json(
-            {"spec": str(spec), "digest": loaded.digest, "loops": loops, "warnings": warnings}
-        )
+        print_json(spec=str(spec), digest=loaded.digest, loops=loops, warnings=warnings)
         return
     for each in found:
         heading(f"{controller.identity.name}, loop {each.reserve.loop}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused, Status
 from heatwright.cli.options import Amount, File, json_option, print_json, spec_argument
 from heatwright.cli.targets import check_target, whole
@@ -27,16 +27,13 @@ MOST_MACHINES = 256
 MOST_SPREAD_PERCENT = 80.0
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright tune extruder.yaml",
-        "heatwright tune oven.yaml --method simc --at 60C --plot oven.png",
-        "heatwright tune oven.yaml --method lambda --lambda 30s",
-        "heatwright tune barrel.yaml --loop die",
-        "heatwright tune oven.yaml --log step.csv",
-        "heatwright tune oven.yaml --robust --machines 32 --spread 30%",
-    ),
+@with_examples(
+    "heatwright tune extruder.yaml",
+    "heatwright tune oven.yaml --method simc --at 60C --plot oven.png",
+    "heatwright tune oven.yaml --method lambda --lambda 30s",
+    "heatwright tune barrel.yaml --loop die",
+    "heatwright tune oven.yaml --log step.csv",
+    "heatwright tune oven.yaml --robust --machines 32 --spread 30%",
 )
 @spec_argument
 @click.option(
@@ -232,23 +229,21 @@ def _print_json(spec: Path, loaded: Spec, found: Sequence[_Tuned], plan: Plan) -
     from heatwright.cli.tune.tabled import block, model_json, rows_json  # noqa: PLC0415
 
     print_json(
-        {
-            "spec": str(spec),
-            "digest": loaded.digest,
-            "loops": {
-                each.task.loop: {
-                    "at": each.task.target_c,
-                    "model": model_json(each.task),
-                    "methods": rows_json(each.rows, each.tried),
-                    "chosen": None if each.chosen is None else each.chosen.method,
-                    "doubt": each.doubt,
-                    "yaml": None if each.chosen is None else block(each.chosen),
-                    "robust": each.trade and robust.as_json(each.trade),
-                }
-                for each in found
-            },
-            "skipped": plan.skipped,
-        }
+        spec=str(spec),
+        digest=loaded.digest,
+        loops={
+            each.task.loop: {
+                "at": each.task.target_c,
+                "model": model_json(each.task),
+                "methods": rows_json(each.rows, each.tried),
+                "chosen": None if each.chosen is None else each.chosen.method,
+                "doubt": each.doubt,
+                "yaml": None if each.chosen is None else block(each.chosen),
+                "robust": each.trade and robust.as_json(each.trade),
+            }
+            for each in found
+        },
+        skipped=plan.skipped,
     )
 
 

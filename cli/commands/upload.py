@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from heatwright.cli import ports
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware, told_as_json
 from heatwright.cli.options import json_option, print_json, spec_argument
@@ -23,12 +23,9 @@ if TYPE_CHECKING:
 _LAST_LINES = 3
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright upload chamber.yaml",
-        "heatwright upload dryer.yaml --programmer usbasp",
-    ),
+@with_examples(
+    "heatwright upload chamber.yaml",
+    "heatwright upload dryer.yaml --programmer usbasp",
 )
 @spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")
@@ -58,14 +55,12 @@ def command(spec: Path, port: str | None, programmer: str | None, as_json: bool)
         job.end("written")
     if as_json:
         print_json(
-            {
-                "spec": str(spec),
-                "digest": loaded.digest,
-                "board": board.name,
-                "port": port,
-                "programmer": programmer,
-                "file": str(built.elf.with_suffix(".hex")),
-            }
+            spec=str(spec),
+            digest=loaded.digest,
+            board=board.name,
+            port=port,
+            programmer=programmer,
+            file=str(built.elf.with_suffix(".hex")),
         )
     else:
         speaks = any(each.line is not None for each in loaded.controller.interfaces)

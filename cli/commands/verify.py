@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import Command
+from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
 from heatwright.cli.firmware import told_as_json
 from heatwright.cli.options import File, json_option, print_json, spec_argument
@@ -21,18 +21,15 @@ if TYPE_CHECKING:
 MOST_UPSETS = 1_000_000
 
 
-@click.command(
-    cls=Command,
-    examples=(
-        "heatwright verify chamber.yaml",
-        "heatwright verify chamber.yaml --report chamber.html",
-        "heatwright verify chamber.yaml --json > evidence.json",
-        "heatwright verify chamber.yaml --fault jump_up --fault power_cut",
-        "heatwright verify chamber.yaml --core simavr",
-        "heatwright verify chamber.yaml --upsets 1000",
-        "heatwright verify chamber.yaml --upsets 1 --first 380",
-        "heatwright verify chamber.yaml --elf .pio/build/firmware/firmware.elf",
-    ),
+@with_examples(
+    "heatwright verify chamber.yaml",
+    "heatwright verify chamber.yaml --report chamber.html",
+    "heatwright verify chamber.yaml --json > evidence.json",
+    "heatwright verify chamber.yaml --fault jump_up --fault power_cut",
+    "heatwright verify chamber.yaml --core simavr",
+    "heatwright verify chamber.yaml --upsets 1000",
+    "heatwright verify chamber.yaml --upsets 1 --first 380",
+    "heatwright verify chamber.yaml --elf .pio/build/firmware/firmware.elf",
 )
 @spec_argument
 @click.option("--scenario", type=File, help="Take the scenario from this file.")
@@ -121,7 +118,7 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
         with whole(report) as fresh:
             fresh.write_text(verify_page(evidence), encoding="utf-8")
     if as_json:
-        print_json(evidence.as_json())
+        print_json(**evidence.as_json())
     else:
         from heatwright.cli.verify.shown import print_evidence  # noqa: PLC0415
 

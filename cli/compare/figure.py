@@ -3,8 +3,6 @@
 Published figures are drawn behind the curves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 

@@ -1,7 +1,5 @@
 """The rows of a comparison as a table: our figures, with the published ones below."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

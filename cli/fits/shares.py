@@ -1,7 +1,5 @@
 """The flash and RAM that each part of a spec takes."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias

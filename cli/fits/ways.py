@@ -1,7 +1,5 @@
 """Remedies for a firmware that does not fit: other boards, and parts to leave out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from copy import deepcopy

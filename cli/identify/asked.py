@@ -1,7 +1,5 @@
 """How the options, or a spec, tell `identify` to read a log."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The fitted plant, as YAML to paste into a spec and as JSON data."""
 
-from __future__ import annotations
-
 import math
 from shlex import quote
 from typing import Any

@@ -1,7 +1,5 @@
 """Figure of a record and its fit: readings, their difference, power."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure
 
 from heatwright.sim.identify import Identified

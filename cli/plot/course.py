@@ -1,7 +1,5 @@
 """The readings of a loop in a recorded log."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

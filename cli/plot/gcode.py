@@ -1,7 +1,5 @@
 """Readings of each loop that a G-code host commands, from the reports to M105."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Ways to read a loop's temperatures from a board's serial line, by its interface."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

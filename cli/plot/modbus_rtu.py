@@ -1,7 +1,5 @@
 """Readings of each loop of a Modbus slave, from its input registers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.cli.plot.hearing import Cut, Hearing, Read, Reading

@@ -1,7 +1,5 @@
 """Readings of a loop from the entries of its log, which is requested again and again."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 

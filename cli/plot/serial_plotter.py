@@ -1,7 +1,5 @@
 """Readings of a loop from the lines of its plotter, which the board sends by itself."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """A run as the data that `chart.js` draws."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

@@ -1,6 +1,6 @@
 """The page of one simulation."""
 
-from __future__ import annotations
+from typing import Any
 
 from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells
 from heatwright.cli.report.chart_data import run_chart
@@ -22,10 +22,17 @@ def run_page(run: Run, controller: Controller, title: str, device: str) -> str:
         faults=[
             f"{loop}: {fault_text(each)}" for loop, all_ in run.faults.items() for each in all_
         ],
-        columns=("loop", *COLUMNS),
-        rows=[(loop, *cells(figures)) for loop, figures in run.figures.items()],
-        load_columns=LOAD_COLUMNS,
-        load_rows=load_cells(run.figures),
-        display=run.display,
-        screen=picture(run.screen),
+        **figures_of(run),
     )
+
+
+def figures_of(run: Run) -> dict[str, Any]:
+    """Return the values for a page's tables of figures, and for its displays."""
+    return {
+        "columns": ("loop", *COLUMNS),
+        "rows": [(loop, *cells(figures)) for loop, figures in run.figures.items()],
+        "load_columns": LOAD_COLUMNS,
+        "load_rows": load_cells(run.figures),
+        "display": run.display,
+        "screen": picture(run.screen),
+    }

@@ -1,12 +1,11 @@
 """The page with all the evidence for one spec."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, cells, load_cells, replay_json
+from heatwright.cli.figures import replay_json
 from heatwright.cli.report.chart_data import run_chart
-from heatwright.cli.report.pages import data, page, picture, wiring
+from heatwright.cli.report.pages import data, page, wiring
+from heatwright.cli.report.run_page import figures_of
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
     CHAIN_COLUMNS,
@@ -36,12 +35,7 @@ def verify_page(evidence: Evidence) -> str:
         mismatches=evidence.mismatches,
         tiles=_tiles(evidence),
         data=data(run_chart(run.trace, controller)),
-        columns=("loop", *COLUMNS),
-        rows=[(loop, *cells(figures)) for loop, figures in run.figures.items()],
-        load_columns=LOAD_COLUMNS,
-        load_rows=load_cells(run.figures),
-        display=run.display,
-        screen=picture(run.screen),
+        **figures_of(run),
         check_columns=(*CHECK_COLUMNS, ""),
         check_rows=[(*check_cells(each), _mark(each.passed)) for each in evidence.checks],
         chain_columns=CHAIN_COLUMNS,

@@ -1,7 +1,5 @@
 """Composes a spec to start from: a machine's numbers, a sensor, an output, an interface."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from importlib.resources import files
@@ -41,7 +39,7 @@ def parts() -> dict[str, Any]:
 
 def bears(board: str, part: dict[str, Any]) -> bool:
     """Return whether a board has what an output or an interface needs."""
-    has = BOARDS[board]._asdict() | {"timers": len(BOARDS[board].timers)}
+    has = vars(BOARDS[board]) | {"timers": len(BOARDS[board].timers)}
     return all(has[key] >= least for key, least in part.get("needs", {}).items())
 
 

@@ -1,7 +1,5 @@
 """Figure of the methods: Bode diagram of the open loop, and the trial in the closed loop."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The methods of tuning, each judged by its margins and tried in the closed loop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 

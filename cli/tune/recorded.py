@@ -1,7 +1,5 @@
 """Replaces the machine of a spec by the one fitted to a recorded step."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`tune --robust`: gains that suit all machines within the tolerances, and their price."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import count

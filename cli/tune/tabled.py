@@ -1,7 +1,5 @@
 """The methods of tuning as a table, as JSON data, and the chosen one as YAML."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The loops to tune and the methods, from the spec and the options."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

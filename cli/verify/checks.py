@@ -1,7 +1,5 @@
 """The checks of `verify`: each with its limit, the value found, and the verdict."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

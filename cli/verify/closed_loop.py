@@ -1,7 +1,5 @@
 """Runs the spec's scenario with the unmodified binary, and replays its steps with the model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

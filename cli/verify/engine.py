@@ -1,11 +1,10 @@
 """Gathers the evidence: build, sensors, closed loop, replay, faults, timing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from heatwright.cli.beside import machine_of
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.talk import Talk
@@ -54,12 +53,7 @@ def verify(  # noqa: PLR0913 - what is judged, and how
     Raises Refused for a spec without simulation, a binary that is not of this spec or a fault that
     it does not have, ToolMissing, BuildFailed, SimulatorMissing.
     """
-    simulation = spec.controller.simulation
-    if simulation is None:
-        raise Refused(
-            f"{spec.file_name}: has no `simulation`, so there is no machine to run it on. "
-            "Describe one, as `heatwright init` shows."
-        )
+    machine_of(spec)
     if elf is None:
         built = build_firmware(spec, shown.begin("Building the firmware"))
         return _gathered(file, spec, built, core, shown, upsets, only)

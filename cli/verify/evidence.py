@@ -1,7 +1,5 @@
 """All the evidence for one spec."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

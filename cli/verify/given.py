@@ -1,7 +1,5 @@
 """Reads a binary that was built elsewhere, and checks that it belongs to the spec."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from heatwright.cli.ends import Refused

@@ -1,7 +1,5 @@
 """Sensors, faults, timing and checks as rows of tables, without their verdicts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from heatwright.cli.figures import NONE

@@ -1,13 +1,10 @@
 """The evidence as tables on the terminal."""
 
-from __future__ import annotations
-
 import click
 from rich.text import Text
 
-from heatwright.cli.figures import COLUMNS, LOAD_COLUMNS, LOAD_TEXTS, cells, load_cells
 from heatwright.cli.results import speed_text
-from heatwright.cli.tables import heading, mark, show, table
+from heatwright.cli.tables import heading, mark, show, show_figures, table
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.rows import (
     CHAIN_COLUMNS,
@@ -34,9 +31,7 @@ def print_evidence(evidence: Evidence) -> None:
     for line in evidence.unusual:
         click.echo(f"{line}\n")
     heading("Closed loop")
-    show(table(("loop", *COLUMNS), [(loop, *cells(each)) for loop, each in run.figures.items()]))
-    if loads := load_cells(run.figures):
-        show(table(LOAD_COLUMNS, loads, text_columns=LOAD_TEXTS))
+    show_figures(run.figures)
     heading("Checks")
     _print_judged(CHECK_COLUMNS, CHECK_TEXTS, [(check_cells(c), c.passed) for c in evidence.checks])
     if evidence.chains:

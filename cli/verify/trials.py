@@ -1,7 +1,5 @@
 """Trials of the binary: its closed loop, its timing, and every fault."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

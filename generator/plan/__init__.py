@@ -1,7 +1,5 @@
 """Decide everything about the firmware of a spec; `render` only prints what is decided here."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.assembly import plan_firmware
 from heatwright.generator.plan.parts import File, Plan
 

@@ -1,12 +1,10 @@
 """The ADC: one scan per tick, shared by the analog sensors and the keys."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
-from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, Part, Stage, pair
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller
 from heatwright.spec.self_checks import measures_known_voltage
@@ -109,10 +107,7 @@ def scan(root: Source) -> Part:
         digital_inputs_off=_digital_inputs_off(controller),
     )
     return Part(
-        files=(
-            File("src/adc.h", "peripherals/adc.h.j2", context),
-            File("src/adc.c", "peripherals/adc.c.j2", context),
-        ),
+        files=pair("adc", "peripherals/adc", context),
         start_calls=(Call(Stage.OPERATE, "adc.h", "adc_start();"),),
         tick_calls=(Call(Stage.CONTROL, "adc.h", "adc_tick();"),),
     )

@@ -1,7 +1,5 @@
 """Common parts of thermistor, rtd and analog sensors: a channel, limits and a table."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,6 +15,7 @@ from heatwright.generator.plan.parts import (
     Stage,
     Symbol,
     Wiring,
+    pair,
     pulled,
 )
 from heatwright.generator.plan.pins import label
@@ -75,8 +74,7 @@ def plan_analog(
     return Part(
         files=(
             *shared.files,
-            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", told),
-            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", told),
+            *pair(f"sensor_{name}", f"sensors/{sensor.kind}", told),
             File(f"src/celsius_{name}.c", "sensors/celsius.c.j2", told),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, table, use)),),

@@ -1,7 +1,5 @@
 """Combine the parts: files, constants, pins, and the order of start and tick."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module

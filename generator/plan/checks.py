@@ -1,7 +1,6 @@
 """The self-checks of the controller: the main loop's permit is renewed only while all pass."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heatwright.generator.plan.adc import known_limits
@@ -44,11 +43,10 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
     """Plan the self-checks, if the controller has them."""
     if not self_checked(root.controller):
         return ()
-    where = root.at("safety", "self_checks").where
     controller = root.controller
     lets_go = {controller.safety.relay, *(loop.heater for loop in controller.loops.values())}
     context = CheckNames(
-        where=where,
+        where=root.at("safety", "self_checks").where,
         adc=measures_known_voltage(controller),
         proves=proves_watchdog(controller),
         far=controller.board.flash_bytes > NEAR_BYTES,
@@ -58,21 +56,6 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         watchdog=f"WDTO_{WATCHDOG_NAMES[controller.safety.watchdog_s]}",
         released=[name for name in controller.outputs if name in lets_go],
     )
-    watchdog = (
-        Constant(
-            "WATCHDOG_LEAST",
-            f"{10 * WATCHDOG_MS[0]}u",
-            f"{where}: {WATCHDOG_MS[0]} ms, for a watchdog set to 16 ms",
-        ),
-        Constant("WATCHDOG_MOST", f"{10 * WATCHDOG_MS[1]}u", f"{where}: {WATCHDOG_MS[1]} ms"),
-    )
-    held = (
-        Constant(
-            "PIN_HELD_TICKS",
-            f"{PIN_HELD_TICKS}u",
-            f"{where}: one test may come just while the tick switches the pin",
-        ),
-    )
     names = ("checks.h", "checks.c", "cpu.c", "flash.h", "flash.c", "ram.h", "ram.c")
     return (
         Part(
@@ -80,32 +63,24 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
                 File("seal.py", "project/seal.py"),
                 *(File(f"src/{name}", f"self_checks/{name}.j2", context) for name in names),
             ),
-            groups=(
-                Group(
-                    "Self-checks",
-                    (
-                        Constant(
-                            "FLASH_BYTES_A_TICK",
-                            f"{FLASH_BYTES_A_TICK}u",
-                            f"{where}: {FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes per second",
-                        ),
-                        Constant(
-                            "GUARD_JUDGED",
-                            "2u",
-                            f"{where}: second mark of a step, returned by its guard",
-                        ),
-                        *(watchdog if proves_watchdog(controller) else ()),
-                        *known_limits(root),
-                        *(held if read_back(controller) else ()),
-                        Constant(
-                            "CHECKS_MOST_TICKS",
-                            f"{MOST_TICKS_WAITING}u",
-                            f"{where}: most ticks that can wait (clock.c)",
-                        ),
-                    ),
-                ),
-            ),
+            groups=(Group("Self-checks", tuple(_constants(root))),),
             start_calls=(Call(Stage.GUARD, "checks.h", "checks_start();"),),
             tick_calls=(Call(Stage.GUARD, "checks.h", "checks_tick();"),),
         ),
     )
+
+
+def _constants(root: Source) -> Iterator[Constant]:
+    at, (least_ms, most_ms) = root.at("safety", "self_checks"), WATCHDOG_MS
+    speed = f"{FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes per second"
+    yield at.count("FLASH_BYTES_A_TICK", FLASH_BYTES_A_TICK, speed)
+    yield at.count("GUARD_JUDGED", 2, "second mark of a step, returned by its guard")
+    if proves_watchdog(root.controller):
+        told = f"{least_ms} ms, for a watchdog set to 16 ms"
+        yield at.count("WATCHDOG_LEAST", 10 * least_ms, told)
+        yield at.count("WATCHDOG_MOST", 10 * most_ms, f"{most_ms} ms")
+    yield from known_limits(root)
+    if read_back(root.controller):
+        why = "one test may come just while the tick switches the pin"
+        yield at.count("PIN_HELD_TICKS", PIN_HELD_TICKS, why)
+    yield at.count("CHECKS_MOST_TICKS", MOST_TICKS_WAITING, "most ticks that can wait (clock.c)")

@@ -1,7 +1,5 @@
 """Common parts of thermocouple converters on three wires: pins, a reader, and its times."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -9,13 +7,13 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
-    File,
     Group,
     Part,
     Stage,
     Symbol,
     Wiring,
     along,
+    pair,
     pulled,
 )
 from heatwright.generator.plan.pins import driven, label, lifted
@@ -64,10 +62,8 @@ def plan_converter(
     of_sensor = f"of sensor {name}"
     return Part(
         files=(
-            File(f"src/spi_{name}.h", "peripherals/spi.h.j2", told),
-            File(f"src/spi_{name}.c", "peripherals/spi.c.j2", told),
-            File(f"src/sensor_{name}.h", f"sensors/{sensor.kind}.h.j2", told),
-            File(f"src/sensor_{name}.c", f"sensors/{sensor.kind}.c.j2", told),
+            *pair(f"spi_{name}", "peripherals/spi", told),
+            *pair(f"sensor_{name}", f"sensors/{sensor.kind}", told),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, use, chip)),),
         pins=(

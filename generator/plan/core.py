@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, pair
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
@@ -64,10 +64,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
     )
     proves = (Call(Stage.GUARD, "reset.h", "reset_prove_watchdog();"),)
     return Part(
-        files=(
-            File("src/reset.h", "core/reset.h.j2", context),
-            File("src/reset.c", "core/reset.c.j2", context),
-        ),
+        files=pair("reset", "core/reset", context),
         start_calls=(
             *(proves if proves_watchdog(controller) else ()),
             Call(Stage.GUARD, "", f"wdt_enable(WDTO_{period});", f" /* {watchdog} */"),
@@ -118,10 +115,7 @@ def clock(root: Source, timer: int) -> Part:
         counted=[name for name, each in proofs(root.controller).items() if each.tachometer],
     )
     return Part(
-        files=(
-            File("src/clock.h", "core/clock.h.j2", context),
-            File("src/clock.c", "core/clock.c.j2", context),
-        ),
+        files=pair("clock", "core/clock", context),
         groups=(Group(f"Clock of {TICK_MS} ms", tuple(constants)),),
         start_calls=(Call(Stage.GO, "clock.h", "clock_start();"),),
     )
@@ -176,10 +170,7 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
         + [f"pin_input_{name}_is_high" for name in root.controller.safety.inputs],
     )
     return Part(
-        files=(
-            File("src/gate.h", "protection/gate.h.j2", context),
-            File("src/gate.c", "protection/gate.c.j2", context),
-        ),
+        files=pair("gate", "protection/gate", context),
         groups=(
             Group(
                 "Heater gate",
@@ -239,10 +230,7 @@ def fault(root: Source, loops: list[LoopSummary]) -> Part:
         constants = (cooling, *constants)
     return Part(
         groups=(Group("Faults", constants),) if constants else (),
-        files=(
-            File("src/fault.h", "protection/fault.h.j2", context),
-            File("src/fault.c", "protection/fault.c.j2", context),
-        ),
+        files=pair("fault", "protection/fault", context),
         tick_calls=(Call(Stage.STORE, "fault.h", "fault_tick();"),) if lockout else (),
     )
 

@@ -1,11 +1,9 @@
 """The screen of the LCD keypad shield: it shows text (lcd.h), without its keys."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, Part, Stage, Wiring, pair
 from heatwright.generator.plan.pins import driven
 from heatwright.generator.plan.source import Source
 
@@ -43,10 +41,7 @@ def plan(source: Source) -> Part:
     pins = source.controller.board.pins
     lcd = LcdNames(source.where, f"{RESYNC_S:g}", DATA_LINES)
     return Part(
-        files=(
-            File("src/lcd.h", "interfaces/lcd/lcd.h"),
-            File("src/lcd.c", "interfaces/lcd/lcd.c.j2", lcd),
-        ),
+        files=pair("lcd", "interfaces/lcd/lcd", lcd, plain_header=True),
         pins=tuple(
             driven(source, f"lcd_{name}", pins[pin], f"{name.upper()} of the display")
             for name, pin in LINES

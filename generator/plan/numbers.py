@@ -1,7 +1,5 @@
 """Numbers for C: literals that keep every bit, counts, and quantities for comments."""
 
-from __future__ import annotations
-
 import struct
 from decimal import Decimal
 

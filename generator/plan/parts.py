@@ -71,6 +71,26 @@ class File:
     """The key of the spec that needs it, relative to its part's, such as `autotune` of a loop."""
 
 
+def pair(
+    name: str,
+    template: str,
+    told: Told = (),
+    *,
+    key: tuple[str, ...] = (),
+    plain_header: bool = False,
+) -> tuple[File, File]:
+    """Plan a header and its source in `src/`, whose templates have the same name.
+
+    A file without values is no template: it is copied. plain_header -- the values are for the
+    source alone.
+    """
+    end = ".j2" if told else ""
+    header = File(f"src/{name}.h", f"{template}.h", key=key)
+    if told and not plain_header:
+        header = File(f"src/{name}.h", f"{template}.h.j2", told, key)
+    return header, File(f"src/{name}.c", f"{template}.c{end}", told, key)
+
+
 class Stage(IntEnum):
     """Order of the calls in main.c.
 

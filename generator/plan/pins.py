@@ -1,7 +1,5 @@
 """Pins: their registers, and the inline functions that pins.h has for each."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.parts import PinFunction, PinPlan
 from heatwright.generator.plan.source import Source
 from heatwright.spec.boards import Pin

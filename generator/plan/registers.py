@@ -5,8 +5,6 @@ Addresses count from 0, as in the frames. The controller's block begins at 0, th
 loop lacks reads 0 if registers follow behind it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal

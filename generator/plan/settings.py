@@ -1,12 +1,10 @@
 """Settings and the latched fault in EEPROM."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, pair
 from heatwright.generator.plan.sensors.max31856 import types_of
 from heatwright.generator.plan.source import Source
 from heatwright.spec.algorithms import LARGEST_GAIN
@@ -71,10 +69,7 @@ def settings(root: Source, loops: list[LoopSummary]) -> Part:
         save_delay=quantity(SETTINGS_DELAY_S, "s"),
     )
     return Part(
-        files=(
-            File("src/settings.h", "core/settings.h.j2", context),
-            File("src/settings.c", "core/settings.c.j2", context),
-        ),
+        files=pair("settings", "core/settings", context),
         groups=(Group("Settings in EEPROM", tuple(constants)),),
         start_calls=(Call(Stage.RESTORE, "settings.h", "settings_start();"),),
         tick_calls=(Call(Stage.STORE, "settings.h", "settings_tick();"),),

@@ -1,7 +1,5 @@
 """Escapes text of the spec for C comments and Markdown, so that it cannot end them."""
 
-from __future__ import annotations
-
 import re
 
 _MARKDOWN = re.compile(r"([\\`*_{}\[\]<>#|&~])")

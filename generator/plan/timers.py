@@ -1,7 +1,5 @@
 """Timers: prescaler and compare value for an interval, and the C lines that set them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -42,6 +40,11 @@ class TimerRegisters:
     def counter(self) -> str:
         """The counter."""
         return f"TCNT{self.number}"
+
+    @property
+    def compare_type(self) -> str:
+        """Type in C of a count, and of a compare value."""
+        return "uint16_t" if self.timer.bits == 16 else "uint8_t"
 
     @property
     def _mask(self) -> str:

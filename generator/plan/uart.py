@@ -1,7 +1,5 @@
 """The registers of a board's serial ports, as C."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.spec.boards import Board
@@ -49,20 +47,19 @@ class UartRegisters:
     def setup(self, divisor: str, *, receives: bool) -> list[str]:
         """Set 8N1 at double speed; enable the transmitter and, if `receives`, the receiver."""
         enabled = ["TXEN", "RXEN", "RXCIE"] if receives else ["TXEN"]
-        return [*self.formed(divisor, "none", 1), self.enabled(*enabled)]
+        return [*self.formed(divisor, "8N1"), self.enabled(*enabled)]
 
-    def formed(self, divisor: str, parity: str, stop_bits: int) -> list[str]:
-        """Set speed (doubled) and format: 8 bits, `none`, `even` or `odd` parity, 1 or 2 stops."""
+    def formed(self, divisor: str, form: str) -> list[str]:
+        """Set speed (doubled) and format: 8 bits, no, even or odd parity, 1 or 2 stops: `8E1`."""
         n = self.number
         bits = [f"(1u << UCSZ{n}1)", f"(1u << UCSZ{n}0)"]
-        bits += {"none": [], "even": [f"(1u << UPM{n}1)"]}.get(
-            parity, [f"(1u << UPM{n}1)", f"(1u << UPM{n}0)"]
-        )
-        bits += [f"(1u << USBS{n})"] if stop_bits > 1 else []
+        bits += [f"(1u << UPM{n}1)"] if "N" not in form else []
+        bits += [f"(1u << UPM{n}0)"] if "O" in form else []
+        bits += [f"(1u << USBS{n})"] if form.endswith("2") else []
         return [
             *self.divided_by(divisor),
             f"UCSR{n}A = (1u << U2X{n});",
-            f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* {form(parity, stop_bits)} */",
+            f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* {form} */",
         ]
 
     def enabled(self, *names: str) -> str:
@@ -112,8 +109,3 @@ def registers(board: Board, port: int = 0) -> UartRegisters:
     number = board.uarts[port].suffix
     vectors = "USART" if board.mcu in ONE_UART else f"USART{number}"
     return UartRegisters(number, vectors, board.is_old)
-
-
-def form(parity: str, stop_bits: int) -> str:
-    """Write the format of a character in the usual form: 8E1."""
-    return f"8{parity[0].upper()}{stop_bits}"

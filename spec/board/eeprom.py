@@ -4,8 +4,6 @@ From its start: settings, programs, progress of the program, log. Slots of setti
 multiples of 64 bytes in every firmware.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """How long an interrupt may delay others, and how long the tick's interrupt takes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ value: a firmware that is too large by these figures is too large with any compi
 build` measures what it really takes.
 """
 
-from __future__ import annotations
-
 from heatwright.spec.base import Least
 from heatwright.spec.board.eeprom import log_entry_bytes
 from heatwright.spec.boards import Board

@@ -1,7 +1,5 @@
 """What PWM the timers can make: by their own compare outputs, or by interrupts at any pin."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from typing import NamedTuple
 

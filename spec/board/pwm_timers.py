@@ -1,7 +1,5 @@
 """Which timer makes each PWM output: its pin's own, or a 16-bit one by interrupts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -152,7 +150,7 @@ def _no_channel(board: Board, name: str, output: PwmOutput) -> TimerProblem:
 def _why_by_interrupts(board: Board, pin: Pin, output: PwmOutput) -> str:
     wanted = hertz(output.frequency_hz)
     if pin.pwm is None:
-        return f"no timer reaches {label(pin)}"
+        return f"no timer reaches {pin.label}"
     if not keeps_frequency(pwm_setting(board, output), output.frequency_hz):
         return f"the timer of {output.pin} cannot make {wanted}"
     return f"the timer of {output.pin} makes another frequency than {wanted}"
@@ -173,7 +171,7 @@ def _not_by_timer(
         able = [each for each, other in board.pins.items() if other.pwm and each == other.name]
         return TimerProblem(
             ("outputs", name, "pin"),
-            f"no timer reaches {label(pin)} of {board.name}, and interrupts make no {wanted}",
+            f"no timer reaches {pin.label} of {board.name}, and interrupts make no {wanted}",
             f"Use {listed(able)}, or {below}",
             (("controller", "board"), ("outputs", name, "frequency")),
         )
@@ -211,8 +209,3 @@ def _nearest(board: Board, timer: Timer, wanted_hz: float) -> str:
     above = [each_hz for each_hz in able if each_hz > wanted_hz]
     nearest = ([max(below)] if below else []) + ([min(above)] if above else [])
     return f"Use {listed([hertz(each_hz) for each_hz in nearest])}"
-
-
-def label(pin: Pin) -> str:
-    """Name a pin as a message does: `D3 (PD3)`."""
-    return pin.name if pin.name == pin.port_name else f"{pin.name} ({pin.port_name})"

@@ -7,8 +7,6 @@ each 1-Wire line then takes a timer of its own, an 8-bit one if it can, for its 
 stepper takes what is left, a 16-bit one if it can.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Baud rates: the divisor of a serial port and the error it leaves."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 LARGEST_DIVISOR = 4095

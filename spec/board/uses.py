@@ -1,16 +1,12 @@
 """Which pins a spec uses, and for what."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from heatwright.spec.base import PIN_MARK
 from heatwright.spec.boards import Board, Pin, Uart
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import (
-    Interface,
-)
+from heatwright.spec.interfaces import Interface
 from heatwright.spec.outputs import Output
 from heatwright.spec.problems import Path
 from heatwright.spec.sensors import Sensor
@@ -30,12 +26,7 @@ class PinUse(NamedTuple):
 def pin_uses(controller: Controller) -> Iterator[PinUse]:
     """List the uses of pins in the order of the file; names that are no pins are left out."""
     board = controller.board
-    for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
-        for name, part in parts.items():
-            for key, pin_name in pins_of(part).items():
-                if pin_name in board.pins:
-                    yield PinUse(board.pins[pin_name], (section, name, key), "")
-    for path, pin_name, purpose in contact_pins(controller):
+    for path, pin_name, purpose in wired_pins(controller):
         if pin_name in board.pins:
             yield PinUse(board.pins[pin_name], path, purpose)
     for index, interface in enumerate(controller.interfaces):
@@ -44,8 +35,15 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
                 yield PinUse(board.pins[name], ("interfaces", index, *keys), purpose)
 
 
-def contact_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
-    """List the pins at contacts: where the file names them, and what they are for."""
+def wired_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
+    """List the pins of sensors, outputs and contacts: their paths, their names, what they are for.
+
+    What a sensor's or an output's own pin is for is empty.
+    """
+    for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
+        for name, part in parts.items():
+            for key, pin_name in _pins_of(part).items():
+                yield (section, name, key), pin_name, ""
     for name, output in controller.outputs.items():
         if output.proof is not None:
             yield ("outputs", name, "proof", "pin"), output.proof.pin, "the proof that a fan turns"
@@ -56,7 +54,7 @@ def contact_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
         yield ("safety", "inputs", name, "pin"), each.pin, f"the input {name}"
 
 
-def pins_of(part: Sensor | Output) -> dict[str, str]:
+def _pins_of(part: Sensor | Output) -> dict[str, str]:
     """List a sensor's or an output's pins by their keys: `pin`, or several."""
     return {
         field.alias or name: getattr(part, name)

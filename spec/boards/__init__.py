@@ -1,10 +1,8 @@
 """The boards heatwright knows, by the name a spec gives them."""
 
-from __future__ import annotations
-
 from heatwright.spec.boards import chips
-from heatwright.spec.boards.build import Layout, build
-from heatwright.spec.boards.model import Board, Pin, Timer, Uart
+from heatwright.spec.boards.build import build
+from heatwright.spec.boards.model import Board, Layout, Pin, Timer, Uart
 from heatwright.spec.registry import usable
 
 
@@ -97,4 +95,4 @@ BOARDS: dict[str, Board] = {
     name: build(name, *parts) for name, parts in (usable("board") | _LAYOUTS).items()
 }
 
-__all__ = ["BOARDS", "Board", "Pin", "Timer", "Uart"]
+__all__ = ["BOARDS", "Board", "Layout", "Pin", "Timer", "Uart"]

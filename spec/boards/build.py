@@ -1,11 +1,8 @@
 """Composes a board from its chip's data and the names printed on it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import NamedTuple
 
-from heatwright.spec.boards.model import Board, Chip, Pin, Uart
+from heatwright.spec.boards.model import Board, Chip, Layout, Pin, Uart
 
 SLOW_PRESCALERS = (1, 8, 64, 256, 1024)
 FINE_PRESCALERS = (1, 8, 32, 64, 128, 256, 1024)
@@ -22,23 +19,6 @@ def ports(widths: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(names)
 
 
-class Layout(NamedTuple):
-    """The pins of a board and what it has besides its chip."""
-
-    platformio: str
-    names: Mapping[str, str] = {}
-    """The port's name of each pin by its printed name; empty for a bare chip."""
-    bootloader_bytes: int = 0
-    bootloader_pins: str = ""
-    led: str = ""
-    analog_only: Mapping[str, int] = {}
-    """The ADC's channel of each pin that leads to the ADC alone, by its printed name."""
-    clock_hz: int = 16_000_000
-    shield: bool = False
-    bootloader_talks: tuple[str, int] | None = None
-    bears_watchdog: bool = True
-
-
 def build(name: str, chip: Chip, layout: Layout) -> Board:
     """Make a board of its chip's data and its layout."""
     names = layout.names or {port_name: port_name for port_name in chip.functions}
@@ -47,29 +27,8 @@ def build(name: str, chip: Chip, layout: Layout) -> Board:
         pins[printed] = pins[port_name] = _pin(printed, port_name, chip, layout)
     for printed, channel in layout.analog_only.items():
         pins[printed] = Pin(printed, "", 0, adc=channel)
-    return Board(
-        name=name,
-        mcu=chip.mcu,
-        platformio=layout.platformio,
-        clock_hz=layout.clock_hz,
-        flash_bytes=chip.flash_bytes,
-        bootloader_bytes=layout.bootloader_bytes,
-        ram_bytes=chip.ram_bytes,
-        ram_start=chip.ram_start,
-        eeprom_bytes=chip.eeprom_bytes,
-        signature=chip.signature,
-        fastest_hz=chip.fastest_hz,
-        pins=pins,
-        timers=chip.timers,
-        uarts=_uarts(chip, names),
-        adc=chip.adc,
-        jtag_pins=chip.jtag_pins,
-        longest_watchdog_s=chip.longest_watchdog_s,
-        is_old=chip.is_old,
-        shield=layout.shield,
-        bootloader_talks=layout.bootloader_talks,
-        bears_watchdog=layout.bears_watchdog,
-    )
+    uarts = _uarts(chip, names)
+    return Board(**vars(chip), **vars(layout), name=name, pins=pins, uarts=uarts)
 
 
 def _pin(printed: str, port_name: str, chip: Chip, layout: Layout) -> Pin:

@@ -1,6 +1,6 @@
 """The chips, from their data sheets: memories, timers, and what each pin can do besides I/O."""
 
-from __future__ import annotations
+from dataclasses import replace
 
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS, ports
 from heatwright.spec.boards.model import Adc, Chip, Timer
@@ -146,27 +146,6 @@ ATMEGA32U4 = Chip(
 )
 
 # The ATmega16 and 32 differ in their memories alone. Timer 0 and 2 have one channel without letter.
-_ATMEGA32_TIMERS = {
-    0: Timer(8, SLOW_PRESCALERS, ("",)),
-    1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
-    2: Timer(8, FINE_PRESCALERS, ("",)),
-}
-_ATMEGA32_FUNCTIONS = _functions(
-    ports(dict.fromkeys("ABCD", "0-7")),
-    {
-        **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
-        "PB3": "oc0",
-        "PB4": "ss",
-        "PB5": "mosi",
-        "PB6": "miso",
-        "PB7": "sck",
-        "PD0": "rx",
-        "PD1": "tx",
-        "PD4": "oc1b",
-        "PD5": "oc1a",
-        "PD7": "oc2",
-    },
-)
 ATMEGA32 = Chip(
     mcu="atmega32",
     flash_bytes=32768,
@@ -178,43 +157,39 @@ ATMEGA32 = Chip(
     adc=Adc(band_gap_v=1.22),
     jtag_pins=_JTAG_ON_C,
     is_old=True,
-    timers=_ATMEGA32_TIMERS,
-    functions=_ATMEGA32_FUNCTIONS,
+    timers={
+        0: Timer(8, SLOW_PRESCALERS, ("",)),
+        1: Timer(16, SLOW_PRESCALERS, ("A", "B")),
+        2: Timer(8, FINE_PRESCALERS, ("",)),
+    },
+    functions=_functions(
+        ports(dict.fromkeys("ABCD", "0-7")),
+        {
+            **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
+            "PB3": "oc0",
+            "PB4": "ss",
+            "PB5": "mosi",
+            "PB6": "miso",
+            "PB7": "sck",
+            "PD0": "rx",
+            "PD1": "tx",
+            "PD4": "oc1b",
+            "PD5": "oc1a",
+            "PD7": "oc2",
+        },
+    ),
     longest_watchdog_s=2.0,
 )
-ATMEGA16 = Chip(
+ATMEGA16 = replace(
+    ATMEGA32,
     mcu="atmega16",
     flash_bytes=16384,
     ram_bytes=1024,
-    ram_start=0x60,
     eeprom_bytes=512,
     signature=(0x1E, 0x94, 0x03),
-    fastest_hz=16_000_000,
-    adc=Adc(band_gap_v=1.22),
-    jtag_pins=_JTAG_ON_C,
-    is_old=True,
-    timers=_ATMEGA32_TIMERS,
-    functions=_ATMEGA32_FUNCTIONS,
-    longest_watchdog_s=2.0,
 )
 
 # The ATmega644P and 1284P differ in their memories, and the smaller one has no timer 3.
-_ATMEGA644P_FUNCTIONS = {
-    **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
-    "PB3": "oc0a",
-    "PB4": "oc0b ss",
-    "PB5": "mosi",
-    "PB6": "miso",
-    "PB7": "sck",
-    "PD0": "rx0",
-    "PD1": "tx0",
-    "PD2": "rx1",
-    "PD3": "tx1",
-    "PD4": "oc1b",
-    "PD5": "oc1a",
-    "PD6": "oc2b",
-    "PD7": "oc2a",
-}
 ATMEGA644P = Chip(
     mcu="atmega644p",
     flash_bytes=65536,
@@ -226,21 +201,33 @@ ATMEGA644P = Chip(
     adc=Adc(digital_inputs=range(8)),
     jtag_pins=_JTAG_ON_C,
     timers=_THREE_TIMERS,
-    functions=_functions(ports(dict.fromkeys("ABCD", "0-7")), _ATMEGA644P_FUNCTIONS),
+    functions=_functions(
+        ports(dict.fromkeys("ABCD", "0-7")),
+        {
+            **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
+            "PB3": "oc0a",
+            "PB4": "oc0b ss",
+            "PB5": "mosi",
+            "PB6": "miso",
+            "PB7": "sck",
+            "PD0": "rx0",
+            "PD1": "tx0",
+            "PD2": "rx1",
+            "PD3": "tx1",
+            "PD4": "oc1b",
+            "PD5": "oc1a",
+            "PD6": "oc2b",
+            "PD7": "oc2a",
+        },
+    ),
 )
-ATMEGA1284P = Chip(
+ATMEGA1284P = replace(
+    ATMEGA644P,
     mcu="atmega1284p",
     flash_bytes=131072,
     ram_bytes=16384,
-    ram_start=0x100,
     eeprom_bytes=4096,
     signature=(0x1E, 0x97, 0x05),
-    fastest_hz=20_000_000,
-    adc=Adc(digital_inputs=range(8)),
-    jtag_pins=_JTAG_ON_C,
     timers=_THREE_TIMERS | {3: Timer(16, SLOW_PRESCALERS, ("A", "B"))},
-    functions=_functions(
-        ports(dict.fromkeys("ABCD", "0-7")),
-        _ATMEGA644P_FUNCTIONS | {"PB6": "oc3a miso", "PB7": "oc3b sck"},
-    ),
+    functions={**ATMEGA644P.functions, "PB6": "oc3a miso", "PB7": "oc3b sck"},
 )

@@ -1,8 +1,7 @@
 """What a board offers: its chip, its pins by name, its timers and serial ports."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 
@@ -33,6 +32,13 @@ class Pin(NamedTuple):
     def port_name(self) -> str:
         """The chip's own name of the pin, such as `PD3`."""
         return f"P{self.port}{self.bit}"
+
+    @property
+    def label(self) -> str:
+        """Both names, as messages have them, such as `D3 (PD3)`; one if there is no other."""
+        if not self.digital or self.name == self.port_name:
+            return self.name
+        return f"{self.name} ({self.port_name})"
 
 
 class Timer(NamedTuple):
@@ -68,7 +74,8 @@ class Adc(NamedTuple):
     """Channels whose pin has a digital input that can be switched off: DIDR0, DIDR2."""
 
 
-class Chip(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class Chip:
     """One microcontroller, from its data sheet."""
 
     mcu: str
@@ -78,10 +85,11 @@ class Chip(NamedTuple):
     eeprom_bytes: int
     signature: tuple[int, int, int]
     fastest_hz: int
+    """Its highest clock at 5 V."""
     timers: Mapping[int, Timer]
     functions: Mapping[str, str]
     """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
-    adc: Adc = Adc()
+    adc: Adc = field(default_factory=Adc)
     jtag_pins: tuple[str, ...] = ()
     """Pins of the JTAG port, which a fuse enables in chips as delivered. Boards with a bootloader
     have it disabled."""
@@ -92,37 +100,37 @@ class Chip(NamedTuple):
     an address, and there is no DIDR ("Register Summary")."""
 
 
-class Board(NamedTuple):
+@dataclass(frozen=True)
+class Layout:
+    """The pins of a board and what it has besides its chip."""
+
+    platformio: str
+    """The board's id in PlatformIO."""
+    names: Mapping[str, str] = field(default_factory=dict)
+    """The port's name of each pin by its printed name; empty for a bare chip."""
+    bootloader_bytes: int = 0
+    bootloader_pins: str = ""
+    led: str = ""
+    analog_only: Mapping[str, int] = field(default_factory=dict)
+    """The ADC's channel of each pin that leads to the ADC alone, by its printed name."""
+    clock_hz: int = 16_000_000
+    shield: bool = False
+    """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""
+    bootloader_talks: tuple[str, int] | None = None
+    """Protocol of its bootloader, as avrdude calls it, and baud; None on a bare chip."""
+    bears_watchdog: bool = True
+    """False if its bootloader leaves the watchdog on after a reset by it, so that the watchdog
+    resets the chip again and again."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Board(Layout, Chip):
     """A chip on a board (or bare), with its clock and the names of its pins."""
 
     name: str
-    mcu: str
-    platformio: str
-    """The board's id in PlatformIO."""
-    clock_hz: int
-    flash_bytes: int
-    bootloader_bytes: int
-    ram_bytes: int
-    ram_start: int
-    eeprom_bytes: int
-    signature: tuple[int, int, int]
-    fastest_hz: int
-    """The chip's highest clock at 5 V."""
     pins: Mapping[str, Pin]
     """Pins by each of their names: `D3` and `PD3` give the same Pin."""
-    timers: Mapping[int, Timer]
     uarts: tuple[Uart, ...]
-    adc: Adc
-    jtag_pins: tuple[str, ...]
-    longest_watchdog_s: float
-    is_old: bool
-    shield: bool
-    """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""
-    bootloader_talks: tuple[str, int] | None
-    """Protocol of its bootloader, as avrdude calls it, and baud; None on a bare chip."""
-    bears_watchdog: bool
-    """False if its bootloader leaves the watchdog on after a reset by it, so that the watchdog
-    resets the chip again and again."""
 
     @property
     def macro(self) -> str:

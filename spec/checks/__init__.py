@@ -1,12 +1,10 @@
 """The checks that compare several entries of a spec: references, pins, timers, physics."""
 
-from __future__ import annotations
-
 from heatwright.spec.adjusted import extremes, with_setting
 from heatwright.spec.checks import references, scenario
 from heatwright.spec.checks.board import eeprom, memory, pins, ports, timers
 from heatwright.spec.checks.comparison import row_controller, row_path, rows_have_loops
-from heatwright.spec.checks.finding import Check, Finding
+from heatwright.spec.checks.finding import Check, Finding, PlantCheck
 from heatwright.spec.checks.interfaces import displays, host, interfaces, leds, logs, master
 from heatwright.spec.checks.loops import (
     adjusted,
@@ -192,7 +190,7 @@ CHECKS: tuple[Check, ...] = (
 )
 
 # Each of these checks uses the whole plant, so they run only if all its names are defined.
-SIMULATION_CHECKS: tuple[Check, ...] = (
+SIMULATION_CHECKS: tuple[PlantCheck, ...] = (
     plant.plant_links,
     plant.plant_radiation,
     plant.plant_nodes,
@@ -211,9 +209,12 @@ def check(controller: Controller) -> list[Finding]:
     The extremes of numbers that keys can set, and the rows of a comparison, add only findings that
     the controller itself does not have.
     """
-    found = [*plant.plant_names(controller)]
-    if not found:
-        found = [finding for each in SIMULATION_CHECKS for finding in each(controller)]
+    simulation = controller.simulation
+    found: list[Finding] = []
+    if simulation is not None:
+        found += plant.plant_names(controller, simulation.plant)
+        for each in SIMULATION_CHECKS if not found else ():
+            found += each(controller, simulation.plant)
     whole = not found and not [*references.loop_parts(controller)]
     found += _check_one(controller, whole)
     own = {finding[:3] for finding in found}

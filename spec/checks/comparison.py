@@ -1,7 +1,5 @@
 """Rows of a comparison: each is a controller of its own and must pass the checks of one."""
 
-from __future__ import annotations
-
 from heatwright.spec.adjusted import fixed
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.checks.finding import Finding, Findings

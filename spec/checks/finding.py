@@ -1,7 +1,5 @@
 """The result of a check, and lists of a controller's parts for the checks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 
@@ -13,6 +11,7 @@ from heatwright.spec.sensing.analog_parts import AnalogSensor
 from heatwright.spec.sensing.conversion import Limits, limits
 from heatwright.spec.sensing.max31856 import variants
 from heatwright.spec.sensors import Thermometer
+from heatwright.spec.simulation import Event, ThermalNetwork
 
 
 class Finding(NamedTuple):
@@ -27,6 +26,7 @@ class Finding(NamedTuple):
 
 Findings: TypeAlias = Iterator[Finding]
 Check: TypeAlias = Callable[[Controller], Findings]
+PlantCheck: TypeAlias = Callable[[Controller, ThermalNetwork], Findings]
 
 
 def loop_sensors(controller: Controller) -> Iterator[tuple[str, Loop, Thermometer]]:
@@ -60,6 +60,22 @@ def limits_of(sensor: AnalogSensor, mcu: str) -> Limits | None:
         return limits(sensor, mcu)
     except (ArithmeticError, ValueError):
         return None
+
+
+def scenario_events(controller: Controller) -> Iterator[tuple[Path, Event]]:
+    """List the events of the scenario with their paths; none without a simulation."""
+    scenario = controller.simulation.scenario if controller.simulation is not None else ()
+    for index, event in enumerate(scenario):
+        yield ("simulation", "scenario", index), event
+
+
+def untaken(  # noqa: PLR0913, PLR0917 - what a finding is made of
+    controller: Controller, key: str, field: str, reason: str, remedy: str, because_of: Path
+) -> Findings:
+    """Report each event that has a field, because nothing takes it."""
+    for path, event in scenario_events(controller):
+        if getattr(event, field) is not None:
+            yield Finding((*path, key), reason, remedy, (because_of,))
 
 
 def loop_heaters(controller: Controller) -> Iterator[tuple[str, Loop, Switch]]:

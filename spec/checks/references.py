@@ -1,7 +1,5 @@
 """Names that refer to parts: a part must exist, have a use, and not be used twice."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from heatwright.spec.checks.finding import Finding, Findings

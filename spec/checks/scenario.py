@@ -1,8 +1,6 @@
 """Checks of the scenario: events in order of time, and interfaces that can take them."""
 
-from __future__ import annotations
-
-from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.finding import Finding, Findings, untaken
 from heatwright.spec.commands import keypad_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path
@@ -51,29 +49,20 @@ def scenario_in_order(controller: Controller) -> Findings:
 
 def extrusion_takes_heat(controller: Controller) -> Findings:
     """Find events that feed filament where the plant has no `filament`."""
-    if controller.simulation is None or controller.simulation.plant.filament is not None:
-        return
-    for index, event in enumerate(controller.simulation.scenario):
-        if event.extrude_mm_per_s is not None:
-            yield Finding(
-                ("simulation", "scenario", index, "extrude"),
-                "the plant does not say from which node filament takes heat",
-                "Add filament: {node: …, heat: 0.0056 J/K/mm} to the plant, or delete the event",
-                (("simulation", "plant"),),
-            )
+    if controller.simulation is not None and controller.simulation.plant.filament is None:
+        yield from untaken(
+            controller,
+            "extrude",
+            "extrude_mm_per_s",
+            "the plant does not say from which node filament takes heat",
+            "Add filament: {node: …, heat: 0.0056 J/K/mm} to the plant, or delete the event",
+            ("simulation", "plant"),
+        )
 
 
 def keys_exist(controller: Controller) -> Findings:
     """Find presses of keys on a controller without keys."""
-    if controller.simulation is None:
-        return
-    if keypad_of(controller) is not None:
-        return
-    for index, event in enumerate(controller.simulation.scenario):
-        if event.press is not None:
-            yield Finding(
-                ("simulation", "scenario", index, "press"),
-                "no interface has keys",
-                "Add {kind: lcd_keypad, loop: …} to interfaces, or delete the event",
-                (("interfaces",),),
-            )
+    if keypad_of(controller) is None:
+        remedy = "Add {kind: lcd_keypad, loop: …} to interfaces, or delete the event"
+        reason = "no interface has keys"
+        yield from untaken(controller, "press", "press", reason, remedy, ("interfaces",))

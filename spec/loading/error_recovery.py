@@ -1,7 +1,5 @@
 """Removes broken parts from a spec, so that the rest can still be checked."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pydantic import ValidationError

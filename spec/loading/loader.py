@@ -1,7 +1,5 @@
 """Loads a spec: bytes → text → tree → models → checks, and all problems of a stage at once."""
 
-from __future__ import annotations
-
 import os
 import zlib
 from collections.abc import Collection

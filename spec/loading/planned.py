@@ -1,7 +1,5 @@
 """Keys that the language has elsewhere, or that are not built yet: words that refuse them."""
 
-from __future__ import annotations
-
 ELSEWHERE = {
     ("Analog", "quantity"): "Use kind: current for the current of a heater",
     ("TimeProportionalOutput", "current"): "Measure the current of a digital or pwm output",

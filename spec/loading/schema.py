@@ -4,8 +4,6 @@ It describes one file: keys, kinds, quantities with their units. What needs more
 judge (references, pins, physics) is left to the loader.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Finds its way through the models: which keys and kinds belong where."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache, lru_cache
 from types import NoneType, UnionType

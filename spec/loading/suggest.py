@@ -1,7 +1,5 @@
 """Suggestions for a wrong word."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from heatwright.spec.problems import refuse

@@ -1,7 +1,5 @@
 """From the bytes of a file to text that is safe to parse and to show."""
 
-from __future__ import annotations
-
 import codecs
 import re
 

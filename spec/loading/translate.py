@@ -1,7 +1,5 @@
 """From pydantic's errors to problems of the file: reason and remedy in the language's words."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any, Literal, get_args, get_origin
 

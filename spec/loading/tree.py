@@ -1,7 +1,5 @@
 """YAML text to plain data and the position of every key, in one pass over the parser's events."""
 
-from __future__ import annotations
-
 import re
 from typing import Any, TypeAlias
 

@@ -1,7 +1,5 @@
 """The folder in which the user's programs cache files that they can make again."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

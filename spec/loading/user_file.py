@@ -1,7 +1,5 @@
 """Files that the user names: read once, without waiting for a pipe that may never end."""
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

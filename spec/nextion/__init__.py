@@ -4,8 +4,6 @@
 sets the components of the page that is shown; what a touch does is in the components' code.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """The pages of settings, of the thermocouple's type, of the control itself, and of the faults."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """The pages with keys: entry of a segment, of one number, of a name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 from heatwright.spec.nextion.parts import GREEN, LARGE, RED, Page, Sheet

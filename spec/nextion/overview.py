@@ -4,8 +4,6 @@ The names are those of the display this one takes after: temp, day, hour1, minut
 minute2, programm, point, ERROR, bt1, and 24 as the number of the chart.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from heatwright.spec.nextion.parts import (

@@ -1,7 +1,5 @@
 """What a page of a Nextion display is made of, in the words of its editor."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType

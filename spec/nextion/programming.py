@@ -1,7 +1,5 @@
 """The pages of programs: their choice, and the segments of one."""
 
-from __future__ import annotations
-
 from heatwright.spec.nextion.parts import (
     AMBER,
     GREEN,

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from heatwright.spec.loops import Effort, EffortBand, EffortLine
 from heatwright.spec.outputs import always_running
+from heatwright.spec.physics.feeds import fed_plant
 from heatwright.spec.physics.heated_loop import SUMMER_C, WINTER_C, HeatedLoop
 from heatwright.spec.physics.matrices import Vector, apply
 from heatwright.spec.physics.network import Heated
 from heatwright.spec.quantity import about, number
-from heatwright.spec.simulation import AMBIENT, Link, Simulation, ThermalNetwork
+from heatwright.spec.simulation import Simulation, ThermalNetwork
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
@@ -145,7 +146,7 @@ class _Search:
         for fan, effect in simulation.plant.fans.items():
             if fan not in coolers:  # a cooler is never on together with its heater
                 (self._windy if effect.factor >= 1 else self._calm).add(fan)
-        self._fed = _fed(simulation.plant, _feed_mm_per_s(controller, simulation))
+        self._fed = fed_plant(simulation.plant, _feed_mm_per_s(controller, simulation))
         noise_k = simulation.plant.sense[loop.sensor].noise_k
         self._move_k = max(
             LEAST_MOVE_K,
@@ -372,17 +373,6 @@ def _feed_mm_per_s(controller: Controller, simulation: Simulation) -> float:
     speeds = [each.maximum_mm_per_s for each in controller.steppers.values()]
     asked = [each.extrude_mm_per_s for each in simulation.scenario if each.extrude_mm_per_s]
     return max([0.0, *speeds, *asked])
-
-
-def _fed(plant: ThermalNetwork, feed_mm_per_s: float) -> ThermalNetwork:
-    """Return the plant with one more link, for the heat that the fed material takes."""
-    if plant.filament is None or not plant.filament.heat_j_per_k_mm * feed_mm_per_s:
-        return plant
-    resistance = 1 / (plant.filament.heat_j_per_k_mm * feed_mm_per_s)
-    link = Link.model_construct(
-        between=(plant.filament.node, AMBIENT), resistance_k_per_w=resistance
-    )
-    return plant.model_copy(update={"links": (*plant.links, link)})
 
 
 def _scaled(plant: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:

@@ -6,7 +6,14 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from heatwright.spec.outputs import always_running
-from heatwright.spec.simulation import AMBIENT, LEAST_VERIFIED_S, Event, Link, Simulation
+from heatwright.spec.simulation import (
+    AMBIENT,
+    LEAST_VERIFIED_S,
+    Event,
+    Link,
+    Simulation,
+    ThermalNetwork,
+)
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
@@ -53,15 +60,24 @@ def fed(controller: Controller, simulation: Simulation, mm_per_s: float) -> Simu
     Unchanged where nothing is fed. A fan that always runs would act on that link, too, so the link
     is made weaker by the fan's factor.
     """
-    plant = simulation.plant
-    if plant.filament is None or mm_per_s == 0:
+    plant, weaker = simulation.plant, 1.0
+    if plant.filament is None:
         return simulation
-    between = (plant.filament.node, AMBIENT)
-    resistance = 1 / (plant.filament.heat_j_per_k_mm * mm_per_s)
     for fan in always_running(controller.outputs):
         effect = plant.fans.get(fan)
-        if effect is not None and set(effect.link) == set(between):
-            resistance *= effect.factor
-    link = Link.model_construct(between=between, resistance_k_per_w=resistance)
-    links = (*plant.links, link)
-    return simulation.model_copy(update={"plant": plant.model_copy(update={"links": links})})
+        if effect is not None and set(effect.link) == {plant.filament.node, AMBIENT}:
+            weaker *= effect.factor
+    return simulation.model_copy(update={"plant": fed_plant(plant, mm_per_s, weaker)})
+
+
+def fed_plant(plant: ThermalNetwork, mm_per_s: float, weaker: float = 1.0) -> ThermalNetwork:
+    """Return the plant with one more link, for the heat that the fed material takes.
+
+    weaker -- factor by which the link's resistance is larger
+    """
+    filament = plant.filament
+    if filament is None or filament.heat_j_per_k_mm * mm_per_s == 0:
+        return plant
+    resistance = weaker / (filament.heat_j_per_k_mm * mm_per_s)
+    link = Link.model_construct(between=(filament.node, AMBIENT), resistance_k_per_w=resistance)
+    return plant.model_copy(update={"links": (*plant.links, link)})

@@ -4,8 +4,6 @@ Conduction is linear. Radiation, σ·ε·A·(Ta⁴ − Tb⁴) in kelvin, is take
 state: q ≈ q₀ + ga·(θa − θa₀) − gb·(θb − θb₀) with g = 4·σ·ε·A·T³.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 from heatwright.spec.base import ABSOLUTE_ZERO_C

@@ -1,7 +1,5 @@
 """Small matrices in plain Python: loading a spec must be quick, and needs no numpy."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """How warm the heaters of other loops make a loop's sensor while its own heater is off."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ out; c comes from radiation alone), C·dθ/dt = P − G·θ − c. A sensor foll
 first-order lag. All in plain Python, for the networks are small and loading must be quick.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from operator import mul

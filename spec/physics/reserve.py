@@ -1,7 +1,5 @@
 """How much more power a heater has than its machine takes at the highest setpoint."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

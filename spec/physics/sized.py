@@ -6,8 +6,6 @@ it; a wire's is that of Churchill and Bernstein for a cylinder across a flow (19
 the US Standard Atmosphere of 1976 between wire and air, at sea level.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

@@ -4,8 +4,6 @@ With a reading that stands still a little below the setpoint the duty grows with
 one that falls to ambient it is full at once. Only rules that count the time of such heat end it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import islice

@@ -1,7 +1,5 @@
 """Orders to a program in a scenario: `program: start 1`, `program: pause`."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 from heatwright.spec.problems import Checked, refuse, shown

@@ -1,7 +1,5 @@
 """What a master writes in a scenario: `{nozzle.setpoint: 300 °C, nozzle.enabled: true}`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple
 

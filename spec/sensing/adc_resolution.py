@@ -3,8 +3,6 @@
 A chain of divider or amplifier, ADC and table is exact to one step, so this is its error as well.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from itertools import pairwise
 from typing import Any

@@ -5,8 +5,6 @@ far the firmware, which assumes nominal parts, then reads wrong. The worst case 
 errors; for independent parts the root of the sum of squares is usual.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ Resistor dividers and amplifiers of sensing elements, and the ends of what each 
 there is of an open or a shorted element.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Protocol
 

@@ -6,8 +6,6 @@ table of (sum, °C): the fewest points for which a temperature is nowhere wrong 
 ADC. Together with the code's own half a step the chain is exact to one step.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Temperatures in °C, resistances in Ω. Each curve is a function and its inverse
 the firmware, whose tables are computed from it.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from dataclasses import dataclass

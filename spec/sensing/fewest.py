@@ -7,8 +7,6 @@ but exact for bends at whole places: for each place it keeps all values that a l
 can reach there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import islice, pairwise
 from typing import NamedTuple

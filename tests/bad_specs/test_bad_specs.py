@@ -1,15 +1,16 @@
 """Every bad spec is refused with exactly its messages, and every check has a spec that needs it."""
 
 import re
+from collections.abc import Callable
 from functools import cache
 
 import pytest
 import yaml
 from rig.bad_specs import bases, cases
 
-from heatwright.spec import Controller, SpecError, load_text
+from heatwright.spec import Controller, SpecError, ThermalNetwork, load_text
 from heatwright.spec.checks import CHECKS, SIMULATION_CHECKS
-from heatwright.spec.checks.finding import Check, Findings
+from heatwright.spec.checks.finding import Findings
 
 TABLES = {"CHECKS": CHECKS, "SIMULATION_CHECKS": SIMULATION_CHECKS}
 
@@ -19,9 +20,9 @@ def refused(name: str) -> tuple[SpecError, frozenset[str]]:
     """Load a bad spec: the error, and the names of the checks whose findings its messages tell."""
     case, told = cases()[name], set()
 
-    def listening(check: Check) -> Check:
-        def listen(controller: Controller) -> Findings:
-            for finding in check(controller):
+    def listening(check: Callable[..., Findings]) -> Callable[..., Findings]:
+        def listen(*told_of: Controller | ThermalNetwork) -> Findings:
+            for finding in check(*told_of):
                 words = f": {finding.reason}. "  # the remedy may be that of a stricter check
                 if words in case.expected.replace("by default, ", ""):
                     told.add(check.__name__)
@@ -63,7 +64,9 @@ def told() -> set[str]:
 
 
 @pytest.mark.parametrize("check", CHECKS + SIMULATION_CHECKS, ids=lambda check: check.__name__)
-def test_no_check_without_a_spec_that_needs_it(check: Check, told: set[str]) -> None:
+def test_no_check_without_a_spec_that_needs_it(
+    check: Callable[..., Findings], told: set[str]
+) -> None:
     assert check.__name__ in told
 
 

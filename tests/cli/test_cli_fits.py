@@ -1,6 +1,7 @@
 """A firmware that does not fit its board is told in the spec's terms, and what is told is true."""
 
 import pickle
+from dataclasses import replace
 
 import pytest
 from rig.avr import whole
@@ -67,6 +68,6 @@ def test_a_binary_of_a_byte_too_many_is_refused_and_takes_what_check_counts(name
     assert bound.ram <= built.ram_bytes + built.stack_bytes
     for key, free in (("flash_bytes", built.flash_over), ("ram_bytes", built.ram_over)):
         exact = getattr(board, key) + free
-        given(elf, board._replace(**{key: exact}))
+        given(elf, replace(board, **{key: exact}))
         with pytest.raises(TooLarge):
-            given(elf, board._replace(**{key: exact - 1}))
+            given(elf, replace(board, **{key: exact - 1}))

@@ -7,6 +7,7 @@ it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives
 
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from itertools import count as naturals
 from itertools import islice
@@ -155,7 +156,7 @@ class _Controller:
         self._watchdog()
 
     def _clocked(self, board: Board) -> Board:
-        clocked = {mhz: board._replace(clock_hz=round(mhz * 1e6)) for mhz in CLOCKS_MHZ}
+        clocked = {mhz: replace(board, clock_hz=round(mhz * 1e6)) for mhz in CLOCKS_MHZ}
         able = [mhz for mhz, other in clocked.items()
                 if other.clock_hz <= other.fastest_hz and ticks_at_all(other)]  # fmt: skip
         if not self.draws.seldom():

@@ -1,7 +1,5 @@
 """The user's side of the interfaces, one module for each kind, found by its stem."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 from heatwright.cli.bench.parts.seat import Seat

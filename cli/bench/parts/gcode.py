@@ -1,7 +1,5 @@
 """A terminal on the line of a G-code host: typed lines are sent without line numbers."""
 
-from __future__ import annotations
-
 from collections import deque
 from typing import Any
 

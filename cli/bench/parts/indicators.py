@@ -1,7 +1,5 @@
 """LEDs, as a person in front of them sees them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from heatwright.cli.bench.parts.seat import Seat

@@ -1,7 +1,5 @@
 """The display shield: two lines of text, and five keys."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from heatwright.cli.bench.parts.seat import BadOrder, Live, Order, Seat, flag_of, number_of

@@ -1,7 +1,5 @@
 """A master on the Modbus line, which reads and writes all registers."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 from typing import Any

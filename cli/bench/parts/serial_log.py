@@ -1,7 +1,5 @@
 """A terminal on the line of the log."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from heatwright.cli.bench.parts.seat import Line, Live, Order, Seat, text_of

@@ -1,7 +1,5 @@
 """The computer that plots: it shows the lines of the plotter."""
 
-from __future__ import annotations
-
 from heatwright.cli.bench.parts.seat import Line, Seat
 from heatwright.cli.bench.world import LiveWorld
 

@@ -1,7 +1,5 @@
 """What the plans of all algorithms return, and the constants that several share."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """On-off control: hysteresis and lead."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.algorithms.common import (
     AlgorithmPlan,
     SwitchNames,

@@ -1,7 +1,5 @@
 """PID control: terms with a zero gain are left out, unless gains can be set."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Three-position control: a dead band, with hysteresis and lead."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from heatwright.generator.plan.algorithms.common import (

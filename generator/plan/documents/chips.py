@@ -1,7 +1,5 @@
 """The fuses that the builder of a bare chip must set before the program runs."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from heatwright.spec.boards import Board

@@ -1,7 +1,5 @@
 """The tests before a machine heats for the first time: their order and expected results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 

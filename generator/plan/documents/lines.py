@@ -1,12 +1,9 @@
 """The level converter between a serial port's pins and the other end of its line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heatwright.generator.plan.pins import label
-from heatwright.generator.plan.uart import form
 from heatwright.spec import Board, Controller, ModbusRtu
 from heatwright.spec.commands import modbus_of
 from heatwright.spec.interfaces import Line
@@ -31,7 +28,7 @@ def lines(controller: Controller) -> list[LineRow]:
         line, bus = each.line, modbus if each is modbus else None
         if line is None or line.called is None:
             continue
-        words = f"{line.called}, {line.baud} baud, {form(line.parity, line.stop_bits)}"
+        words = f"{line.called}, {line.told}"
         for to, needs in _converters(controller.board, line, bus):
             found.append(LineRow(words, to, needs))
     return found

@@ -1,7 +1,5 @@
 """The files around the sources: PlatformIO's project, the Arduino sketch, the README."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from heatwright.generator.plan.documents.readme import readme_names

@@ -15,9 +15,8 @@ from heatwright.generator.plan.programs.programs import ProgramsInWords, in_word
 from heatwright.generator.plan.protection.hazards import HazardRow, hazards
 from heatwright.generator.plan.protection.limits import limit
 from heatwright.generator.plan.text import c_comment, markdown
-from heatwright.generator.plan.uart import form
 from heatwright.generator.wiring import Wires
-from heatwright.spec import Controller, Nextion, SerialPlotter, Spec
+from heatwright.spec import Controller, Gcode, ModbusRtu, Nextion, SerialPlotter, Spec
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import (
@@ -69,8 +68,8 @@ class ReadmeNames:
     numbers: list[str]
     keypad: bool
     menu: bool
-    host: ReadmeHost | None
-    modbus: ReadmeMaster | None
+    host: Gcode | None
+    modbus: ModbusRtu | None
     programs: ProgramsInWords | None
     touch: Nextion | None
     plotters: list[int]
@@ -113,8 +112,8 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
             facts_of(controller, name).keyed and facts_of(controller, name).programmed
             for name in controller.loops
         ),
-        host=_host(spec),
-        modbus=_modbus(spec),
+        host=gcode_of(controller),
+        modbus=modbus_of(controller),
         programs=in_words(controller),
         touch=nextion_of(controller),
         plotters=[each.baud for each in placed(controller, SerialPlotter).values()],
@@ -140,38 +139,6 @@ def _lockout(controller: Controller) -> ReadmeLockout | None:
     return ReadmeLockout(lockout.trips, within, lockout_ends(controller))
 
 
-@dataclass(frozen=True, slots=True)
-class Addressed:
-    """A loop or output to which the host gives an address."""
-
-    address: str
-    what: str
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class ReadmeHost:
-    """The values for the README about a G-code host."""
-
-    baud: int
-    names: list[Addressed]
-
-
-def _host(spec: Spec) -> ReadmeHost | None:
-    gcode = gcode_of(spec.controller)
-    if gcode is None:
-        return None
-    served = {"loop": gcode.loops, "fan": gcode.fans, "stepper": gcode.steppers}
-    return ReadmeHost(
-        gcode.baud,
-        [
-            Addressed(address, what, name)
-            for what, names in served.items()
-            for address, name in names.items()
-        ],
-    )
-
-
 def _numbers(controller: Controller) -> list[str]:
     """Name the numbers that keys can set, with their ranges."""
     keypad = keypad_of(controller)
@@ -189,23 +156,6 @@ def _countdown(controller: Controller) -> str | None:
     if keypad.countdown.counts == "at once":
         return "while the loop is on"
     return "from the moment when the setpoint is reached"
-
-
-@dataclass(frozen=True, slots=True)
-class ReadmeMaster:
-    """The values for the README about Modbus."""
-
-    address: int
-    form: str
-    linuxcnc: bool
-
-
-def _modbus(spec: Spec) -> ReadmeMaster | None:
-    modbus = modbus_of(spec.controller)
-    if modbus is None:
-        return None
-    line = f"{modbus.baud} baud, {form(modbus.parity, modbus.stop_bits)}"
-    return ReadmeMaster(modbus.address, line, modbus.linuxcnc)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from heatwright.generator.plan.parts import (
     PinPlan,
     Stage,
     Wiring,
+    pair,
 )
 from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.monitors import told
@@ -54,20 +55,14 @@ def plan(source: Source, interface: Gcode) -> Part:
 
 
 def _files(context: HostNames) -> Iterable[File]:
-    for name in ("gcode_line.h", "gcode_line.c", "gcode_words.h", "gcode_words.c"):
-        yield File(f"src/{name}", f"interfaces/gcode/{name}")
-    for name in (
-        "gcode.h", "gcode.c", "gcode_report.h", "gcode_report.c", "gcode_tools.h", "gcode_tools.c",
-        "gcode_wait.h", "gcode_wait.c",
-    ):  # fmt: skip
-        yield File(f"src/{name}", f"interfaces/gcode/{name}.j2", context)
-    if context.output is not None:
-        yield File("src/gcode_feed.h", "interfaces/gcode/gcode_feed.h")
-        yield File("src/gcode_feed.c", "interfaces/gcode/gcode_feed.c.j2", context)
-    yield File("src/host.h", "interfaces/gcode/host.h")
-    yield File("src/host.c", "interfaces/gcode/host.c.j2", context)
-    yield File("src/text.h", "interfaces/text.h")
-    yield File("src/text.c", "interfaces/text.c")
+    for name in ("gcode_line", "gcode_words"):
+        yield from pair(name, f"interfaces/gcode/{name}")
+    for name in ("gcode", "gcode_report", "gcode_tools", "gcode_wait"):
+        yield from pair(name, f"interfaces/gcode/{name}", context)
+    feeds = ("gcode_feed",) if context.output is not None else ()
+    for name in (*feeds, "host"):
+        yield from pair(name, f"interfaces/gcode/{name}", context, plain_header=True)
+    yield from pair("text", "interfaces/text")
 
 
 def _constants(source: Source, interface: Gcode) -> Iterable[Constant]:
@@ -261,7 +256,5 @@ def _receiving_pin(source: Source) -> PinPlan:
 def _wiring(source: Source, interface: Gcode) -> Iterable[Wiring]:
     board = source.controller.board
     uart = board.uarts[0]
-    yield Wiring(
-        label(board.pins[uart.rx]), "G-code host, its transmitter", f"{interface.baud} baud, 8N1"
-    )
+    yield Wiring(label(board.pins[uart.rx]), "G-code host, its transmitter", interface.line.told)
     yield Wiring(label(board.pins[uart.tx]), "G-code host, its receiver", "the same")

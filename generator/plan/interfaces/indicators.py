@@ -1,20 +1,18 @@
 """LEDs that show what a loop does: lit, blinking or dark."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, ticks
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
-    File,
     Group,
     Header,
     Part,
     Stage,
     Symbol,
     Wiring,
+    pair,
 )
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
@@ -81,10 +79,7 @@ def plan(source: Source, interface: Indicators) -> Part:
         for pin_name, pin in named.items()
     ]
     return Part(
-        files=(
-            File(f"src/{header}", "interfaces/indicators/indicators.h.j2", context),
-            File(f"src/indicators_{name}.c", "interfaces/indicators/indicators.c.j2", context),
-        ),
+        files=pair(f"indicators_{name}", "interfaces/indicators/indicators", context),
         groups=_groups(source, name, loop, set(pins)),
         pins=tuple(
             switched(source.at("leds"), pin_name, pin, interface.active, f"LED `{meaning}`")

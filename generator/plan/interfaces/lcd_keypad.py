@@ -1,7 +1,5 @@
 """The LCD keypad shield: its display, its keys, and their functions."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan import lcd
@@ -10,7 +8,7 @@ from heatwright.generator.plan.loop import adjusted
 from heatwright.generator.plan.loop.loops import told_between_steps
 from heatwright.generator.plan.loop.names import prefix_of
 from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pair
 from heatwright.generator.plan.pins import pulled_up
 from heatwright.generator.plan.programs.menu import Shown, plan_menu
 from heatwright.generator.plan.protection.monitors import shown as plan_warning
@@ -58,13 +56,11 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         files=(
             *keys.files,
             *screen.files,
-            File("src/keypad.h", "interfaces/lcd_keypad/keypad.h.j2", keypad),
-            File("src/keypad.c", "interfaces/lcd_keypad/keypad.c.j2", keypad),
+            *pair("keypad", "interfaces/lcd_keypad/keypad", keypad),
             File("src/panel.h", "interfaces/lcd_keypad/panel.h"),
             *shown.files,
             *warning_files,
-            File("src/text.h", "interfaces/text.h"),
-            File("src/text.c", "interfaces/text.c"),
+            *pair("text", "interfaces/text"),
         ),
         groups=(Group("LCD keypad shield", (*constants, *shown.constants, *warning_constants)),),
         pins=(
@@ -167,18 +163,8 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         at_once=interface.countdown.counts == "at once",
         counts_where=at.at("counts").where,
     )
-    return Shown(
-        (
-            *files,
-            File(
-                "src/countdown.h", "interfaces/lcd_keypad/countdown.h.j2", counted, ("countdown",)
-            ),
-            File(
-                "src/countdown.c", "interfaces/lcd_keypad/countdown.c.j2", counted, ("countdown",)
-            ),
-        ),
-        (*constants, *_countdown(at, interface.countdown, loop)),
-    )
+    added = pair("countdown", "interfaces/lcd_keypad/countdown", counted, key=("countdown",))
+    return Shown((*files, *added), (*constants, *_countdown(at, interface.countdown, loop)))
 
 
 def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, ...]:

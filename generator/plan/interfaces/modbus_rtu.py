@@ -1,7 +1,5 @@
 """The slave of a Modbus line: its frames, its functions, its register map."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -22,15 +20,17 @@ from heatwright.generator.plan.parts import (
     Part,
     PinPlan,
     Stage,
+    Told,
     Wiring,
+    pair,
 )
 from heatwright.generator.plan.pins import driven, label, pulled_up
 from heatwright.generator.plan.registers import VERSION
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_string
-from heatwright.generator.plan.timers import free_running, round_interval
+from heatwright.generator.plan.timers import TimerRegisters, free_running, round_interval
 from heatwright.generator.plan.timers import registers as timer_registers
-from heatwright.generator.plan.uart import UartRegisters, form, registers
+from heatwright.generator.plan.uart import UartRegisters, registers
 from heatwright.spec import ModbusRtu
 from heatwright.spec.board.timers import Interval, allocate
 
@@ -51,19 +51,16 @@ def plan(source: Source, interface: ModbusRtu) -> Part:
 
 
 def _files(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -> Iterable[File]:
-    for name in ("modbus.h", "modbus.c", "modbus_line.h", "modbus_identity.h"):
-        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}")
-    for name in ("modbus_values.h", "modbus_values.c"):
-        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}")
-    line = _line(source, interface, silence)
-    yield File("src/modbus_line.c", "interfaces/modbus_rtu/modbus_line.c.j2", line)
-    yield File(
-        "src/modbus_identity.c", "interfaces/modbus_rtu/modbus_identity.c.j2", _identity(source)
-    )
+    for name in ("modbus", "modbus_values"):
+        yield from pair(name, f"interfaces/modbus_rtu/{name}")
+    told: dict[str, Told] = {
+        "modbus_line": _line(source, interface, silence),
+        "modbus_identity": _identity(source),
+    }
+    for name, context in told.items():
+        yield from pair(name, f"interfaces/modbus_rtu/{name}", context, plain_header=True)
     yield from documents(source, interface)
-    context = map_names(source)
-    for name in ("modbus_map.h", "modbus_map.c"):
-        yield File(f"src/{name}", f"interfaces/modbus_rtu/{name}.j2", context)
+    yield from pair("modbus_map", "interfaces/modbus_rtu/modbus_map", map_names(source))
     if interface.linuxcnc:
         yield from linuxcnc.files(source, interface)
 
@@ -104,15 +101,8 @@ class LineNames:
 
     where: str
     silence: str
-    timer: int
+    timer: TimerRegisters
     divider: int
-    compare: str
-    compare_type: str
-    counter: str
-    forget_match: str
-    match_on: str
-    match_off: str
-    match_vector: str
     uart: UartRegisters
     setup: list[str]
     listening: str
@@ -127,18 +117,11 @@ def _line(source: Source, interface: ModbusRtu, silence: tuple[int, Interval]) -
     return LineNames(
         where=source.where,
         silence=quantity(silence_s(interface) * 1e3, "ms"),
-        timer=number,
+        timer=timer,
         divider=interval.divider,
-        compare=timer.compare(),
-        compare_type="uint16_t" if timer.timer.bits == 16 else "uint8_t",
-        counter=timer.counter,
-        forget_match=timer.forget(),
-        match_on=timer.interrupt_on(),
-        match_off=timer.interrupt_off(),
-        match_vector=timer.vector(),
         uart=uart,
         setup=[
-            *uart.formed("MODBUS_DIVISOR", interface.parity, interface.stop_bits),
+            *uart.formed("MODBUS_DIVISOR", interface.line.form),
             *free_running(timer, interval.prescaler),
         ],
         listening=uart.enabled("TXEN", "TXCIE", "RXEN", "RXCIE"),
@@ -184,8 +167,7 @@ def _pins(source: Source, interface: ModbusRtu) -> Iterable[PinPlan]:
 def _wiring(source: Source, interface: ModbusRtu) -> Iterable[Wiring]:
     board = source.controller.board
     uart = board.uarts[0]
-    speed = f"{interface.baud} baud, {form(interface.parity, interface.stop_bits)}"
-    yield Wiring(label(board.pins[uart.rx]), "Modbus, from the master", speed)
+    yield Wiring(label(board.pins[uart.rx]), "Modbus, from the master", interface.line.told)
     yield Wiring(label(board.pins[uart.tx]), "Modbus, to the master", "the same")
     if interface.driver_enable is not None:
         yield Wiring(

@@ -1,7 +1,5 @@
 """A Nextion touch display: its line, its orders, its contents, and documents for its editor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -20,6 +18,7 @@ from heatwright.generator.plan.parts import (
     PinPlan,
     Stage,
     Wiring,
+    pair,
 )
 from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.fault_log import fault_log
@@ -69,16 +68,12 @@ def plan(source: Source, interface: Nextion) -> Part:
 def _files(source: Source, interface: Nextion) -> Iterable[File]:
     context = _context(source, interface)
     for stem in ("nextion", "nextion_frame", "nextion_numbers", "nextion_say"):
-        for end in ("h", "c"):
-            yield File(f"src/{stem}.{end}", f"interfaces/nextion/{stem}.{end}")
-    for name in ("talk", "search", "port", "pages", "show", "chart", "orders"):
-        yield File(f"src/nextion_{name}.h", f"interfaces/nextion/nextion_{name}.h")
-        yield File(f"src/nextion_{name}.c", f"interfaces/nextion/nextion_{name}.c.j2", context)
-    if context.programs:
-        yield File("src/nextion_points.h", "interfaces/nextion/nextion_points.h")
-        yield File("src/nextion_points.c", "interfaces/nextion/nextion_points.c.j2", context)
-    yield File("src/text.h", "interfaces/text.h")
-    yield File("src/text.c", "interfaces/text.c")
+        yield from pair(stem, f"interfaces/nextion/{stem}")
+    points = ("points",) if context.programs else ()
+    for name in ("talk", "search", "port", "pages", "show", "chart", "orders", *points):
+        template = f"interfaces/nextion/nextion_{name}"
+        yield from pair(f"nextion_{name}", template, context, plain_header=True)
+    yield from pair("text", "interfaces/text")
     yield from told(Source(source.spec, ()))
     yield from documents(source, interface)
 
@@ -290,6 +285,6 @@ def _receiving_pin(source: Source, interface: Nextion) -> PinPlan:
 
 def _wiring(source: Source, interface: Nextion) -> Iterable[Wiring]:
     board, uart = source.controller.board, _uart(source, interface)
-    speed = f"{interface.baud} baud, 8N1"
-    yield Wiring(label(board.pins[uart.rx]), "Nextion display, TX (blue)", speed)
+    told = interface.line.told
+    yield Wiring(label(board.pins[uart.rx]), "Nextion display, TX (blue)", told)
     yield Wiring(label(board.pins[uart.tx]), "Nextion display, RX (yellow)", "5 V, its own supply")

@@ -1,11 +1,9 @@
 """A log of a loop in a ring buffer, read over a serial port."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity, ticks
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pair
 from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
@@ -61,20 +59,17 @@ def plan(source: Source, interface: SerialLog) -> Part:
         ring.append(File("src/log_ring.c", "interfaces/serial_log/log_ring_ram.c.j2", context))
     uart = board.uarts[interface.port]
     receives = board.pins[uart.rx]
-    line = f"{interface.baud} baud, 8N1"
+    line = interface.line.told
     return Part(
         files=(
-            File("src/log.h", "interfaces/serial_log/log.h"),
-            File("src/log.c", "interfaces/serial_log/log.c.j2", context),
-            File("src/log_note.h", "interfaces/serial_log/log_note.h"),
-            File("src/log_note.c", "interfaces/serial_log/log_note.c.j2", context),
-            File("src/log_talk.h", "interfaces/serial_log/log_talk.h"),
-            File("src/log_talk.c", "interfaces/serial_log/log_talk.c.j2", context),
-            File("src/log_port.h", "interfaces/serial_log/log_port.h"),
-            File("src/log_port.c", "interfaces/serial_log/log_port.c.j2", context),
+            *(
+                file
+                for name in ("log", "log_note", "log_talk", "log_port")
+                for file in pair(name, f"interfaces/serial_log/{name}", context, plain_header=True)
+            ),
             *ring,
             *told(Source(source.spec, ())),
-            *(_numbers() if source.controller.monitors else ()),
+            *(pair("text", "interfaces/text") if source.controller.monitors else ()),
         ),
         groups=(Group("Serial log", _constants(source, interface)),),
         pins=(pulled_up(source, "log_rx", receives, "from the computer that reads the log"),),
@@ -85,10 +80,6 @@ def plan(source: Source, interface: SerialLog) -> Part:
             Wiring(label(receives), "serial log, from the computer", f"{line}; send `help`"),
         ),
     )
-
-
-def _numbers() -> tuple[File, ...]:
-    return File("src/text.h", "interfaces/text.h"), File("src/text.c", "interfaces/text.c")
 
 
 def _constants(source: Source, interface: SerialLog) -> tuple[Constant, ...]:

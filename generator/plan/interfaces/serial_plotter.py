@@ -1,11 +1,9 @@
 """One line of numbers per period, for the program Serial Port Plotter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import prefix_of
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, Wiring, pair
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
@@ -58,12 +56,9 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     )
     return Part(
         files=(
-            File("src/serial.h", "peripherals/serial.h"),
-            File("src/serial.c", "peripherals/serial.c.j2", SerialNames(uart, setup)),
-            File("src/plotter.h", "interfaces/serial_plotter/plotter.h"),
-            File("src/plotter.c", "interfaces/serial_plotter/plotter.c.j2", plotter),
-            File("src/text.h", "interfaces/text.h"),
-            File("src/text.c", "interfaces/text.c"),
+            *pair("serial", "peripherals/serial", SerialNames(uart, setup), plain_header=True),
+            *pair("plotter", "interfaces/serial_plotter/plotter", plotter, plain_header=True),
+            *pair("text", "interfaces/text"),
         ),
         groups=(Group("Serial plotter", constants),),
         start_calls=(Call(Stage.SHOW, "serial.h", "serial_start();"),),
@@ -72,7 +67,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
             Wiring(
                 label(board.pins[board.uarts[0].tx]),
                 "serial plotter",
-                f"{interface.baud} baud, 8N1, sends only",
+                f"{interface.line.told}, sends only",
                 end="receiver",
             ),
         ),

@@ -1,7 +1,5 @@
 """The LinuxCNC side of a Modbus slave: mb2hal's configuration, HAL files, a PyVCP panel."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.linuxcnc.bus import bus_names
 from heatwright.generator.plan.linuxcnc.hal import hal_names
 from heatwright.generator.plan.linuxcnc.panel import panel_names

@@ -1,7 +1,5 @@
 """The line in mb2hal's configuration: format, rate of the transactions, time-out of answers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, floor, log10
 
@@ -27,33 +25,18 @@ HEARD_WITHIN_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class BusTransaction:
-    """A section of mb2hal's configuration."""
-
-    section: str
-    name: str
-    first: int
-    function: str
-    pins: str
-    where: str
-
-
-@dataclass(frozen=True, slots=True)
 class BusNames:
     """The values for mb2hal's configuration."""
 
     name: str
     where: str
     port: str
-    address: int
-    baud: int
-    parity: str
-    stop_bits: int
+    interface: ModbusRtu
     delay_ms: int
     timeout_ms: int
     round: str
     rate: str
-    transactions: list[BusTransaction]
+    transactions: tuple[Transaction, ...]
 
 
 def bus_names(source: Source, interface: ModbusRtu) -> BusNames:
@@ -63,25 +46,12 @@ def bus_names(source: Source, interface: ModbusRtu) -> BusNames:
         name=controller_name(source.controller),
         where=source.where,
         port=port_name(source),
-        address=interface.address,
-        baud=interface.baud,
-        parity=interface.parity,
-        stop_bits=interface.stop_bits,
+        interface=interface,
         delay_ms=ceil(1000 * silence_s(interface)),
         timeout_ms=ceil(1000 * answer_within_s(interface)),
         round=f"{round_s(interface, round_):.2g} s",
         rate=f"{rate_hz(source, interface):.2g}",
-        transactions=[
-            BusTransaction(
-                section=f"TRANSACTION_{number:02d}",
-                name=each.name,
-                first=each.first,
-                function=each.function,
-                pins=",".join(each.pins),
-                where=each.where,
-            )
-            for number, each in enumerate(round_)
-        ],
+        transactions=round_,
     )
 
 

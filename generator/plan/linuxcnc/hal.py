@@ -1,7 +1,5 @@
 """HAL of the loops: converters, the latch of ON, the test that the slave answers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.linuxcnc.bus import answer_within_s, lost_after_s, rate_hz

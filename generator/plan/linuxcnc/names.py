@@ -1,7 +1,5 @@
 """Names in HAL of the controller and its loops, short enough for all suffixes."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.registers import BLOCK
 from heatwright.spec import Controller
 

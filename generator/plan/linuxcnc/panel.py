@@ -1,7 +1,5 @@
 """The PyVCP panel: its displays and buttons."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from xml.sax.saxutils import escape
 

@@ -1,7 +1,5 @@
 """The reads and writes of mb2hal in one round."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import ceil

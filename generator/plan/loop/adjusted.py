@@ -1,7 +1,5 @@
 """Numbers of an algorithm that keys set: their ranges, and their names for the templates."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity

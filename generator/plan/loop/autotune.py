@@ -1,7 +1,5 @@
 """Autotuning: the constants and C names of the relay experiment."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from heatwright.generator.plan.algorithms.pid import in_force

@@ -1,11 +1,9 @@
 """The current of a heater: its limit, its rules, and their constants."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, in_periods, quantity, steps
-from heatwright.generator.plan.parts import Constant, File, Group, Part
+from heatwright.generator.plan.parts import Constant, Group, Part, pair
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Current, Loop
 from heatwright.spec.sensing.circuits import reference_v
@@ -62,10 +60,7 @@ def plan_current(source: Source, name: str, loop: Loop) -> Part:
         limit_where=at.at("limit").where,
     )
     return Part(
-        files=tuple(
-            File(f"src/current_{loop.heater}.{end}", f"protection/current.{end}.j2", context)
-            for end in ("h", "c")
-        ),
+        files=pair(f"current_{loop.heater}", "protection/current", context),
         groups=(Group(f"Current of {loop.heater}", tuple(_constants(at, loop, current, prefix))),),
     )
 

@@ -4,8 +4,6 @@ Features that add to the same stage run in the order of this file; docs/control.
 order.
 """
 
-from __future__ import annotations
-
 from heatwright.generator.plan.loop.steps import Feature
 
 SETTINGS = (

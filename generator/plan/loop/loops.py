@@ -1,7 +1,5 @@
 """A control loop: its step, its protections, its algorithm."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
@@ -15,7 +13,7 @@ from heatwright.generator.plan.loop.features import FEATURES
 from heatwright.generator.plan.loop.names import LoopNames, loop_names, prefix_of
 from heatwright.generator.plan.loop.steps import put_together
 from heatwright.generator.plan.numbers import quantity, told_period
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Told
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, pair
 from heatwright.generator.plan.protection.guard import EffortNames, effort_names, guard_constants
 from heatwright.generator.plan.protection.monitors import plan_monitors
 from heatwright.generator.plan.source import Source
@@ -136,24 +134,18 @@ def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterato
     yield File(f"src/loop_{name}.h", "loop/loop.h.j2", told)
     yield File(f"src/loop_{name}.c", "loop/loop.c.j2", (told, step, step.named))
     guard = (told, _guard_names(source, loop, told))
-    yield from _pair(f"guard_{name}", "protection/guard", guard, "protection")
-    yield from _pair(f"algorithm_{name}", algorithm.template, (told, algorithm.told), "algorithm")
+    yield from pair(f"guard_{name}", "protection/guard", guard, key=("protection",))
+    own = (told, algorithm.told)
+    yield from pair(f"algorithm_{name}", algorithm.template, own, key=("algorithm",))
     if told.autotune and loop.algorithm.pid:
         swing, start = autotune.names_in_force(loop.algorithm.pid, told.prefix, f"loop_{name}")
         where, band = source.at("autotune").where, loop.algorithm.pid.band_k is not None
         tuning = (told, TuningNames(where, band, swing, start))
-        yield from _pair(f"autotune_{name}", "algorithms/autotune", tuning, "autotune")
+        yield from pair(f"autotune_{name}", "algorithms/autotune", tuning, key=("autotune",))
     if told.response:
         at = source.at("response")
         response = ResponseNames(at.where, at.at("within").where, at.at("for").where)
-        yield from _pair(f"response_{name}", "loop/response", (told, response), "response")
-
-
-def _pair(path: str, template: str, told: Told, key: str) -> tuple[File, File]:
-    return (
-        File(f"src/{path}.h", f"{template}.h.j2", told, (key,)),
-        File(f"src/{path}.c", f"{template}.c.j2", told, (key,)),
-    )
+        yield from pair(f"response_{name}", "loop/response", (told, response), key=("response",))
 
 
 def _guard_names(source: Source, loop: Loop, told: LoopNames) -> GuardNames:

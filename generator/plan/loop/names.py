@@ -1,7 +1,5 @@
 """The values for the templates of a loop: facts, places in the spec, and names in C."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 from heatwright.generator.plan.loop import adjusted

@@ -1,7 +1,5 @@
 """Builds the C of a loop: features add statements at places, and functions."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields

@@ -1,7 +1,5 @@
 """The register map for the author of the master: Markdown, CSV, a Python client."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from keyword import iskeyword
@@ -36,26 +34,19 @@ READ_FUNCTIONS: dict[Table, str] = {
 FORMS: dict[Kind, str] = {"bit": "", "u16": "H", "i16": "h", "u32": "I", "f32": "f"}
 """The letter of Python's `struct` for each kind of register; none for a bit."""
 SUFFIXES = {"°C": "_c", "%": "_percent", "A": "_a", "s": "_s", "K": "_k"}
-PARITIES = {"even": "E", "odd": "O", "none": "N"}
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row of a table for people, and of the CSV."""
+    """A row of a table for people, and of the CSV: a register, and its numbers as text."""
 
-    address: int
+    register: Register
     addresses: str
-    words: int
-    name: str
-    kind: Kind
     scale: str
     step: str
-    unit: str
     minimum: str
     maximum: str
     range: str
-    access: str
-    meaning: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +65,7 @@ class MapDocument:
 
     title: str
     name: str
-    address: int
-    form: str
-    baud: int
-    parity: str
-    stop_bits: int
+    interface: ModbusRtu
     version: int
     digest: str
     tables: list[DocumentTable]
@@ -129,11 +116,7 @@ def documents(source: Source, interface: ModbusRtu) -> Iterable[File]:
     document = MapDocument(
         title=markdown(identity.title or identity.name),
         name=identity.name,
-        address=interface.address,
-        form=f"{interface.baud} baud, 8{PARITIES[interface.parity]}{interface.stop_bits}",
-        baud=interface.baud,
-        parity=PARITIES[interface.parity],
-        stop_bits=interface.stop_bits,
+        interface=interface,
         version=VERSION,
         digest=registers.digest,
         tables=[
@@ -155,19 +138,13 @@ def _row(register: Register) -> Row:
     ends = [_end(register.minimum), _end(register.maximum)]
     unit = f" {register.unit}" if register.unit else ""
     return Row(
-        address=register.address,
+        register,
         addresses=f"{register.address}, {last}" if register.words > 1 else f"{register.address}",
-        words=register.words,
-        name=register.name,
-        kind=register.kind,
         scale=f"{register.scale:g}",
         step="" if register.kind == "bit" else f"{register.scale:g}{unit}",
-        unit=register.unit,
         minimum=ends[0],
         maximum=ends[1],
         range=f"{ends[0]} .. {ends[1]}{unit}" if ends[0] else "",
-        access=register.access,
-        meaning=register.meaning,
     )
 
 

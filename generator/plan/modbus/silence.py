@@ -1,7 +1,5 @@
 """The silence between two frames of a Modbus line."""
 
-from __future__ import annotations
-
 from heatwright.spec import ModbusRtu
 
 SILENT_CHARACTERS = 3.5

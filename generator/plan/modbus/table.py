@@ -1,7 +1,5 @@
 """The register map in the C of the firmware."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends

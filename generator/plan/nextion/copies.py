@@ -4,8 +4,6 @@ The editor cannot import text, but copies components and pages with their conten
 or page is made from a copy of a similar earlier one, and only the differences are typed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The pages for the person who makes them in the Nextion editor: Markdown, and JSON to compare."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass

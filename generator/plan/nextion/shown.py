@@ -1,7 +1,5 @@
 """The contents of the components of the touch display's pages, as C."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass

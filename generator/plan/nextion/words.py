@@ -1,7 +1,5 @@
 """The words that the touch display shows, in the order of their numbers."""
 
-from __future__ import annotations
-
 from heatwright.spec import Controller
 from heatwright.spec.breakable import rules_of
 from heatwright.spec.rules import RULES

@@ -1,7 +1,5 @@
 """Common parts of the plans of all outputs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -100,14 +98,6 @@ def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
     )
 
 
-def output_files(name: str, template: str, told: Told, header: str = "") -> tuple[File, ...]:
-    """Header and source of an output."""
-    return (
-        File(f"src/output_{name}.h", f"{header or template}.h.j2", told),
-        File(f"src/output_{name}.c", f"{template}.c.j2", told),
-    )
-
-
 def output_part(  # noqa: PLR0913 - all values of one part
     source: Source,
     name: str,
@@ -133,8 +123,12 @@ def output_part(  # noqa: PLR0913 - all values of one part
     """
     pin = source.controller.board.pins[output.pin]
     stem = f"pin_output_{name}"
+    values = output_names(source, name, use), told
     return Part(
-        files=output_files(name, template, (output_names(source, name, use), told), header),
+        files=(
+            File(f"src/output_{name}.h", f"{header or template}.h.j2", values),
+            File(f"src/output_{name}.c", f"{template}.c.j2", values),
+        ),
         groups=(Group(f"Output {name}", constants),) if constants else (),
         pins=(
             switched(

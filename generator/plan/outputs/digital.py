@@ -1,7 +1,5 @@
 """Digital outputs: heaters switched by on-off control, coolers, and fans."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
 from heatwright.generator.plan.parts import Call, Part, Stage

@@ -1,7 +1,5 @@
 """PWM outputs: by the timer of the pin, or by interrupts of a free-running timer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -140,7 +138,7 @@ def _by_timer(
         ),
         disconnect=f"{names.control_a} &= (uint8_t)~({both});",
         connect=f"{names.control_a} |= {bits};",
-        compare_type="uint16_t" if names.timer.bits == 16 else "uint8_t",
+        compare_type=names.compare_type,
     )
 
 

@@ -1,13 +1,11 @@
 """Steppers: a driver with step, direction and enable; a timer of its own makes each step."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
-from heatwright.generator.plan.outputs.common import UseOfOutput, output_files, output_names
+from heatwright.generator.plan.outputs.common import UseOfOutput, output_names
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
@@ -16,11 +14,12 @@ from heatwright.generator.plan.parts import (
     PinPlan,
     Stage,
     Wiring,
+    pair,
     pulled,
 )
 from heatwright.generator.plan.pins import driven, label, switched
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.timers import counting_to_compare, halted, registers
+from heatwright.generator.plan.timers import TimerRegisters, counting_to_compare, halted, registers
 from heatwright.spec import Board, Stepper
 
 PULSE_US = 2
@@ -37,14 +36,9 @@ TICK_S = TICK_MS / 1000
 class StepperNames:
     """Further values for the templates."""
 
-    timer: int
-    vector: str
-    counter: str
-    compare: str
-    compare_type: str
+    timer: TimerRegisters
     start: list[str]
     stop: list[str]
-    interrupt_is_on: str
     pulse_us: int
     ready_loops: list[str]
     ready_where: str
@@ -55,27 +49,22 @@ def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
     assert use.timer is not None  # noqa: S101 - the allocation gave every stepper one
     controller = source.controller
     board, number = controller.board, use.timer
-    names = registers(board, number)
+    timer = registers(board, number)
     fastest = output.maximum_mm_per_s * output.steps_per_mm
     prescaler = _prescaler(board, number, fastest)
     ready = [each for each, loop in controller.loops.items() if loop.ready_within_k is not None]
     loops = Source(source.spec, ("loops",))
     stepper = StepperNames(
-        timer=number,
-        vector=names.vector(),
-        counter=names.counter,
-        compare=names.compare(),
-        compare_type="uint16_t" if board.timers[number].bits == 16 else "uint8_t",
-        start=counting_to_compare(names, prescaler, "set_compare();"),
-        stop=halted(names),
-        interrupt_is_on=names.interrupt_is_on(),
+        timer=timer,
+        start=counting_to_compare(timer, prescaler, "set_compare();"),
+        stop=halted(timer),
         pulse_us=PULSE_US,
         ready_loops=ready,
         ready_where=", ".join(loops.at(each, "ready_within").where for each in ready),
     )
-    file = f"output_{name}.h"
+    file, told = f"output_{name}.h", (output_names(source, name, use), stepper)
     return Part(
-        files=output_files(name, "outputs/stepper", (output_names(source, name, use), stepper)),
+        files=pair(f"output_{name}", "outputs/stepper", told),
         groups=(Group(f"Output {name}", _constants(source, output, board, number, prescaler)),),
         pins=_pins(source, name, output, board),
         start_calls=(Call(Stage.SENSE, file, f"output_{name}_start();"),),

@@ -1,7 +1,5 @@
 """Time-proportional outputs: on for a share of a window, counted in ticks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import milliseconds, quantity, ticks

@@ -1,7 +1,5 @@
 """The menu of the LCD keypad shield for a loop with programs: screens, texts, changes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,7 +7,7 @@ from heatwright.generator.plan.core import lockout_ends
 from heatwright.generator.plan.loop.loops import told_between_steps
 from heatwright.generator.plan.loop.names import CodedType, prefix_of
 from heatwright.generator.plan.numbers import c_float, quantity, told_period
-from heatwright.generator.plan.parts import Call, Constant, File
+from heatwright.generator.plan.parts import Call, Constant, File, pair
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad
@@ -18,9 +16,6 @@ from heatwright.spec.facts import facts_of
 from heatwright.spec.loops import Loop
 from heatwright.spec.rules import Rule
 from heatwright.spec.sensing.max31856 import TYPE_CODES
-
-PARTS = ("run", "edit", "values")
-"""The menu's files in addition to panel.c."""
 
 WIDE_C = 1000.0
 """From here on temperatures are shown without decimals, so that two fit in a line."""
@@ -85,12 +80,11 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     files = (
         *log.files,
         File("src/panel.c", "interfaces/lcd_keypad/menu.c.j2", context),
-        File("src/menu_text.h", "interfaces/lcd_keypad/menu_text.h.j2", context),
-        File("src/menu_text.c", "interfaces/lcd_keypad/menu_text.c.j2", context),
+        *pair("menu_text", "interfaces/lcd_keypad/menu_text", context),
         *(
-            File(f"src/menu_{part}.{end}", f"interfaces/lcd_keypad/menu_{part}.{template}", context)
-            for part in PARTS
-            for end, template in (("h", "h"), ("c", "c.j2"))
+            file
+            for name in ("menu_run", "menu_edit", "menu_values")
+            for file in pair(name, f"interfaces/lcd_keypad/{name}", context, plain_header=True)
         ),
     )
     return Shown(

@@ -1,12 +1,10 @@
 """The program that moves a loop's setpoint: its constants, and its calls in start and step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import c_float, told_period
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, pair
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop
 from heatwright.spec.programs import Programs
@@ -20,11 +18,9 @@ def plan(root: Source, loop: LoopSummary) -> Part:
     programs = root.controller.programs
     assert programs is not None  # noqa: S101 - the caller has looked
     source = root.at("programs")
+    told = loop, _names(source, programs, loop)
     return Part(
-        files=(
-            File("src/program.h", "programs/program.h"),
-            File("src/program.c", "programs/program.c.j2", (loop, _names(source, programs, loop))),
-        ),
+        files=pair("program", "programs/program", told, plain_header=True),
         groups=(Group("Program", tuple(_constants(root, source, programs))),),
         start_calls=(Call(Stage.SENSE, "program.h", "program_start_up();"),),
     )

@@ -1,12 +1,10 @@
 """Programs and their progress in EEPROM."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, pair
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_string, markdown
 from heatwright.spec import Controller
@@ -78,10 +76,8 @@ def programs(root: Source) -> Part:
     )
     return Part(
         files=(
-            File("src/programs.h", "programs/programs.h.j2", context),
-            File("src/programs.c", "programs/programs.c.j2", context),
-            File("src/progress.h", "programs/progress.h"),
-            File("src/progress.c", "programs/progress.c"),
+            *pair("programs", "programs/programs", context),
+            *pair("progress", "programs/progress"),
         ),
         groups=(Group("Programs in EEPROM", _constants(source)),),
         start_calls=(Call(Stage.RESTORE, "progress.h", "progress_start();"),),

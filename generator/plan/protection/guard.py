@@ -1,7 +1,5 @@
 """The constants of a loop's protections."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.algorithms.common import per_step

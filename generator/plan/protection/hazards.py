@@ -1,7 +1,5 @@
 """The hazards of a machine: the rules that detect each, how soon, and the remaining risk."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,10 +1,8 @@
 """Inputs of the machine: contacts that must be closed for heat."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
-from heatwright.generator.plan.parts import Call, File, Group, Part, Stage, Symbol, Wiring
+from heatwright.generator.plan.parts import Call, Group, Part, Stage, Symbol, Wiring, pair
 from heatwright.generator.plan.pins import contact, label
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Input
@@ -36,9 +34,7 @@ def plan_inputs(root: Source) -> list[Part]:
     constants.append(closed.ticks("GATE_INPUT_TICKS", inputs[slowest].for_s, " closed before heat"))
     return [
         Part(
-            files=tuple(
-                File(f"src/inputs.{end}", f"protection/inputs.{end}.j2", context) for end in "hc"
-            ),
+            files=pair("inputs", "protection/inputs", context),
             groups=(Group("Inputs of the machine", tuple(constants)),),
             pins=tuple(
                 contact(section.at(name, "pin"), f"input_{name}", board.pins[each.pin], name)

@@ -1,7 +1,5 @@
 """The condition that trips each rule, as a project's README says it."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
 from heatwright.spec import Controller, Proof, Protection, Spec, proofs

@@ -1,11 +1,9 @@
 """Monitors: sensors of no loop, their limits, and their display."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import quantity
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, pair
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Monitor, monitors_of
@@ -55,7 +53,7 @@ def plan_monitors(root: Source, loop_name: str, loop: Loop) -> Part:
     )
 
 
-def _files(root: Source, name: str, monitor: Monitor, loop_name: str) -> list[File]:
+def _files(root: Source, name: str, monitor: Monitor, loop_name: str) -> tuple[File, ...]:
     at = root.at("monitors", name)
     own = MonitorNames(
         sensor=monitor.sensor,
@@ -65,10 +63,7 @@ def _files(root: Source, name: str, monitor: Monitor, loop_name: str) -> list[Fi
         limit_where=at.at("limit").where,
         stale_where=at.at("stale_after").where,
     )
-    context = at.named(name), own
-    return [
-        File(f"src/monitor_{name}.{end}", f"protection/monitor.{end}.j2", context) for end in "hc"
-    ]
+    return pair(f"monitor_{name}", "protection/monitor", (at.named(name), own))
 
 
 def _constants(at: Source, name: str, monitor: Monitor, loop: Loop) -> tuple[Constant, ...]:
@@ -90,10 +85,7 @@ def told(root: Source) -> tuple[File, ...]:
     if not names:
         return ()
     context = MonitorsNames(root.at("monitors").where, names)
-    return (
-        File("src/monitors.h", "protection/monitors.h"),
-        File("src/monitors.c", "protection/monitors.c.j2", context),
-    )
+    return pair("monitors", "protection/monitors", context, plain_header=True)
 
 
 def shown(root: Source, loop_name: str) -> tuple[tuple[File, ...], tuple[Constant, ...]]:
@@ -106,6 +98,5 @@ def shown(root: Source, loop_name: str) -> tuple[tuple[File, ...], tuple[Constan
         turn *= 2
     return (
         *told(root),
-        File("src/monitors_shown.h", "interfaces/monitors_shown.h"),
-        File("src/monitors_shown.c", "interfaces/monitors_shown.c.j2", context),
+        *pair("monitors_shown", "interfaces/monitors_shown", context, plain_header=True),
     ), (Constant("PANEL_WARNING_STEPS", f"{turn}u", "a warning and the setpoint take turns"),)

@@ -1,7 +1,5 @@
 """The proof that a fan turns: a contact in its air, or the pulses of its tachometer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -9,12 +7,12 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
-    File,
     Group,
     Part,
     Stage,
     Symbol,
     Wiring,
+    pair,
     pulled,
 )
 from heatwright.generator.plan.pins import label, lifted
@@ -48,9 +46,7 @@ def _proof(source: Source, name: str) -> Part:
     told = source.named(name), ProofNames(fan is not None, source.at("tachometer").where)
     within = source.at("within").ticks(f"PROOF_{name.upper()}_TICKS", proof.within_s)
     return Part(
-        files=tuple(
-            File(f"src/proof_{name}.{end}", f"protection/proof.{end}.j2", told) for end in "hc"
-        ),
+        files=pair(f"proof_{name}", "protection/proof", told),
         groups=(Group(f"Proof of {name}", (within, *_counts(source, name, fan))),),
         pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),
         start_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_start();"),),

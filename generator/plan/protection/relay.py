@@ -1,12 +1,10 @@
 """The safety relay in series with the heaters, and the contact that shows its state."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.outputs.common import wiring
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Symbol, Wiring
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, Symbol, Wiring, pair
 from heatwright.generator.plan.pins import label, lifted, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec.self_checks import self_checked
@@ -57,10 +55,7 @@ def plan(root: Source, name: str) -> Part:
         closes = Symbol("down", "closed", "mirror contact, normally closed")
         wired.append(Wiring(label(mirror), f"output `{name}`", how, (closes,), ends=False))
     return Part(
-        files=(
-            File("src/relay.h", "protection/relay.h.j2", context),
-            File("src/relay.c", "protection/relay.c.j2", context),
-        ),
+        files=pair("relay", "protection/relay", context),
         groups=(Group("Safety relay", _constants(relay, contact)),),
         pins=tuple(pins),
         start_calls=(Call(Stage.SENSE, "relay.h", "relay_start();"),) if feedback else (),
@@ -70,15 +65,9 @@ def plan(root: Source, name: str) -> Part:
 
 
 def _constants(relay: Source, contact: Source) -> tuple[Constant, ...]:
-    settle = Constant(
-        "RELAY_SETTLE_TICKS",
-        f"{SETTLE_TICKS}u",
-        f"{relay.where}: closed for {SETTLE_TICKS * TICK_MS} ms before a heater goes on",
-    )
-    look = Constant(
-        "RELAY_CONTACT_TICKS",
-        f"{CONTACT_TICKS}u",
-        f"{contact.where}: {CONTACT_TICKS * TICK_MS} ms for the contact to follow",
-    )
+    closed = f"closed for {SETTLE_TICKS * TICK_MS} ms before a heater goes on"
+    settle = relay.count("RELAY_SETTLE_TICKS", SETTLE_TICKS, closed)
+    follows = f"{CONTACT_TICKS * TICK_MS} ms for the contact to follow"
+    look = contact.count("RELAY_CONTACT_TICKS", CONTACT_TICKS, follows)
     watched = contact.controller.safety.relay_feedback is not None
     return (settle, look) if watched else (settle,)

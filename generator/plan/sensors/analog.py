@@ -1,7 +1,5 @@
 """Sensor that gives a voltage, read by the ADC."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.analog import plan_analog
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.sensors.common import UseOfSensor

@@ -1,7 +1,5 @@
 """Common parts of the plans of all sensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS

@@ -1,12 +1,10 @@
 """Current of a heater, on the ADC: a shunt's amplifier or a Hall sensor."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.generator.plan.adc import AdcNames, channel_macro, scan
 from heatwright.generator.plan.numbers import quantity
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring
+from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pair
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.sensors.common import UseOfSensor, summed
 from heatwright.generator.plan.source import Source
@@ -28,8 +26,7 @@ def plan(source: Source, name: str, sensor: CurrentSensor, use: UseOfSensor) -> 
     return Part(
         files=(
             *shared.files,
-            File(f"src/sensor_{name}.h", "sensors/current.h.j2", told),
-            File(f"src/sensor_{name}.c", "sensors/current.c.j2", told),
+            *pair(f"sensor_{name}", "sensors/current", told),
             File(f"src/amperes_{name}.c", "sensors/amperes.c.j2", told),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, sensor, name, use)),),

@@ -1,12 +1,10 @@
 """DS18B20 on a 1-Wire line of its own."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
-from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pulled
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, Wiring, pair, pulled
 from heatwright.generator.plan.pins import label, open_drain
 from heatwright.generator.plan.sensors.common import UseOfSensor, raw_type
 from heatwright.generator.plan.source import Source
@@ -80,10 +78,8 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
     )
     return Part(
         files=(
-            File(f"src/one_wire_{name}.h", "peripherals/one_wire.h.j2", told),
-            File(f"src/one_wire_{name}.c", "peripherals/one_wire.c.j2", told),
-            File(f"src/sensor_{name}.h", "sensors/ds18b20.h.j2", told),
-            File(f"src/sensor_{name}.c", "sensors/ds18b20.c.j2", told),
+            *pair(f"one_wire_{name}", "peripherals/one_wire", told),
+            *pair(f"sensor_{name}", "sensors/ds18b20", told),
         ),
         groups=(
             Group(

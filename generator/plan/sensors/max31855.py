@@ -1,7 +1,5 @@
 """MAX31855: a thermocouple of the chip's type, 14 bit, with faults of the thermocouple."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.converter import Chip, plan_converter
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.sensors.common import UseOfSensor

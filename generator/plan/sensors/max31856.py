@@ -1,7 +1,5 @@
 """MAX31856: a thermocouple of any type, 19 bit, with registers on four wires."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -10,11 +8,11 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
 from heatwright.generator.plan.parts import (
     Call,
     Constant,
-    File,
     Group,
     Part,
     Stage,
     Wiring,
+    pair,
     pulled,
 )
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
@@ -67,10 +65,8 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
     of_sensor = f"of sensor {name}"
     return Part(
         files=(
-            File(f"src/spi_{name}.h", "peripherals/spi_registers.h.j2", context),
-            File(f"src/spi_{name}.c", "peripherals/spi_registers.c.j2", context),
-            File(f"src/sensor_{name}.h", "sensors/max31856.h.j2", context),
-            File(f"src/sensor_{name}.c", "sensors/max31856.c.j2", context),
+            *pair(f"spi_{name}", "peripherals/spi_registers", context),
+            *pair(f"sensor_{name}", "sensors/max31856", context),
         ),
         groups=(Group(f"Sensor {name}", _constants(source, name, sensor, use)),),
         pins=(

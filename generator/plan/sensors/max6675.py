@@ -1,7 +1,5 @@
 """MAX6675: a thermocouple of type K, 12 bit, no negative temperatures."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.converter import Chip, plan_converter
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.sensors.common import UseOfSensor

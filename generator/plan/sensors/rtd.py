@@ -1,7 +1,5 @@
 """Platinum sensor in a divider or behind a differential amplifier, on the ADC."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.analog import divider_words, plan_analog
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.sensors.common import UseOfSensor

@@ -1,7 +1,5 @@
 """Thermistor in a resistor divider, on the ADC."""
 
-from __future__ import annotations
-
 from heatwright.generator.plan.analog import divider_words, plan_analog
 from heatwright.generator.plan.parts import Part
 from heatwright.generator.plan.sensors.common import UseOfSensor

@@ -1,7 +1,5 @@
 """The EEPROM: room for all that is stored in it, and few enough writes that its cells last."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import islice

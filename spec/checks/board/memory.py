@@ -1,7 +1,5 @@
 """RAM: a lower bound of what a firmware takes. `heatwright build` measures what it really takes."""
 
-from __future__ import annotations
-
 from heatwright.spec.board.eeprom import log_entry_bytes
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import keypad_of, log_of, nextion_of, placed

@@ -1,10 +1,8 @@
 """Pins: they must exist, be free, and have the function that is needed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
-from heatwright.spec.board.uses import SERIAL_PORT, PinUse, contact_pins, pin_uses, pins_of
+from heatwright.spec.board.uses import SERIAL_PORT, PinUse, pin_uses, wired_pins
 from heatwright.spec.boards import Pin
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.controller import Controller
@@ -13,13 +11,6 @@ from heatwright.spec.outputs import Switch
 from heatwright.spec.problems import Path, dotted
 
 _BOARD: Path = ("controller", "board")
-
-
-def label(pin: Pin) -> str:
-    """Name a pin as a message does: `D3 (PD3)`."""
-    if not pin.digital or pin.name == pin.port_name:
-        return pin.name
-    return f"{pin.name} ({pin.port_name})"
 
 
 def pins_exist(controller: Controller) -> Findings:
@@ -37,11 +28,7 @@ def pins_exist(controller: Controller) -> Findings:
 
 def _named(controller: Controller) -> Iterator[tuple[Path, str]]:
     """List all pins that the file names, with their paths."""
-    for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
-        for name, part in parts.items():
-            for key, pin_name in pins_of(part).items():
-                yield (section, name, key), pin_name
-    for path, pin_name, _ in contact_pins(controller):
+    for path, pin_name, _ in wired_pins(controller):
         yield path, pin_name
     for index, interface in enumerate(controller.interfaces):
         for keys, pin_name, _ in interface.named_pins:
@@ -70,7 +57,7 @@ def analog_pins(controller: Controller) -> Findings:
             able = {pin.name: None for pin in board.pins.values() if pin.adc is not None}
             yield Finding(
                 use.path,
-                f"{label(use.pin)} does not lead to the ADC",
+                f"{use.pin.label} does not lead to the ADC",
                 f"Use {listed(tuple(able))}",
                 (_BOARD, use.path[:2]),
             )
@@ -94,7 +81,7 @@ def pins_used_once(controller: Controller) -> Findings:
             reported.add((use.path, other.path))
             yield Finding(
                 use.path,
-                f"{label(use.pin)}{_what_for(use)} is already used by {dotted(_part(other))}"
+                f"{use.pin.label}{_what_for(use)} is already used by {dotted(_part(other))}"
                 f"{_what_for(other)}",
                 "Use another pin",
                 (other.path,),
@@ -141,7 +128,7 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
         if why:
             yield Finding(
                 ("outputs", name, "pin"),
-                f"{label(pin)} would switch the {what} before the program runs: {why}",
+                f"{pin.label} would switch the {what} before the program runs: {why}",
                 f"Use another pin for a {what}",
                 (_BOARD, by),
             )
@@ -165,7 +152,7 @@ def jtag_pins_are_free(controller: Controller) -> Findings:
         if use.pin.port_name in board.jtag_pins:
             yield Finding(
                 use.path,
-                f"{label(use.pin)} belongs to the JTAG port, which a new chip has enabled, so the "
+                f"{use.pin.label} belongs to the JTAG port, which a new chip has enabled, so the "
                 "program could not drive it",
                 "Use another pin",
                 (_BOARD,),

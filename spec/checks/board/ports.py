@@ -1,7 +1,5 @@
 """Serial ports: those of the board, each for one interface, at a baud rate it can make."""
 
-from __future__ import annotations
-
 from heatwright.spec.board.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller

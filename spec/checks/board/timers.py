@@ -1,7 +1,5 @@
 """Timers: enough of them, and frequencies they can make."""
 
-from __future__ import annotations
-
 from heatwright.spec.board.timers import NoTimer, allocate, ticks_at_all
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller

@@ -1,7 +1,5 @@
 """Displays and logs: one of each, and what only an operator with a menu could use."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.programs.programs import has_an_operator
 from heatwright.spec.commands import gcode_of, nextion_of

@@ -1,10 +1,8 @@
 """G-code hosts: what they serve and command."""
 
-from __future__ import annotations
-
 import re
 
-from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.finding import Finding, Findings, scenario_events, untaken
 from heatwright.spec.checks.references import driven_by_loops, unknown
 from heatwright.spec.commands import countdown_of, gcode_of, modbus_of, nextion_of, placed
 from heatwright.spec.controller import Controller
@@ -128,12 +126,12 @@ def host_loops(controller: Controller) -> set[str]:
 
 def lines_fit_the_host(controller: Controller) -> Findings:
     """Find lines of the scenario that are too long for a host."""
-    if controller.simulation is None or gcode_of(controller) is None:
+    if gcode_of(controller) is None:
         return
-    for index, event in enumerate(controller.simulation.scenario):
+    for path, event in scenario_events(controller):
         if event.send is not None and len(event.send) > LONGEST_HOST_LINE:
             yield Finding(
-                ("simulation", "scenario", index, "send"),
+                (*path, "send"),
                 f"a line from a host has at most {LONGEST_HOST_LINE} characters",
                 "Shorten it",
                 (("interfaces",),),
@@ -143,14 +141,14 @@ def lines_fit_the_host(controller: Controller) -> Findings:
 def lines_name_served_loops(controller: Controller) -> Findings:
     """Find lines of the scenario that heat what the host does not command."""
     gcode = gcode_of(controller)
-    if controller.simulation is None or gcode is None:
+    if gcode is None:
         return
-    for index, event in enumerate(controller.simulation.scenario):
+    for path, event in scenario_events(controller):
         found = HEATS.match((event.send or "").upper())
         called = found and (OWN.get(found[1]) or found[2])
         if called and called not in gcode.loops:
             yield Finding(
-                ("simulation", "scenario", index, "send"),
+                (*path, "send"),
                 f"this host commands no loop {called}, so the line would do nothing",
                 f"Use {', '.join(gcode.loops)}, or add {called} to the loops of the host",
                 (("interfaces",),),
@@ -159,15 +157,10 @@ def lines_name_served_loops(controller: Controller) -> Findings:
 
 def lines_have_a_host(controller: Controller) -> Findings:
     """Find lines of the scenario that nothing would read."""
-    readers = (gcode_of(controller), nextion_of(controller))
-    if controller.simulation is None or any(reader is not None for reader in readers):
-        return
-    for index, event in enumerate(controller.simulation.scenario):
-        if event.send is not None:
-            yield Finding(
-                ("simulation", "scenario", index, "send"),
-                "no interface reads lines",
-                "Add {kind: gcode, loops: {T0: …}} or {kind: nextion, loop: …} to interfaces, or "
-                "delete the event",
-                (("interfaces",),),
-            )
+    if gcode_of(controller) is None and nextion_of(controller) is None:
+        remedy = (
+            "Add {kind: gcode, loops: {T0: …}} or {kind: nextion, loop: …} to interfaces, or "
+            "delete the event"
+        )
+        reason = "no interface reads lines"
+        yield from untaken(controller, "send", "send", reason, remedy, ("interfaces",))

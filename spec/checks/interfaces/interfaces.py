@@ -1,7 +1,5 @@
 """Keys: steps that fit the range, countdowns that can be set and cannot be forgotten."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import placed, programmed, starts_enabled, switched
 from heatwright.spec.controller import Controller

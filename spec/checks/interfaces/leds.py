@@ -1,7 +1,5 @@
 """LEDs: a loop to show, and something to show of it."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import modbus_of, placed
 from heatwright.spec.controller import Controller

@@ -1,7 +1,5 @@
 """Logs: no faster than the control, in whole seconds."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.loops.timing import lasts_a_period
 from heatwright.spec.commands import placed

@@ -1,16 +1,15 @@
 """Masters, and hosts that may be lost: what they can write, and what only they can do."""
 
-from __future__ import annotations
+from collections.abc import Iterator
 
-from heatwright.spec.board.timers import TICK_S
-from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.finding import Finding, Findings, scenario_events, untaken
 from heatwright.spec.checks.loops.tenths import fits
+from heatwright.spec.checks.loops.timing import can_be_counted
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.commands import by_host, gcode_of, modbus_of, switched, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.loading.suggest import listed
-from heatwright.spec.loops import MOST_STEPS
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import celsius, duration, number, rounded_up
 from heatwright.spec.scenario.writes import COMMANDS, GAINS, Write
@@ -88,35 +87,33 @@ def masters_have_time(controller: Controller) -> Findings:
                 f"Use at least {needed}",
                 (("interfaces",),),
             )
-        elif seconds > MOST_STEPS * TICK_S:
-            yield Finding(path, f"{duration(seconds)} is too long to count", "Use at most 10 min")
+        else:
+            yield from can_be_counted(path, seconds)
 
 
 def writes_have_a_reader(controller: Controller) -> Findings:
     """Find writes that no interface takes."""
-    if controller.simulation is None or modbus_of(controller) is not None:
-        return
-    for index, event in enumerate(controller.simulation.scenario):
-        if event.write is not None:
-            yield Finding(
-                ("simulation", "scenario", index, "write"),
-                "no interface takes writes of a master",
-                "Add {kind: modbus_rtu} to interfaces, or delete the event",
-                (("interfaces",),),
-            )
+    if modbus_of(controller) is None:
+        reason = "no interface takes writes of a master"
+        remedy = "Add {kind: modbus_rtu} to interfaces, or delete the event"
+        yield from untaken(controller, "write", "write", reason, remedy, ("interfaces",))
 
 
 def writes_find_their_place(controller: Controller) -> Findings:
     """Find writes to undefined loops, or to values that a loop does not have."""
-    if controller.simulation is None or modbus_of(controller) is None:
+    if modbus_of(controller) is None:
         return
-    for index, event in enumerate(controller.simulation.scenario):
+    for path, write in _writes(controller):
+        if write.loop:
+            yield from unknown(path, write.loop, "loops", controller.loops)
+        if not write.loop or write.loop in controller.loops:
+            yield from _place(controller, path, write)
+
+
+def _writes(controller: Controller) -> Iterator[tuple[Path, Write]]:
+    for path, event in scenario_events(controller):
         for write in event.write or ():
-            path: Path = ("simulation", "scenario", index, "write", write.name)
-            if write.loop:
-                yield from unknown(path, write.loop, "loops", controller.loops)
-            if not write.loop or write.loop in controller.loops:
-                yield from _place(controller, path, write)
+            yield (*path, "write", write.name), write
 
 
 def _place(controller: Controller, path: Path, write: Write) -> Findings:
@@ -146,26 +143,22 @@ def _place(controller: Controller, path: Path, write: Write) -> Findings:
 
 def writes_in_range(controller: Controller) -> Findings:
     """Find setpoints and duties that the controller would refuse, or could not hold."""
-    if controller.simulation is None:
-        return
-    for index, event in enumerate(controller.simulation.scenario):
-        for write in event.write or ():
-            path: Path = ("simulation", "scenario", index, "write", write.name)
-            loop = controller.loops.get(write.loop)
-            if loop is None or write.what not in ("setpoint", "manual_duty"):
-                continue
-            low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
-            if write.what == "setpoint" and not low_c <= write.value <= high_c:
-                yield Finding(
-                    path,
-                    f"{celsius(write.value)} is not one of the setpoints that may be chosen",
-                    f"Use {celsius(low_c)} to {celsius(high_c)}",
-                    (("loops", write.loop, "setpoint"),),
-                )
-            elif write.what == "manual_duty" and not 0 <= write.value <= 100:
-                yield Finding(path, f"{number(write.value)} % is no duty", "Use 0 % to 100 %")
-            else:
-                yield from fits(path, write.value, "°C" if write.what == "setpoint" else "%")
+    for path, write in _writes(controller):
+        loop = controller.loops.get(write.loop)
+        if loop is None or write.what not in ("setpoint", "manual_duty"):
+            continue
+        low_c, high_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
+        if write.what == "setpoint" and not low_c <= write.value <= high_c:
+            yield Finding(
+                path,
+                f"{celsius(write.value)} is not one of the setpoints that may be chosen",
+                f"Use {celsius(low_c)} to {celsius(high_c)}",
+                (("loops", write.loop, "setpoint"),),
+            )
+        elif write.what == "manual_duty" and not 0 <= write.value <= 100:
+            yield Finding(path, f"{number(write.value)} % is no duty", "Use 0 % to 100 %")
+        else:
+            yield from fits(path, write.value, "°C" if write.what == "setpoint" else "%")
 
 
 def warm_is_once(controller: Controller) -> Findings:

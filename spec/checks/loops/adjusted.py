@@ -1,7 +1,5 @@
 """Numbers that keys set: they exist, fit the display, and pass every check at their extremes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.spec.adjusted import (

@@ -1,7 +1,5 @@
 """Algorithms: limits in order, and outputs that can make the duty."""
 
-from __future__ import annotations
-
 from heatwright.spec.algorithms import LEAST_RANGE_PERCENT
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
 from heatwright.spec.commands import by_host

@@ -1,12 +1,11 @@
 """Three positions: what cools, and a band between heating and cooling."""
 
-from __future__ import annotations
-
 from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, number, rounded_up
+from heatwright.spec.simulation import ThermalNetwork
 
 _PLANT: Path = ("simulation", "plant")
 
@@ -67,16 +66,13 @@ def coolers_can_be_switched(controller: Controller) -> Findings:
             )
 
 
-def coolers_cool(controller: Controller) -> Findings:
+def coolers_cool(controller: Controller, plant: ThermalNetwork) -> Findings:
     """Find coolers that change nothing in the plant."""
-    if controller.simulation is None:
-        return
-    fans = controller.simulation.plant.fans
     for name, loop in controller.loops.items():
         cooler = loop.cooler
-        if cooler in controller.outputs and cooler not in fans:
+        if cooler in controller.outputs and cooler not in plant.fans:
             yield Finding(
-                (*_PLANT, "fans") if fans else _PLANT,
+                (*_PLANT, "fans") if plant.fans else _PLANT,
                 f"fans needs an entry for {cooler}, the cooler of the loop {name}",
                 f"Write {cooler}: {{link: […, ambient], factor: …}} under fans",
                 (("loops", name), ("outputs", str(cooler)), _PLANT),

@@ -1,7 +1,5 @@
 """Checks of the settings that belong to control: bands, `ready_within` and autotune."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.interfaces.host import host_loops
 from heatwright.spec.commands import modbus_of

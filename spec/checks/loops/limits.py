@@ -1,7 +1,5 @@
 """Temperatures: setpoints in order, protections outside them, sensors that can read them all."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

@@ -1,12 +1,9 @@
 """Shortest times on and off: whole ticks, and none that a rule would take for a fault."""
 
-from __future__ import annotations
-
-from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.loops.timing import is_ticks
+from heatwright.spec.checks.loops.timing import counted_ticks
 from heatwright.spec.controller import Controller
-from heatwright.spec.loops import MOST_STEPS, Loop
+from heatwright.spec.loops import Loop
 from heatwright.spec.outputs import Output
 from heatwright.spec.quantity import duration
 
@@ -23,18 +20,7 @@ def minimum_times_are_ticks(controller: Controller) -> Findings:
     """Find shortest times that are no whole number of ticks, or too long to count."""
     for name, output in controller.outputs.items():
         for key, seconds in minimum_times(output).items():
-            path = ("outputs", name, key)
-            if not is_ticks(seconds):
-                nearest = max(round(seconds, 2), TICK_S)
-                yield Finding(
-                    path,
-                    f"{duration(seconds)} is not a multiple of the 10 ms tick",
-                    f"Use {duration(nearest)}",
-                )
-            elif seconds > MOST_STEPS * TICK_S:
-                yield Finding(
-                    path, f"{duration(seconds)} is too long to count", "Use at most 10 min"
-                )
+            yield from counted_ticks(("outputs", name, key), seconds)
 
 
 def minimum_times_have_a_use(controller: Controller) -> Findings:

@@ -1,7 +1,5 @@
 """Monitors: a sensor of their own, and limits that it can read but a healthy machine not reach."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
@@ -18,7 +16,7 @@ from heatwright.spec.physics.neighbours import Neighbour, warmed_k
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, duration, number
 from heatwright.spec.sensors import Thermometer, shortest_period_s
-from heatwright.spec.simulation import Simulation
+from heatwright.spec.simulation import Simulation, ThermalNetwork
 
 SPREAD = 0.3
 """Thermal resistances are known to ±30 %: full power may heat by this share more."""
@@ -139,13 +137,10 @@ def monitors_in_time(controller: Controller) -> Findings:
             )
 
 
-def plant_covers_monitors(controller: Controller) -> Findings:
+def plant_covers_monitors(controller: Controller, plant: ThermalNetwork) -> Findings:
     """Find sensors of monitors that the plant's `sense` does not list."""
-    if controller.simulation is None:
-        return
     for name, monitor in controller.monitors.items():
-        known = monitor.sensor in controller.sensors
-        if known and monitor.sensor not in controller.simulation.plant.sense:
+        if monitor.sensor in controller.sensors and monitor.sensor not in plant.sense:
             yield Finding(
                 ("simulation", "plant", "sense"),
                 f"there is no entry for {monitor.sensor}, the sensor of the monitor {name}",

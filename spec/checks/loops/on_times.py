@@ -1,7 +1,5 @@
 """`on_for_at_most`: somebody can switch the loop on, and whatever ends by itself ends before."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from operator import itemgetter
 

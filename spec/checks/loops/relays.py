@@ -1,7 +1,5 @@
 """The safety relay: an output of its own, and a contact that shows whether it is open."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.loops.minimum_times import minimum_times
 from heatwright.spec.checks.references import driven_by_host, driven_by_loops

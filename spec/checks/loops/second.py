@@ -1,7 +1,5 @@
 """The second sensor of a loop: a monitor that can agree with the first."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors, shows_its_range

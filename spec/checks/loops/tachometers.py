@@ -1,7 +1,5 @@
 """Tachometers of fans: pulses that can be seen and counted, limits that a healthy fan keeps."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import Tachometer

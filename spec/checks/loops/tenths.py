@@ -1,7 +1,5 @@
 """Temperatures that are kept in tenths of a degree: by a master's registers, and by programs."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import modbus_of, programmed
 from heatwright.spec.controller import Controller

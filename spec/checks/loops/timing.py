@@ -1,7 +1,5 @@
 """Periods and time-outs: whole ticks, room for a conversion, counters that hold them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
@@ -65,6 +63,25 @@ def time_fits(path: Path, seconds: float, name: str, loop: Loop, most: int) -> F
         )
 
 
+def whole_ticks(path: Path, seconds: float) -> Findings:
+    """Find a time that is no whole number of ticks."""
+    if not is_ticks(seconds):
+        nearest = duration(max(round(seconds, 2), TICK_S))
+        reason = f"{duration(seconds)} is not a multiple of the 10 ms tick"
+        yield Finding(path, reason, f"Use {nearest}")
+
+
+def can_be_counted(path: Path, seconds: float) -> Findings:
+    """Find a time with too many ticks for a 16-bit counter."""
+    if seconds > MOST_STEPS * TICK_S:
+        yield Finding(path, f"{duration(seconds)} is too long to count", "Use at most 10 min")
+
+
+def counted_ticks(path: Path, seconds: float) -> Findings:
+    """Find a time that is no whole number of ticks, or that has too many."""
+    yield from (can_be_counted if is_ticks(seconds) else whole_ticks)(path, seconds)
+
+
 def countable(controller: Controller) -> Iterator[tuple[str, Loop]]:
     """List the loops with a valid period: time-outs of the others cannot be checked."""
     for name, loop in controller.loops.items():
@@ -75,16 +92,7 @@ def countable(controller: Controller) -> Iterator[tuple[str, Loop]]:
 def periods_are_ticks(controller: Controller) -> Findings:
     """Find periods that are no whole number of ticks, or too long to count."""
     for name, loop in controller.loops.items():
-        path = ("loops", name, "period")
-        if not is_ticks(loop.period_s):
-            nearest = max(round(loop.period_s, 2), 0.01)
-            yield Finding(
-                path,
-                f"{loop.told_period} is not a multiple of the 10 ms tick",
-                f"Use {duration(nearest)}",
-            )
-        elif loop.period_s > MOST_STEPS * TICK_S:
-            yield Finding(path, f"{loop.told_period} is too long to count", "Use at most 10 min")
+        yield from counted_ticks(("loops", name, "period"), loop.period_s)
 
 
 def time_outs(loop: Loop) -> dict[Path, float]:

@@ -1,13 +1,11 @@
 """Time-proportional outputs: whole ticks, enough steps, pulses that fit the window."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
 from heatwright.spec.board.pwm import FEWEST_COUNTS
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.loops.timing import is_ticks
+from heatwright.spec.checks.loops.timing import is_ticks, whole_ticks
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import MOST_STEPS
 from heatwright.spec.outputs import TimeProportionalOutput
@@ -27,13 +25,8 @@ def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutp
 def resolution_is_ticks(controller: Controller) -> Findings:
     """Find resolutions that are no whole number of ticks."""
     for name, output in controller.outputs.items():
-        if isinstance(output, TimeProportionalOutput) and not is_ticks(output.resolution_s):
-            nearest = max(round(output.resolution_s, 2), 0.01)
-            yield Finding(
-                ("outputs", name, "resolution"),
-                f"{duration(output.resolution_s)} is not a multiple of the 10 ms tick",
-                f"Use {duration(nearest)}",
-            )
+        if isinstance(output, TimeProportionalOutput):
+            yield from whole_ticks(("outputs", name, "resolution"), output.resolution_s)
 
 
 def _steps(output: TimeProportionalOutput, seconds: float) -> float:

@@ -1,7 +1,5 @@
 """What a machine does once its heater is off: it coasts up, and then it cools."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 from heatwright.spec.checks.finding import Finding, Findings
@@ -20,12 +18,11 @@ def overshoot_stays_below_maximum(machine: Machine) -> Findings:
     coasts_to_k = max(sensed_k for _, sensed_k in machine.coasting())
     peak_c = machine.ambient_c + coasts_to_k + algorithm.off_at_k
     if peak_c >= machine.loop.protection.maximum_c:
-        yield Finding(
-            (*machine.path, "protection", "maximum"),
+        yield machine.finding(
+            ("protection", "maximum"),
             f"after the heater is switched off at {celsius(machine.loop.setpoint.maximum_c)} this "
             f"plant coasts up to {rounded_up(peak_c)} °C",
             f"Use more than {rounded_up(peak_c)} °C, or give the algorithm a lead",
-            machine.because_of,
         )
 
 
@@ -42,12 +39,11 @@ def coasting_settles(machine: Machine) -> Findings:
         if sensed_k > peak_k:
             peak_s, peak_k = time_s + late_s, sensed_k
     if peak_s > rule.settle_s and peak_k - settled_k >= rule.rise_k:
-        yield Finding(
-            (*machine.path, "protection", "rising_while_off", "settle"),
+        yield machine.finding(
+            ("protection", "rising_while_off", "settle"),
             f"with the heater off this plant goes on rising for {duration(round(peak_s))}: by "
             f"{about(peak_k - settled_k)} K after the time settle",
             f"Use at least {duration(round(peak_s))}, or a greater rise",
-            machine.because_of,
         )
 
 
@@ -70,13 +66,12 @@ def falling_stays_above_below(machine: Machine) -> Findings:
     if beyond_s >= rule.for_s:
         fall_k = machine.target_k - min(sensed_k for _, sensed_k in course)
         needed_k = below_k + FASTER * (fall_k - below_k)
-        yield Finding(
-            (*machine.path, "protection", "runaway", "below"),
+        yield machine.finding(
+            ("protection", "runaway", "below"),
             f"until the heat arrives this plant falls by up to {about(fall_k)} K below "
             f"{celsius(machine.loop.setpoint.maximum_c)}, and a plant that is {number(FASTER)} "
             f"times as fast falls by {about(needed_k)} K",
             f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
-            machine.because_of,
         )
 
 

@@ -1,13 +1,11 @@
 """What makes a healthy reading jump beyond its mean rise: noise, and pulses of the heater."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from itertools import islice, pairwise
 
 from heatwright.spec.board.timers import TICK_S
-from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.finding import Findings
 from heatwright.spec.checks.loops.limits import PEAK
 from heatwright.spec.checks.physics.machine import MOST_POINTS, Machine
 from heatwright.spec.quantity import about, duration, rounded_up
@@ -26,13 +24,12 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     loop = machine.loop
     needed, jump_k = max((machine.seen(rate) + loop.rate_k_per_s(k), k) for rate, k in jumps_k)
     if needed > loop.protection.rise_rate_k_per_s:
-        yield Finding(
-            (*machine.path, "protection", "rise_rate"),
+        yield machine.finding(
+            ("protection", "rise_rate"),
             f"a healthy reading of this plant may jump by {about(jump_k)} K in a period on top of "
             f"its mean rise, including {about(noise_k)} K of noise and {about(pulse_k)} K of one "
             "heater pulse",
             f"Use at least {rounded_up(needed)} K/s",
-            machine.because_of,
         )
 
 
@@ -53,13 +50,12 @@ def doses_do_not_run_away(machine: Machine) -> Findings:
         elif since_s < math.inf or rise_k < highest_k:
             break
         if time_s - since_s >= rule.for_s:
-            yield Finding(
-                (*machine.path, "protection", "runaway", "above"),
+            yield machine.finding(
+                ("protection", "runaway", "above"),
                 f"when a reading falls by one step, {about(step_k)} K, the algorithm gives heat "
                 f"that warms this healthy plant by {about(highest_k)} K for longer than "
                 f"{duration(rule.for_s)}",
                 f"Use more than {rounded_up(highest_k + step_k)} K",
-                machine.because_of,
             )
             return
 

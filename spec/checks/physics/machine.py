@@ -1,11 +1,10 @@
 """One loop with its part of the plant, heated to the highest setpoint and then left to cool."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import islice, pairwise
 
+from heatwright.spec.checks.finding import Finding
 from heatwright.spec.controller import Controller
 from heatwright.spec.outputs import (
     Switch,
@@ -57,6 +56,10 @@ class Machine:
         )
         # Times and temperatures at the sensor above ambient, from cold to the highest setpoint.
         self.course = tuple(self._heating()) if self.reaches else ()
+
+    def finding(self, keys: Path, reason: str, remedy: str) -> Finding:
+        """Return what is wrong with an entry of the loop."""
+        return Finding((*self.path, *keys), reason, remedy, self.because_of)
 
     def step_k(self, above_ambient_k: float) -> float:
         """Step of the sensor's readings at a temperature above ambient, K."""

@@ -4,8 +4,6 @@ Two faults are tried: the reading stands still a little below the setpoint, or t
 out and reads the surroundings. The heater stays on until a rule that counts its time trips.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

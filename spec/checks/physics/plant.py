@@ -1,7 +1,5 @@
 """The simulated machine: names that exist, and paths of the heat to the sensor and to ambient."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller
@@ -14,11 +12,8 @@ MOST_NODES = 16
 _PLANT: Path = ("simulation", "plant")
 
 
-def plant_names(controller: Controller) -> Findings:
+def plant_names(controller: Controller, plant: ThermalNetwork) -> Findings:
     """Find undefined nodes, outputs and sensors that the plant names."""
-    if controller.simulation is None:
-        return
-    plant = controller.simulation.plant
     nodes = plant.nodes
     for output, node in plant.heat.items():
         yield from unknown((*_PLANT, "heat", output), output, "outputs", controller.outputs)
@@ -50,11 +45,8 @@ def _ends_exist(plant: ThermalNetwork) -> Findings:
                 yield from unknown(path, end, "nodes", (*plant.nodes, AMBIENT))
 
 
-def plant_links(controller: Controller) -> Findings:
+def plant_links(_: Controller, plant: ThermalNetwork) -> Findings:
     """Find links from a node to itself, links given twice, and fans of links that do not exist."""
-    if controller.simulation is None:
-        return
-    plant = controller.simulation.plant
     first: dict[frozenset[str], int] = {}
     for index, link in enumerate(plant.links):
         path = (*_PLANT, "links", index, "between")
@@ -77,21 +69,16 @@ def plant_links(controller: Controller) -> Findings:
             )
 
 
-def plant_radiation(controller: Controller) -> Findings:
+def plant_radiation(_: Controller, plant: ThermalNetwork) -> Findings:
     """Find surfaces that radiate to themselves."""
-    if controller.simulation is None:
-        return
-    for index, surface in enumerate(controller.simulation.plant.radiation):
+    for index, surface in enumerate(plant.radiation):
         if surface.between[0] == surface.between[1]:
             path = (*_PLANT, "radiation", index, "between")
             yield Finding(path, "radiation needs two different ends", "Name another node")
 
 
-def plant_nodes(controller: Controller) -> Findings:
+def plant_nodes(_: Controller, plant: ThermalNetwork) -> Findings:
     """Find a node called ambient, too many nodes, and nodes whose heat cannot reach ambient."""
-    if controller.simulation is None:
-        return
-    plant = controller.simulation.plant
     if AMBIENT in plant.nodes:
         yield Finding(
             (*_PLANT, "nodes", AMBIENT),
@@ -134,11 +121,8 @@ def _reached(plant: ThermalNetwork, start: str) -> set[str]:
     return reached
 
 
-def heat_arrives(controller: Controller) -> Findings:
+def heat_arrives(controller: Controller, plant: ThermalNetwork) -> Findings:
     """Find heaters whose heat never reaches their loop's sensor."""
-    if controller.simulation is None:
-        return
-    plant = controller.simulation.plant
     for name, loop in controller.loops.items():
         if loop.heater in plant.heat and loop.sensor in plant.sense:
             heated, sensed = plant.heat[loop.heater], plant.sense[loop.sensor].node
@@ -151,11 +135,8 @@ def heat_arrives(controller: Controller) -> Findings:
                 )
 
 
-def plant_covers_loops(controller: Controller) -> Findings:
+def plant_covers_loops(controller: Controller, plant: ThermalNetwork) -> Findings:
     """Find sensors and heaters of loops that the plant's `sense` and `heat` do not list."""
-    if controller.simulation is None:
-        return
-    plant = controller.simulation.plant
     for name, loop in controller.loops.items():
         if loop.sensor not in plant.sense and loop.sensor in controller.sensors:
             yield Finding(

@@ -1,7 +1,5 @@
 """The heater's power against the machine's losses: enough at its most, little at its least."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.spec.checks.finding import Finding, Findings
@@ -51,12 +49,11 @@ def integral_suffices(machine: Machine) -> Findings:
     ends_k = machine.plant.steady_k(machine.power_w * most / 100)
     if 0 < ends_k < machine.target_k:
         needed_w = machine.plant.power_w(machine.target_k)
-        yield Finding(
-            (*machine.path, "algorithm", "integral", "maximum"),
+        yield machine.finding(
+            ("algorithm", "integral", "maximum"),
             f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, and not "
             f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
             f"Use at least {rounded_up(100 * needed_w / machine.power_w)} %",
-            machine.because_of,
         )
 
 
@@ -72,12 +69,11 @@ def integral_cools(machine: Machine) -> Findings:
     ends_c = machine.ambient_c + machine.plant.steady_k(machine.power_w * least / 100)
     highest_c = machine.loop.setpoint.maximum_c
     if least > 0 and ends_c > highest_c:
-        yield Finding(
-            (*machine.path, "algorithm", "integral", "minimum"),
+        yield machine.finding(
+            ("algorithm", "integral", "minimum"),
             f"{number(least)} % alone heats to {about(ends_c)} °C in this plant, above the highest "
             f"setpoint of {celsius(highest_c)}",
             "Use a smaller minimum",
-            machine.because_of,
         )
 
 
@@ -88,12 +84,11 @@ def autotune_has_time(machine: Machine) -> Findings:
         return
     warm_s = machine.course[-1][0]
     if warm_s > autotune.timeout_s:
-        yield Finding(
-            (*machine.path, "autotune", "timeout"),
+        yield machine.finding(
+            ("autotune", "timeout"),
             f"at full power this plant needs {duration(round(warm_s))} only to reach the highest "
             "setpoint",
             f"Use several times {duration(round(warm_s))}",
-            machine.because_of,
         )
 
 
@@ -106,10 +101,9 @@ def least_duty_cools(machine: Machine) -> Findings:
     ends_c = machine.ambient_c + machine.plant.steady_k(least_w)
     lowest_c = machine.loop.setpoint.minimum_c
     if ends_c > lowest_c:
-        yield Finding(
-            (*machine.path, "algorithm", "output", "minimum"),
+        yield machine.finding(
+            ("algorithm", "output", "minimum"),
             f"{number(algorithm.output.minimum_percent)} % alone heats to {about(ends_c)} °C, "
             f"above the lowest setpoint of {celsius(lowest_c)}",
             "Use a smaller minimum, or raise the lowest setpoint",
-            machine.because_of,
         )

@@ -1,7 +1,5 @@
 """Entries of `sizing`: they need a loop that heats, and a heater whose wire can be computed."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.controller import Controller

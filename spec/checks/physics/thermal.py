@@ -5,8 +5,6 @@ case of a healthy machine for the rules that watch its heating. Then the heater 
 heat that is under way still arrives.
 """
 
-from __future__ import annotations
-
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
 from heatwright.spec.checks.physics.coasting import (
@@ -149,13 +147,12 @@ def heating_rule_holds(machine: Machine) -> Findings:
         if sensed_k >= from_k + rule.rise_k + machine.step_k(sensed_k):
             since_s, from_k = time_s, sensed_k
     if longest_s > rule.within_s:
-        yield Finding(
-            (*machine.path, "protection", "heating", "within"),
+        yield machine.finding(
+            ("protection", "heating", "within"),
             f"this plant, healthy and at full power, needs {duration(round(longest_s))} for one of "
             f"its rises of {number(rule.rise_k)} K on the way to "
             f"{celsius(machine.loop.setpoint.maximum_c)}",
             f"Use more than {duration(round(longest_s))}, or a smaller rise",
-            machine.because_of,
         )
 
 
@@ -179,11 +176,10 @@ def rest_is_not_below(machine: Machine) -> Findings:
             deepest_k = middle_k
         else:
             held_k = middle_k
-    yield Finding(
-        (*machine.path, "protection", "runaway", "below"),
+    yield machine.finding(
+        ("protection", "runaway", "below"),
         f"without ki this loop comes to rest up to {about(deepest_k)} K below its setpoint",
         f"Use more than {rounded_up(deepest_k + step_k)} K, or write ki",
-        machine.because_of,
     )
 
 
@@ -210,12 +206,11 @@ def rise_rate_holds(machine: Machine) -> Findings:
         default=(0.0, 0.0, 0.0),
     )
     if needed > limit:
-        yield Finding(
-            (*machine.path, "protection", "rise_rate"),
+        yield machine.finding(
+            ("protection", "rise_rate"),
             f"this plant, healthy and at full power, rises by {machine.told(steepest)}, and a "
             f"reading may add a step of {about(step_k)} K",
             f"Use at least {rounded_up(needed)} K/s",
-            machine.because_of,
         )
 
 

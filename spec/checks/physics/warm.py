@@ -1,7 +1,5 @@
 """Rules that a healthy machine breaks while it is warm: at rest, or after a power cut."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.spec.algorithms import Pid
@@ -61,13 +59,12 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
     longest_s, from_c = heated.slowest_rise(rule.rise_k, _not_full_k(machine.loop.algorithm.pid))
     longest_s += heated.late_s
     if longest_s > rule.within_s:
-        yield Finding(
-            (*machine.path, "protection", "heating", "within"),
+        yield machine.finding(
+            ("protection", "heating", "within"),
             f"after a power cut this plant, healthy, restarts at {about(from_c)} °C with a cold "
             f"heater, and full power needs {duration(round(longest_s))} for a rise of "
             f"{number(rule.rise_k)} K",
             f"Use more than {duration(round(longest_s))}, or a smaller rise",
-            machine.because_of,
         )
 
 

@@ -1,7 +1,5 @@
 """The heater's power against the ramps of the stored programs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Programs against the loop's protections and its counters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors

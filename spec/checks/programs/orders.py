@@ -1,8 +1,6 @@
 """Orders of a scenario to programs, and its expectations of their ramps."""
 
-from __future__ import annotations
-
-from heatwright.spec.checks.finding import Finding, Findings
+from heatwright.spec.checks.finding import Finding, Findings, scenario_events, untaken
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path
 from heatwright.spec.programs import Programs
@@ -15,14 +13,8 @@ def orders_have_programs(controller: Controller) -> Findings:
     """Find orders to programs and expectations of ramps where there are no programs."""
     if controller.simulation is None or controller.programs is not None:
         return
-    for index, event in enumerate(controller.simulation.scenario):
-        if event.program is not None:
-            yield Finding(
-                ("simulation", "scenario", index, "program"),
-                "there are no programs",
-                "Add a section programs, or delete the event",
-                _PROGRAMS,
-            )
+    reason, remedy = "there are no programs", "Add a section programs, or delete the event"
+    yield from untaken(controller, "program", "program", reason, remedy, ("programs",))
     expect = controller.simulation.expect
     if expect is not None and expect.tracking_k is not None:
         yield Finding(
@@ -36,14 +28,13 @@ def orders_have_programs(controller: Controller) -> Findings:
 def orders_find_their_place(controller: Controller) -> Findings:
     """Find orders to programs that are empty, and to segments that no program has."""
     programs = controller.programs
-    if controller.simulation is None or programs is None:
+    if programs is None:
         return
     edited = False
-    for index, event in enumerate(controller.simulation.scenario):
+    for path, event in scenario_events(controller):
         edited = edited or event.send is not None
         if event.program is not None:
-            path: Path = ("simulation", "scenario", index, "program")
-            yield from _place(path, event.program, programs, edited)
+            yield from _place((*path, "program"), event.program, programs, edited)
 
 
 def _startable(filled: int) -> str:

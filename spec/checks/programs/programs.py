@@ -1,7 +1,5 @@
 """Programs: the loop they move, who starts them, and what they may hold."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
 from heatwright.spec.commands import keyed, nextion_of, programmed, touched

@@ -1,7 +1,5 @@
 """Sensors on the ADC: ranges that their circuits can show, and one reference for all of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Timing of measured currents: how often they are read, and how their mean is formed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

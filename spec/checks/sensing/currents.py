@@ -1,7 +1,5 @@
 """Measured currents: their outputs, limits and trips, and what their sensors resolve."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
 from heatwright.spec.checks.sensing.measured import IDLE_SHARE, IDLE_STEPS, measured

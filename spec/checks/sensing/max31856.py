@@ -1,7 +1,5 @@
 """Thermocouples at a MAX31856: types that an operator can choose, setpoints within their range."""
 
-from __future__ import annotations
-
 import math
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_types

@@ -1,7 +1,5 @@
 """Outputs whose current is measured: its healthy value, and what its sensor resolves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

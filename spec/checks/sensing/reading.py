@@ -1,7 +1,5 @@
 """Timing of sensors: a conversion and its reading fit into a period, a start into `stale_after`."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.loops.timing import restart_s
 from heatwright.spec.controller import Controller

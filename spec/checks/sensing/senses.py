@@ -1,21 +1,18 @@
 """What sensors of the simulated machine measure: temperatures of nodes, currents of outputs."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path
+from heatwright.spec.simulation import ThermalNetwork
 
 _SENSE: Path = ("simulation", "plant", "sense")
 
 
-def senses_fit(controller: Controller) -> Findings:
+def senses_fit(controller: Controller, plant: ThermalNetwork) -> Findings:
     """Find temperature sensors at an output, and current sensors at a node or another output."""
-    if controller.simulation is None:
-        return
     used = {sensor: output for output, sensor in current_sensors(controller).items()}
-    for name, sense in controller.simulation.plant.sense.items():
+    for name, sense in plant.sense.items():
         path = (*_SENSE, name)
         because_of: tuple[Path, ...] = (("sensors", name), ("outputs",))
         if sense.node is not None and name in controller.ammeters:
@@ -41,12 +38,10 @@ def senses_fit(controller: Controller) -> Findings:
             )
 
 
-def currents_are_sensed(controller: Controller) -> Findings:
+def currents_are_sensed(controller: Controller, plant: ThermalNetwork) -> Findings:
     """Find current sensors that the plant's `sense` does not list."""
-    if controller.simulation is None:
-        return
     for output, sensor in current_sensors(controller).items():
-        if sensor in controller.sensors and sensor not in controller.simulation.plant.sense:
+        if sensor in controller.sensors and sensor not in plant.sense:
             yield Finding(
                 _SENSE,
                 f"there is no entry for {sensor}, the sensor of the current of {output}",

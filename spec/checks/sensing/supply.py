@@ -1,7 +1,5 @@
 """The voltage that drives a load, and the one it is rated for."""
 
-from __future__ import annotations
-
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import number

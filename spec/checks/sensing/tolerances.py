@@ -1,7 +1,5 @@
 """Tolerances of analog chains: each belongs to an existing part; a voltage's is at most half."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 
