@@ -1,4 +1,4 @@
-"""Programs: the loop they move, who starts them, and what they may hold."""
+"""Checks of programs: their loop, their operator, how many fit, their names and targets."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def programs_have_an_operator(controller: Controller) -> Findings:
     if display is not None and display.loop != programs.loop:
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "loop"),
-            f"the display starts and edits the programs, which move the loop {programs.loop}",
+            f"the display starts the programs, which set the setpoint of loop {programs.loop}",
             f"Write loop: {programs.loop}",
             (("programs", "loop"),),
         )
