@@ -30,7 +30,7 @@ def screen(device: AvrDevice) -> bytes | None:
 
 
 def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str]]:
-    """Return what the LEDs of each loop show, by meaning; none without LEDs."""
+    """Return for each loop with LEDs what they show (lit, blinking, dark), by the LED's meaning."""
     return {
         shown_loop(controller, spec): dict[str, str](leds.lights())
         for spec, leds in zip(

@@ -188,9 +188,9 @@ class AvrDevice:
         shield.keypad.press(key)
 
     def send(self, line: str) -> None:
-        """Send a line of G-code as the host, once the lines before it are answered.
+        """Send a line of G-code as the host, after the lines before it are answered.
 
-        A touch display sends the line unchanged, at once: "#8 1;".
+        A command of the touch display ("#8 1;") is sent by the display, unchanged and at once.
         """
         if for_display(self._controller, line):
             self.parts(Nextion)[0].send(line)

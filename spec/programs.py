@@ -21,7 +21,7 @@ from heatwright.spec.quantity import Quantity, number
 from heatwright.spec.units import DIFFERENCE, DURATION, PROGRAM_RATE
 
 LONGEST_NAME = 12
-"""Most characters of a program's name: what fits a line of 16 beside its number."""
+"""Maximum length of a program's name: what fits a line of 16 beside its number."""
 MOST_POINTS = 20
 LONGEST_SEGMENT_S = 31 * 86_400.0
 FARTHEST_K = 100.0

@@ -49,7 +49,7 @@ def identity(task: Task) -> dict[str, str | int]:
 class Store:
     """The runs of one campaign.
 
-    rows -- by the run's number; identity -- fingerprints or numbers, such as that of the spec.
+    rows -- the finished runs, by number; identity -- what tells campaigns apart: see `identity()`.
     """
 
     def __init__(self, folder: Path, identity: dict[str, str | int]) -> None:

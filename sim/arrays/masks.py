@@ -109,7 +109,7 @@ def _lacking(mask: Value, value: Value) -> Value:
 
 
 def is_none(value: Value) -> Value:
-    """Return `value is None`, by lane if only some lanes have a value."""
+    """Return whether a value is None: a bool, or an array with a bool for each lane."""
     if isinstance(value, tuple) and value:
         value = value[0]
     return value.missing if isinstance(value, Maybe) else value is None

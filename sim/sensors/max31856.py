@@ -135,7 +135,7 @@ class Max31856(SpiChip):
         self._shown = self._status(bytes(self._registers))
 
     def addressed(self, address: int, cycle: int) -> None:
-        """Load the answer to a read: the registers from an address on, the first after the last."""
+        """Load the answer to a read: all registers from `address` on, the first after the last."""
         del cycle
         if address & WRITE:
             return

@@ -72,8 +72,8 @@ _OPEN: dict[str, dict[str, str]] = {
     "runaway": {"above_k": "above"},
     "rising_while_off": {"rise_k": "rise", "settle_s": "settle"},
 }
-"""Keys that are derived unless they are given, by rule and field; a later rule needs the ones
-before it."""
+"""Keys that are derived unless they are given, by rule and field. A later rule needs the numbers
+that were derived before it."""
 
 
 def with_derived(controller: Controller) -> Controller:

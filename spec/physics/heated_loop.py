@@ -98,7 +98,7 @@ def heated_loop(controller: Controller, name: str, simulation: Simulation) -> He
 def most_borne(
     bears: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
 ) -> float:
-    """Return the most that is borne, between a borne and a too large value, by halving."""
+    """Return by bisection the largest value that `bears` allows: `low` is allowed, `high` not."""
     for _ in range(halvings):
         middle = (low + high) / 2
         low, high = (middle, high) if bears(middle) else (low, middle)

@@ -61,7 +61,7 @@ class SteinhartHart:
     c: float
 
     def ohm(self, celsius: float) -> float:
-        """Resistance at a temperature: Newton's method, for b > 0 and c ≥ 0 the curve is steep."""
+        """Resistance, by Newton's method: the derivative is at least b for b > 0 and c ≥ 0."""
         wanted = 1 / (celsius + KELVIN)
         log = (wanted - self.a) / self.b
         for _ in range(NEWTON_STEPS):

@@ -113,7 +113,7 @@ def _bursts_end(world: World) -> None:
 
 
 def _every(world: World, periods: int, act: Callable[[Ds18b20], None]) -> None:
-    """Act on the chip once in so many periods."""
+    """Call `act` with the chip once every `periods` control periods."""
     every_s = world.site.loop.periods_s(periods)
     turn = int(world.now_s / every_s)
 

@@ -131,7 +131,7 @@ def _already_wrong(sensor: AdcThermometer, mcu: str) -> bool:
 
 def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str, str]:
     if found is None:
-        return "the sensor has no reading at an end of this range", "Use the range that is needed"
+        return "no reading can be computed at an end of this range", "Use the range that is needed"
     shown_c = _widest_c(sensor, mcu, found)
     if shown_c is None or shown_c[0] >= shown_c[1]:
         return "with these values the circuit shows no temperature", "Check the circuit's values"
