@@ -20,7 +20,7 @@ STEP_S = 0.2
 """Usual time step: a fifth of the usual control period. Plants integrate exactly within it; it is
 only the resolution in time of the heater's power and the sensor's temperature."""
 STEPS_PER_PERIOD = 2
-"""Least number of time steps per control period: a fast loop makes the time step shorter."""
+"""Minimum number of time steps per control period: a fast loop makes the time step shorter."""
 
 PROGRESS_REPORTS = 200
 

@@ -16,7 +16,7 @@ from heatwright.spec import Controller
 EXCHANGE_S = 0.005
 """How often bytes are exchanged with outside programs, in the board's time, s."""
 MOST_BEHIND_S = 0.5
-"""Most delay, in real time, that is made up for; a longer delay is not."""
+"""Longest delay, in real time, that is made up for; a longer one is not."""
 LEAST_SLEEP_S = 0.001
 
 

@@ -50,8 +50,8 @@ class Beside(NamedTuple):
 class Stop(NamedTuple):
     """Conditions that end a run of steps early, after the step in which any of them is met.
 
-    changed -- one of these variables has changed; below -- a sensor is below so many °C; spread --
-    no node exceeds its `highest_c` without power; turned -- this load's pin has changed its level.
+    changed -- one of these variables has changed; below -- a sensor is below a temperature, °C;
+    spread -- no node exceeds its `highest_c` without power; turned -- this load's pin has changed.
     """
 
     changed: tuple[Variable, ...] = ()
@@ -66,7 +66,7 @@ NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 LOG_ROWS = 2048
-"""Most steps between two times that the log is emptied."""
+"""Maximum number of steps between two times that the log is emptied."""
 WATCHED, SENSED = 1, 2
 """Bits of a row: it counts for the peaks; its temperatures were given to the sensors."""
 TIME, BITS, FEED, TIPS = range(4)

@@ -41,7 +41,7 @@ NO_MARGIN = "on_too_long"
 """The rule without a margin: how long a loop may be on does not depend on phases."""
 
 QUICKER = 0.98
-"""A chip's conversion time over its longest by the data sheet: if it were synchronous with the
+"""A chip's conversion time over the data sheet's longest: if it were synchronous with the
 loop, it would hide the largest differences of two readings."""
 
 TOLD = ("time_s", "temperature_c", "setpoint_c")
@@ -246,7 +246,7 @@ def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) 
     for factor in FACTORS:
         value, other = _raised(controller, tripped[0].loop, number, factor)
         if check(other):
-            return None  # another rule, or a node's `bears`, forbids it
+            return None  # another rule, or a node's limit (`bears`), forbids it
         next_ones = []
         for each in hardest_first:
             again = _once_more(other, each)

@@ -12,8 +12,8 @@ from heatwright.spec.registry import with_brought
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LEAST_RANGE_PERCENT = 1.0
-"""Least distance of a maximum duty that a command sets from the minimum duty: without a range above
-0 an idle loop would ask for its maximum."""
+"""Smallest distance of a maximum duty that a command sets from the minimum duty: without a range
+above 0 an idle loop would ask for its maximum."""
 LARGEST_GAIN = 1e6
 """Far above any use, and far below where products with temperatures leave single precision."""
 
@@ -204,7 +204,7 @@ class Pid(Model):
     band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] | None = Field(
         None,
         alias="band",
-        description="Beyond it below the setpoint full power, above it none; left out: no band.",
+        description="Beyond it below the setpoint full power, above it none. Default: no band.",
     )
     dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,

@@ -64,7 +64,7 @@ class Identity(Model):
         description="The board, or bare chip."
     )
     clock_hz: Annotated[float, Quantity(FREQUENCY, least=8e6)] | None = Field(
-        None, alias="clock", description="The crystal's frequency; left out: the board's own."
+        None, alias="clock", description="The crystal's frequency. Default: the board's own."
     )
 
 

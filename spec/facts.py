@@ -46,7 +46,7 @@ class LoopFacts:
     autotune: bool
     """A command can start the experiment that finds the loop's gains."""
     programmed: bool
-    """Programs move the loop's setpoint."""
+    """Programs set the loop's setpoint."""
     must_release: bool
     """The loop must be told "off" before it takes an "on"."""
     starts_enabled: bool

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 MOST_INPUTS = 8
-"""Most inputs: the tick's interrupt reads each of them."""
+"""Maximum number of inputs: the tick's interrupt reads each of them."""
 
 
 class Input(Model):

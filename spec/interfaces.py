@@ -147,7 +147,7 @@ class Countdown(Model):
     )
 
 
-_LEAST, _MOST = Field(description="Least to be set."), Field(description="Most to be set.")
+_LEAST, _MOST = Field(description="Lowest value."), Field(description="Highest value.")
 _STEP = Field(description="Change for each press of UP or DOWN.")
 
 
@@ -206,10 +206,10 @@ class LcdKeypad(_OfOneLoop):
         1.0, alias="step", description="Change of the setpoint for each press of UP or DOWN."
     )
     countdown: Countdown | None = Field(
-        None, description="Let people set a time after which the loop goes off; left out, none."
+        None, description="Let the operator set a time after which the loop goes off."
     )
     adjust: Adjust | None = Field(
-        None, description="Numbers of the algorithm that people may set; left out, none."
+        None, description="Numbers of the algorithm that the operator may set. Default: none."
     )
     least: ClassVar[Least] = Least(1080, 60)
     line: ClassVar[None] = None
@@ -258,7 +258,7 @@ class ModbusRtu(Model):
         "even", description="Parity of each character; `even` is what the standard starts with."
     )
     asked_stop_bits: Literal[1, 2] | None = Field(
-        None, alias="stop_bits", description="Left out: 2 without parity, else 1 (the standard)."
+        None, alias="stop_bits", description="Stop bits. Default: 2 without parity, 1 with it."
     )
     driver_enable: PinName | None = Field(
         None, description="Pin that switches an RS-485 driver to sending; high sends."
@@ -293,7 +293,7 @@ class ModbusRtu(Model):
 
     @property
     def character_bits(self) -> int:
-        """Bits of a character on the line, its start bit included; 11 by the standard."""
+        """Bits of a character on the line, its start bit included; 11 according to the standard."""
         return 1 + 8 + (self.parity != "none") + self.stop_bits
 
 

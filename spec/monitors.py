@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 MOST_MONITORS = 8
-"""Most monitors: each takes an address and a bit of its own on a Modbus line."""
+"""Maximum number of monitors: each takes an address and a bit of its own on a Modbus line."""
 
 
 class Monitor(Model):

@@ -133,7 +133,7 @@ class DigitalOutput(Model):
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     current: Current | None = Field(None, description=_CURRENT)
     proof: Proof | None = Field(
-        None, description="What shows that a loop's fan turns; left out: its pin's level."
+        None, description="Feedback that a loop's fan turns. Default: none, its pin's level counts."
     )
     least: ClassVar[Least] = Least(10, 0)
 

@@ -194,12 +194,12 @@ class Programs(Model):
 
     loop: Reference = Field(description="Loop whose setpoint they move.")
     points: Annotated[int, WholeNumber("a number of points", 1, MOST_POINTS, 10)] = Field(
-        10, description="Most segments in one program."
+        10, description="Maximum number of segments in one program."
     )
     asked_places: Annotated[int, WholeNumber("a number of programs", 1, 8, 4)] | None = Field(
         None,
         alias="places",
-        description="How many programs the EEPROM keeps; left out: 3, or as many as are stored.",
+        description="How many programs the EEPROM keeps. Default: 3, or as many as are stored.",
     )
     hold_back: Annotated[HoldBack | None, Within, Off] = Field(
         DEFAULTS,

@@ -17,7 +17,7 @@ from heatwright.spec.problems import Checked, refuse, shown
 from heatwright.spec.units import DIFFERENCE, DURATION, FREQUENCY, TEMPERATURE, Dimension
 
 LONGEST = 64
-"""Most characters of a quantity. Longer text is a mistake; quoting it would bury the message."""
+"""Maximum length of a quantity. Longer text is a mistake; quoting it would bury the message."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?"
 """Two digits of exponent: enough for thermal machines, and no result can overflow."""

@@ -131,7 +131,7 @@ class Thermistor(AnalogSensor):
 
 
 class Rtd(AnalogSensor):
-    """A platinum element by IEC 60751 or a linear law, in a divider or behind an amplifier."""
+    """A platinum element according to IEC 60751 or linear, in a divider or behind an amplifier."""
 
     kind: Literal["rtd"]
     tolerances: RtdTolerances = Field(

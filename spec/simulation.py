@@ -32,7 +32,7 @@ from heatwright.spec.units import (
 )
 
 LONGEST_LINE = 500
-"""Most characters of a line that is sent: a display's whole program of 20 segments."""
+"""Maximum number of characters of a line that is sent: a display's whole program of 20 segments."""
 
 AMBIENT = "ambient"
 """The node whose temperature never changes."""
@@ -146,7 +146,7 @@ class ThermalNetwork(Model):
     bears_c: Annotated[Mapping[str, Temperature], ReadOnly] = Field(
         {},
         alias="bears",
-        description="For each node, the highest temperature that it bears; left out: what full "
+        description="Highest temperature that each node withstands. Default: what full "
         "power makes of it until the loop's maximum trips, and a tenth more.",
         validate_default=True,
     )

@@ -36,7 +36,7 @@ and between two readings of all variables."""
 FULL_S = 0.05
 """Approximate real time of a stretch at full speed, s."""
 MOST_STRETCH = 20_000
-"""Most steps of time in a stretch."""
+"""Maximum number of steps of time in a stretch."""
 FULL = math.inf
 ROUNDING_S = 1e-9
 

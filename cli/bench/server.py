@@ -49,7 +49,7 @@ SAFE = {
 QUICKLY = 1
 """Level of PNG compression: low, as pictures only go to a browser on this computer."""
 LONGEST_ORDER = 4096
-"""Most bytes of an order."""
+"""Maximum number of bytes of an order."""
 
 
 class Shown(Protocol):

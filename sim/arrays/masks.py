@@ -20,7 +20,7 @@ Mask = NDArray[np.bool_]
 Value = Any
 
 _NUMBERS = (np.ndarray, np.generic, int, float, str)
-"""Includes str: an array may hold one name for each lane."""
+"""Includes str: an array may have one name for each lane."""
 
 
 class AllLanesError(Exception):

@@ -78,10 +78,10 @@ class Faults(Model):
 
     chance_percent: _Chance = Field(alias="chance", description="Share of the runs with it.")
     of: tuple[Reference, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="Faults to choose from; left out: all that apply."
+        (), max_length=MOST_ENTRIES, description="Faults to choose from. Default: all that apply."
     )
     at_s: _At | None = Field(
-        None, alias="at", description="When; left out: in the first six tenths of the scenario."
+        None, alias="at", description="When it fails. Default: in the scenario's first six tenths."
     )
 
 

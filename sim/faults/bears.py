@@ -28,9 +28,9 @@ _KNOWN: dict[str, Mapping[str, float]] = {}
 
 
 def bears_c(controller: Controller, plant: ThermalNetwork) -> Mapping[str, float]:
-    """Return what every node bears, °C: `bears` of the plant, else what full power heats it to.
+    """Return each node's limit, °C: `bears` of the plant, or what full power heats the node to.
 
-    A machine must bear what its own protection lets happen: full power from cold until the
+    A machine must withstand what its own protection allows: full power from cold until the
     loop's sensor reads `protection.maximum`, then until that rule must have switched it off,
     then the heat that spreads after that; or a long time just below that maximum. A tenth of the
     rise is added. Each loop heats the nodes that are nearer to it than to other loops, and those

@@ -50,7 +50,7 @@ class Fault:
     """One way to fail: its cause, its cure, and how long the machine is watched.
 
     The expected trip is not written here: the reference model takes the same readings and says
-    which rule trips first, and when. The plant says what temperatures the machine bears.
+    which rule trips first, and when. The plant gives the limits of the machine's temperatures.
 
     make -- creates a world in the state in which the fault occurs; cause, cure -- begin and end
     the fault. watch_s -- how long to watch if nothing trips. calm -- no rule may trip but those of

@@ -12,7 +12,7 @@ On any other machine, if a rule trips, its fault must
 Many are also acknowledged earlier, while the cause lasts: the rules then decide whether one trips
 again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine. From
 each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
-machine may become hotter than it bears, until the heat has spread after the first trip.
+machine may become hotter than its limit (`bears`), until the heat has spread after the first trip.
 """
 
 from __future__ import annotations
@@ -271,7 +271,7 @@ class _Trial:
         self.world.until(Spread(), SPREADING_S)
 
     def _judge_peaks(self) -> None:
-        """Check that no node became hotter than it bears; report only the first one."""
+        """Check that no node became hotter than its limit; report only the first one."""
         self.peak_c = self.world.peak_c
         self.world.peaks.end()
         borne_c = self.world.bears_c
@@ -279,9 +279,9 @@ class _Trial:
             bears_c = borne_c[node]
             if peak_c > bears_c:
                 self._wrong(
-                    f"{node} reached {peak_c:.1f} °C but bears only {bears_c:.1f} °C. If it bears "
-                    f"that, write simulation.plant.bears: {{{node}: {math.ceil(peak_c)} °C}}. "
-                    f"Else {self._remedy(node, bears_c)}"
+                    f"{node} reached {peak_c:.1f} °C but its limit is {bears_c:.1f} °C. If it "
+                    f"withstands that, write simulation.plant.bears: {{{node}: {math.ceil(peak_c)} "
+                    f"°C}}. Otherwise {self._remedy(node, bears_c)}"
                 )
                 return
 

@@ -56,8 +56,8 @@ ROUNDING = 1e-6
 ANSWER_S = 1.0
 ANSWER_CHARACTERS = 2048
 CHARACTER_BITS = 11
-"""A host has its answer within ANSWER_S and the time of so many characters, if the line works:
-earlier questions are answered first."""
+"""A host has its answer within ANSWER_S plus the time of this number of characters, if the line
+works: earlier questions are answered first."""
 
 Condition = Callable[["World"], bool]
 
@@ -237,7 +237,7 @@ class World:
 
     @property
     def sensed_c(self) -> float:
-        """The machine's temperature at the loop's sensor, whatever its tip feels, °C."""
+        """The machine's temperature at the loop's sensor, even if its tip is elsewhere, °C."""
         return self._felt(self.site.loop.sensor)
 
     @property
@@ -270,7 +270,7 @@ class World:
 
     @property
     def bears_c(self) -> Mapping[str, float]:
-        """What every node bears, °C."""
+        """Each node's highest allowed temperature, °C."""
         return bears_c(self.site.controller, self._network)
 
     def _felt(self, sensor: str) -> float:

@@ -50,7 +50,7 @@ def read_log(data: bytes) -> Log:
     """Parse a log.
 
     Raises:
-        Unusable: it holds no rows of numbers.
+        Unusable: it has no rows of numbers.
 
     """
     if len(data) > LARGEST_LOG:
@@ -62,7 +62,7 @@ def read_log(data: bytes) -> Log:
     dialect, width, count = _form(sample)
     if max(of_labels, count) < 1:
         raise Unusable(
-            "holds no rows of numbers; a log has one line for each reading, such as 20.5,100"
+            "has no rows of numbers; a log has one line for each reading, such as 20.5,100"
         )
     if of_labels > count:
         return _of_labels(bare, stamps)

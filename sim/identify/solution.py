@@ -59,7 +59,7 @@ def solve(
     Args:
         setting: the record and the assumptions.
         start: the start values.
-        most_rows: use only about so many readings.
+        most_rows: use only about this number of readings.
         exact: compute slopes by central differences, as the intervals need; else by forward ones.
 
     """

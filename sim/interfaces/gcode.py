@@ -30,7 +30,7 @@ TALK_S = 0.02
 POLL_S = 5.0
 """Time between two polls, as with OctoPrint and Printrun."""
 MOST_WAITING = 10_000
-"""Most bytes that are kept of a line that never ends."""
+"""Maximum number of bytes that are kept of a line that never ends."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from heatwright.spec import Stepper as StepperOutput
 
 
 class DriverTiming(NamedTuple):
-    """Least times of a driver, s."""
+    """Minimum times of a driver, s."""
 
     high_s: float
     low_s: float

@@ -44,7 +44,7 @@ RANGES_C = {
 JUNCTION_C = (-55.0, 125.0)
 """The range of its own thermometer, with the same behaviour at the ends."""
 TEST_EVERY = 16
-"""It tests for an open thermocouple once in so many conversions."""
+"""It tests for an open thermocouple once in this number of conversions."""
 STEP_C, JUNCTION_STEP_C = 2.0**-7, 2.0**-6
 WRITE = 0x80
 """Added to the address of the first register in a write."""

@@ -25,9 +25,9 @@ class Faults:
     """Ways to fail, set at any time.
 
     open -- the thermocouple is broken; frozen -- conversions do not change the reading; slow --
-    they take this factor times the data sheet's longest; dumb -- it answers with zeros, like a
-    chip without clock or a burnt one; corrupt_next, corrupt_rate -- so many answers, or this share
-    of them (0..1, seeded), have one of the `corruptible` bits inverted.
+    factor on the data sheet's longest conversion time; dumb -- it answers with zeros, like a chip
+    without clock or a burnt one; corrupt_next, corrupt_rate -- number of the next answers, or share
+    of all answers (0..1, seeded), with one of the `corruptible` bits inverted.
     """
 
     open: bool = False

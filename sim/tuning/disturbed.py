@@ -14,7 +14,7 @@ LOAD_PERCENT = 10.0
 """Share of the power that a load suddenly takes away."""
 
 LONGEST = 20_000
-"""Most control steps that are computed."""
+"""Maximum number of control steps that are computed."""
 
 
 @dataclass(frozen=True)

@@ -211,7 +211,7 @@ def improved(
 
 
 def _at(start: Gains, octaves: NDArray[np.float64]) -> Gains:
-    """Return gains changed by so many octaves of gain, integral time and derivative time."""
+    """Return gains changed by some octaves of gain, integral time and derivative time."""
     gain, integral, derivative = (2.0**octaves).tolist()
     return Gains(
         start.kp * gain, start.ki * gain / integral, start.kd * gain * derivative, start.filter_s

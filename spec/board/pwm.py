@@ -12,7 +12,7 @@ FREQUENCY_TOLERANCE = 0.005
 """Tolerance of an Uno's ceramic resonator: no PWM frequency is held closer."""
 
 FEWEST_COUNTS = 100
-"""Fewest steps of a PWM period: one step is then at most 1 % of the power."""
+"""Minimum number of steps of a PWM period: one step is then at most 1 % of the power."""
 
 FASTEST_BY_INTERRUPTS_HZ = 500.0
 """Two interrupts a period, some 100 cycles each: 0.6 % of the time of a 16 MHz processor."""

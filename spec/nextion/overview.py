@@ -28,7 +28,7 @@ CHART_EVERY_S = 60.0
 """Time between two pixels: ten hours in the chart's width."""
 LONGEST_STATE = 30
 LONGEST_ENERGY = 12
-"""Most characters of an energy, such as `1234.56 kWh`."""
+"""Maximum number of characters of an energy, such as `1234.56 kWh`."""
 
 
 def main_page(number: int, top_c: int, *, programs: bool) -> Page:

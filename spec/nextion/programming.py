@@ -16,7 +16,7 @@ from heatwright.spec.programs import LONGEST_NAME
 ROWS = 10
 """Segments on a page; a program with more has a second one."""
 LONGEST_NUMBER = 9
-"""Most characters of a time, a rate or a temperature, such as 44640.25."""
+"""Maximum number of characters of a time, a rate or a temperature, such as 44640.25."""
 
 
 def programs_page(number: int, places: int) -> Page:

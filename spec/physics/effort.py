@@ -2,7 +2,7 @@
 
 The plant gives the power that holds a reading. A healthy machine needs more or less: resistances
 differ by the plant's tolerance, supply and room temperature vary, fans run, material is fed. The
-heater's power, filtered as the plant feels it, must stay between the extremes of all that.
+heater's power, filtered as the plant does, must stay between the extremes of all that.
 """
 
 from __future__ import annotations
@@ -197,8 +197,8 @@ class _Search:
             rule = rule.model_copy(update={"for_s": for_s})
             words["for"] = (
                 f"a healthy machine is beyond it for up to {about(longest_s)} s; "
-                f"{number(TIMES)} times that, or half of the {about(self._filter_s)} s for which "
-                "the plant feels a power, and delays"
+                f"{number(TIMES)} times that, or half of the plant's response time to a "
+                f"power, {about(self._filter_s)} s, and delays"
             )
         return rule.derived_as(words).with_band(band)
 
@@ -277,7 +277,7 @@ class _Search:
 
 
 class _Course:
-    """A healthy machine with ideal control, or switched about its setpoint."""
+    """A healthy machine with ideal control, or switched around its setpoint."""
 
     def __init__(  # noqa: PLR0913, PLR0917 - each is another part of it
         self,

@@ -24,14 +24,14 @@ from heatwright.spec.physics.matrices import (
 from heatwright.spec.simulation import ThermalNetwork
 
 MOST_TRIES = 200
-"""Most iterations of Newton's method. Far above the solution each reduces the temperature by a
-quarter; close to it each doubles the number of correct digits."""
+"""Maximum number of iterations of Newton's method. Far above the solution each reduces the
+temperature by a quarter; close to it each doubles the number of correct digits."""
 
 EXACT = 1e-12
 """Relative change of a result below which an iteration ends."""
 
 MOST_HALVINGS = 12
-"""Most times that a step is halved: only absurd plants have a part that changes so fast."""
+"""Maximum number of halvings of a step: only absurd plants have a part that changes so fast."""
 
 
 class Heated:
@@ -138,10 +138,10 @@ class Heated:
         return sum(lags_s) + self.lag_s + self.delay_s
 
     def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
-        """Return the mean time for which the sensor feels a power, and the slowest lag, s.
+        """Return the mean response time of the sensor to a power, and the slowest lag, s.
 
-        About rest at a temperature above ambient; found by inverse iteration, which begins with the
-        rise by the heater.
+        Linearised at the steady state of a temperature above ambient; found by inverse iteration,
+        which begins with the rise by the heater.
         """
         size = len(self._capacities)
         conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
@@ -166,7 +166,7 @@ class Heated:
     def step(self, power_w: float, time_s: float, about: Vector) -> Matrix:
         """Matrix that takes a state on by `time_s` at a constant power.
 
-        Exact for conduction; what radiates is taken for its tangent about a state.
+        Exact for conduction; radiation is replaced by its tangent at a state.
         """
         matrix = self._rates(time_s, about)
         matrix[self._heated][-1] += power_w / self._capacities[self._heated] * time_s

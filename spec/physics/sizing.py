@@ -46,7 +46,7 @@ class Wall(Model):
         8.7, alias="inside", description="Heat transfer from the air inside to the wall."
     )
     outside_w_per_m2k: _Film | None = Field(
-        None, alias="outside", description="The same, outside; left out: 8.7 W/m²K, or by wind."
+        None, alias="outside", description="The same, outside. Default: from `wind`, or 8.7 W/m²K."
     )
     wind_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.0, most=30.0)] | None = Field(
         None, alias="wind", description="Speed of the air along it, instead of `outside`."
@@ -76,14 +76,14 @@ class Wire(Model):
     voltage_v: Annotated[float, Quantity(VOLTAGE, least=0.001)] | None = Field(
         None,
         alias="voltage",
-        description="Voltage at which it has the heater's power; left out: the heater's rated "
-        "voltage, or its supply.",
+        description="Voltage at which the wire has the heater's power. Default: the heater's "
+        "`rated`, or its `supply`.",
     )
     air_speed_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.1, most=100.0)] = Field(
         alias="air_speed", description="Speed of the air across it."
     )
     air_c: Temperature | None = Field(
-        None, alias="air", description="Temperature of the air; left out: the highest setpoint."
+        None, alias="air", description="Temperature of the air. Default: the highest setpoint."
     )
     emissivity: _Emissivity = Field(0.0, description="Share of what a black body would radiate.")
     measured_c: Temperature | None = Field(

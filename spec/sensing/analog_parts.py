@@ -117,7 +117,7 @@ class Divider(Model):
         None, alias="pull_down", description="Resistor to ground; the element goes to the supply."
     )
     supply_v: _Supply | None = Field(
-        None, alias="supply", description="The divider's own supply; left out: the board's 5 V."
+        None, alias="supply", description="The divider's own supply. Default: the board's 5 V."
     )
 
     @model_validator(mode="after")

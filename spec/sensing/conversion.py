@@ -24,7 +24,7 @@ TICK_S = 0.010
 """Each tick takes one code of each channel."""
 
 LEAST_MARGIN_STEPS = 2
-"""Fewest codes between an end of the range and what an open or shorted sensor reads."""
+"""Minimum number of codes between an end of the range and what an open or shorted sensor reads."""
 
 ROUNDINGS = 6
 """Rounding errors in single precision, relative to the largest temperature: one of the point, one

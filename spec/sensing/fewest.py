@@ -114,7 +114,7 @@ class _Corridor:
         self._ahead = _longest(tube, 0, 1)
         self._back = _longest(tube, self.last, -1)
         self.least = len(self._back) - 1
-        """Least number of pieces of any line."""
+        """Minimum number of pieces of any line."""
 
     def bends(self, bend: int, pieces: int, most: int) -> list[int]:
         """List the places where bend number `bend` can be, or `most` of them, evenly."""

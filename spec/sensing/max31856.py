@@ -37,11 +37,11 @@ types age within hours."""
 
 AVERAGES = (1, 2, 4, 8, 16)
 OPEN_TEST_S = 0.015
-"""Most time that the test for an open thermocouple adds to a conversion, with less than 5 kΩ in its
-wires (data sheet, "Open-Circuit Fault Detection")."""
+"""Longest time that the test for an open thermocouple adds to a conversion, with less than 5 kΩ in
+its wires (data sheet, "Open-Circuit Fault Detection")."""
 READ_TICKS, SET_UP_TICKS = 7, 9
-"""Most ticks that the firmware takes to read and check all registers; and to set the chip up and
-notice that the first conversion is over."""
+"""Maximum number of ticks that the firmware takes to read and check all registers; and to set the
+chip up and notice that the first conversion is over."""
 
 
 class _Samples(WholeNumber):

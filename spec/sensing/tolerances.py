@@ -82,4 +82,4 @@ class Accuracy(Model):
     )
     between_c: (
         Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] | None
-    ) = Field(None, alias="between", description="At these temperatures; left out: the range.")
+    ) = Field(None, alias="between", description="At these temperatures. Default: the range.")

@@ -38,7 +38,7 @@ struct autotune_nozzle_state {
 
 extern struct autotune_nozzle_state autotune_nozzle;
 
-/* Start a tuning with so many swings, limited to 3 to 20. */
+/* Start a tuning with this number of swings, limited to 3 to 20. */
 void autotune_nozzle_start(uint8_t cycles);
 
 /* End the tuning without a result, if it runs. */

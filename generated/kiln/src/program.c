@@ -8,7 +8,7 @@
 #include "loop_chamber.h" /* loop_chamber */
 #include "progress.h" /* progress_found, progress_save */
 
-/* Single precision holds every whole number up to this one. */
+/* Single precision represents every whole number up to this one. */
 #define LONGEST_RATE_STEPS 16777215.0f
 
 struct program_state program;

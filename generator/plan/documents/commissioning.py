@@ -85,7 +85,7 @@ def _loads(controller: Controller) -> Iterator[Step]:
         yield Step(
             f"Read the label of loop `{name}`'s thermal fuse or thermostat; measure its resistance",
             f"it opens above {hottest}, the firmware's limit, and below the temperature that the "
-            "machine bears; less than 1 Ω",
+            "machine withstands; less than 1 Ω",
         )
     if relay is not None:
         yield Step(f"Measure across the contacts of `{relay}` in the heaters' supply", "open")

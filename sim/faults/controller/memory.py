@@ -29,7 +29,7 @@ HIGHEST_BIT = 7
 """Highest bit of a byte; in the third byte of a float this is the lowest bit of the exponent."""
 LOWEST_BIT = 0
 SEAL, UNSEALED = "flash_seal", b"\xff\xff"
-"""The constant that holds the program's checksum, and its value before it is sealed."""
+"""The constant with the program's checksum, and its value before seal.py has written it."""
 BYTES = 7
 """How many bytes of a record are written before the power cut: half of the shortest record."""
 REFERENCE_OFF = 0.6

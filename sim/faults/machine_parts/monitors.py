@@ -117,7 +117,7 @@ def _feel_again(world: World, *, watched: Watched) -> None:
 
 
 def _over_limit(site: Site, watched: Watched) -> Fault:
-    """The monitored part becomes too hot, and no loop's sensor feels it."""
+    """The monitored part becomes too hot, and no loop's sensor measures it."""
     allowed_s = reading_s(watched.loop)
     return Fault(
         f"monitor_{watched.name}_over_limit",

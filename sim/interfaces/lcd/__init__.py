@@ -21,7 +21,7 @@ _LONG_AGO = -(10.0**15)
 
 @dataclass(frozen=True)
 class BusLimits:
-    """Least times of the bus, ns (data sheet, write operation).
+    """Minimum times of the bus, ns (data sheet, write operation).
 
     The default is the column for 2.7 to 4.5 V, stricter than the one for the shield's 5 V.
     """

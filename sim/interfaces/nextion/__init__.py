@@ -27,7 +27,7 @@ START_S = 0.5
 LOOK_S = 0.2
 """How often it processes received bytes, s: it answers within this time."""
 REMEMBERED = 10_000
-"""Most instructions in the history."""
+"""Maximum number of instructions in the history."""
 
 
 @dataclass(frozen=True)

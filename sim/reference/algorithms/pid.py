@@ -6,7 +6,7 @@ from heatwright.sim.reference.numbers import ZERO, Single, clamp, faded, filter_
 from heatwright.spec import Pid
 
 LEAST_RANGE = 1.0
-"""Least range of the output that may be set, %."""
+"""Smallest range of the output that may be set, %."""
 
 
 def limits_of(algorithm: Pid) -> Limits:

@@ -43,7 +43,7 @@ class Constants(NamedTuple):
         )
 
     def time_s(self, steps: Single) -> Single:
-        """Return how long so many steps take, s."""
+        """Return how long a number of steps takes, s."""
         return steps * self.period_s
 
     def within(self, limits: Limits, swing_share: Single) -> "Constants":

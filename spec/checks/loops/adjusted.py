@@ -21,7 +21,7 @@ from heatwright.spec.interfaces import Adjust
 from heatwright.spec.problems import Path
 
 MOST_STEPS = 1000
-"""Most steps up to the maximum: more are too many to press, and too fine for single precision."""
+"""Maximum number of steps: more are too many to press, and too fine for single precision."""
 
 
 def numbers_have_a_use(controller: Controller) -> Findings:
@@ -31,7 +31,7 @@ def numbers_have_a_use(controller: Controller) -> Findings:
         if programmed(controller, name):
             yield Finding(
                 path,
-                f"programs move the loop {name}, and their menu already sets its numbers",
+                f"programs set the setpoint of loop {name}; their menu already sets its numbers",
                 "Delete it",
                 (("programs",),),
             )

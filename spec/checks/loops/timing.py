@@ -202,7 +202,7 @@ def buses_wait_for_each_other(controller: Controller) -> Findings:
     """Count the 1-Wire buses: their slots come at the same times, and one waits for the others.
 
     With four at 16 MHz the low of a written zero lasts for up to 107 µs, with five for 208 µs; a
-    DS18B20 bears 120 µs.
+    DS18B20 accepts 120 µs.
     """
     buses = [name for name, each in controller.sensors.items() if each.on_one_wire]
     quick = controller.board.clock_hz >= QUICK_HZ

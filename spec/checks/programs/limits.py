@@ -13,7 +13,7 @@ from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import about, number, rounded_up
 
 MOST_COUNTED = 16_777_215
-"""Most steps that single precision counts one by one: 2²⁴ − 1."""
+"""Maximum number of steps that single precision counts one by one: 2²⁴ − 1."""
 
 _HOLD_BACK: Path = ("programs", "hold_back")
 
