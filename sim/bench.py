@@ -47,7 +47,7 @@ class Device(Protocol):
         """Write a value as the master, by its name in a scenario."""
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give the program an order: start or jump with a number, pause and so on."""
+        """Give the program a command: start or jump with a number, pause and so on."""
 
     def relay_fraction(self) -> float:
         """Return the share of time (0..1) the safety relay has conducted since the last call."""

@@ -198,9 +198,9 @@ class AvrDevice:
             self.host.send(line)
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give an order to the program as the operator; number -- of a program, or a segment.
+        """Give a command to the program as the operator; number -- of a program, or a segment.
 
-        The order goes by the touch display or, without one, by the keys of the shield's menu.
+        The command goes by the touch display or, without one, by the keys of the shield's menu.
         """
         for display in self.parts(Nextion):
             display.send(in_bytes(order, number))

@@ -2,7 +2,7 @@
 
 The reference model gets the inputs of each step: reading, setpoint and acknowledgement; for a
 commanded loop also switch, mode, manual duty, gains, emergency stop and the start of a tuning; for
-a programmed one the orders and the copy of the program; the critical temperature; the heater's
+a programmed one the commands and the copy of the program; the critical temperature; the heater's
 current. Every other member must be equal to the last bit.
 
 Some inputs are not members of the log. Acknowledgements and starts are derived from their counts; a

@@ -23,7 +23,7 @@ DISTURBING = {"G0", "G1", "M106", "M107"}
 
 
 class Action(NamedTuple):
-    """One action: a line, write or order is sent, the feed changes, or a key goes down or up."""
+    """One action: a line, write or command is sent, the feed changes, or a key goes down or up."""
 
     time_s: float
     key: str | None = None
@@ -35,7 +35,7 @@ class Action(NamedTuple):
     write: Write | None = None
     """The master's write."""
     program: ProgramOrder | None = None
-    """The order to a program."""
+    """The command to a program."""
 
     @property
     def disturbs(self) -> bool:

@@ -20,7 +20,7 @@ struct host_input {
     uint8_t current_status;
     int16_t current_raw;
     uint16_t silent_ticks; /* since the last message of the master or host */
-    uint8_t order; /* order to the program: PROGRAM_* of program.order */
+    uint8_t order; /* command to the program: PROGRAM_* of program.order */
     uint8_t argument;
     uint8_t open_inputs; /* the machine's, by bits; the first loop's count, until its next step */
     uint8_t monitored; /* index of the monitors' readings, or HOST_BAD + a status;
@@ -96,7 +96,7 @@ struct host_world {
     uint32_t eeprom_writes;
     int32_t writes_left;      /* EEPROM writes until the power fails; below 0: never */
     uint8_t refused;          /* whether the last command was refused */
-    uint8_t order_refused;    /* whether the last order to the program was refused */
+    uint8_t order_refused;    /* whether the last command to the program was refused */
     uint32_t cooler_ticks;    /* ticks with the cooler on since the reset */
     uint32_t both_on;         /* ticks with heater and cooler both on */
     uint32_t feed_halts;      /* ticks in which the gate stopped the feed */

@@ -234,7 +234,7 @@ class ReferenceDevice:
             self._mind_fault()
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give an order to the program; one that the firmware would refuse changes nothing.
+        """Give a command to the program; one that the firmware would refuse changes nothing.
 
         Raises:
             ValueError: the controller has no programs.

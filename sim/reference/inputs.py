@@ -30,7 +30,7 @@ class Limits(NamedTuple):
 
 
 class Orders(NamedTuple):
-    """Inputs of a step that not every loop has; most are orders."""
+    """Inputs of a step that not every loop has; most are commands."""
 
     mode: int = AUTOMATIC
     manual_percent: Single = ZERO
@@ -46,7 +46,7 @@ class Orders(NamedTuple):
     current_raw: int = 0
     """The raw reading of the heater's current."""
     program: tuple[int, int] = (0, 0)
-    """The waiting order to the program, and its argument; (0, 0): none."""
+    """The waiting command to the program, and its argument; (0, 0): none."""
     maximum_c: Single | None = None
     """The operator's critical temperature; needed if it is adjustable."""
     watch_fault: int = 0

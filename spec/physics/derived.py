@@ -228,7 +228,7 @@ class _Rules:
         self._put("frozen", "holding_percent", [(percent, words)])
 
     def _derive_within(self) -> None:
-        """Find how long full power may last for a rise: healthy machines need it, nodes bear it."""
+        """Find how long full power may last: machines need it for a rise, nodes withstand it."""
         heated = self._heated
         rise_k = self._number("heating", "rise_k")
         needs_s = heated.slowest_rise(rise_k)[0]

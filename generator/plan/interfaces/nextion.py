@@ -1,4 +1,4 @@
-"""A Nextion touch display: its line, its orders, its contents, and documents for its editor."""
+"""A Nextion touch display: its line, its commands, its contents, and documents for its editor."""
 
 from __future__ import annotations
 

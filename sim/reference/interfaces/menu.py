@@ -9,7 +9,7 @@ class MenuKeys:
     """The present screen of the menu.
 
     The model knows only one function of the screens: the setpoint, which is the first of the
-    values. Programs are started and ended by orders, not by keys.
+    values. Programs are started and ended by commands, not by keys.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Orders to a loop by keys and commands (docs/control.md, "Commands" and "Keys")."""
+"""Commands to a loop by keys and commands (docs/control.md, "Commands" and "Keys")."""
 
 from heatwright.sim.reference.algorithms.autotune import DONE, RUNNING, STOPPED
 from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
@@ -18,7 +18,7 @@ NO_LIMITS = (None, None, None)
 
 
 class Operator:
-    """The orders that the next step takes over."""
+    """The commands that the next step takes over."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Start with the spec's initial values."""
@@ -42,7 +42,7 @@ class Operator:
 
     @property
     def orders(self) -> Orders:
-        """The orders that the next step takes over."""
+        """The commands that the next step takes over."""
         return Orders(
             self._mode,
             self._manual_percent,

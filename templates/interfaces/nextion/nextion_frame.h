@@ -1,4 +1,4 @@
-/* Assembles the bytes from a touch display to orders of its pages, and its own answers. */
+/* Assembles the bytes from a touch display to commands of its pages, and its own answers. */
 #ifndef NEXTION_FRAME_H
 #define NEXTION_FRAME_H
 
@@ -6,7 +6,7 @@
 
 enum {
     FRAME_NOTHING = 0,
-    FRAME_ORDER = 1,   /* an order, in frame_text */
+    FRAME_ORDER = 1,   /* a command, in frame_text */
     FRAME_STARTED = 2, /* the display has started: send everything */
     FRAME_PAGE = 3,    /* the display shows page frame_page */
     FRAME_LOST = 4     /* the display has lost bytes */

@@ -1,10 +1,10 @@
-/* Orders from the pages of a touch display. */
+/* Commands from the pages of a touch display. */
 #ifndef NEXTION_ORDERS_H
 #define NEXTION_ORDERS_H
 
 #include <stdbool.h> /* bool */
 
-/* Execute the order in `text`; false: it is unknown, malformed or refused now, and nothing has
+/* Execute the command in `text`; false: it is unknown, malformed or refused now, and nothing has
  * changed. */
 bool orders_do(const char *text);
 
