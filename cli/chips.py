@@ -40,7 +40,7 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
 
 
 def not_done(device: AvrDevice) -> tuple[tuple[float, str], ...]:
-    """Return what host or master asked for in vain: time, s, and the board's answer."""
+    """Return what host or master asked for without success: time, s, and the board's answer."""
     found = [
         *((line.time_s, line.text.removeprefix("echo:"))
           for host in device.parts(GcodeHost) for line in host.refusals),

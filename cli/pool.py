@@ -68,8 +68,8 @@ def spread(
 
     `work` must be a module's function, as other processes call it. Its first error ends all work
     and is raised here. `came` is called with each result at once; `most` limits the number of
-    processes, which is else the number of cores. Processes are forked: to import all modules again
-    would take longer than most pieces of work.
+    processes, which is otherwise the number of cores. Processes are forked: to import all modules
+    again would take longer than most pieces of work.
     """
     context = multiprocessing.get_context("fork")
     told = context.Queue()

@@ -396,7 +396,7 @@ class AvrDevice:
     # -- power ---------------------------------------------------------------------------------
 
     def power_cycle(self, undefined: int = 0xFF) -> None:
-        """Cut the power and restore it: all but the EEPROM starts anew.
+        """Cut the power and restore it: all but the EEPROM starts again.
 
         undefined -- the value of an EEPROM byte that was being written at the cut.
         """

@@ -59,7 +59,7 @@ class Identity(Model):
     """The controller's name, its board and its clock."""
 
     name: Name = Field(description="Name of its folder and files.")
-    title: Title | None = Field(None, description="What it is, in a few words; else its name.")
+    title: Title | None = Field(None, description="Description. Default: the name.")
     board: Annotated[str, Checked(_board, enum=list(BOARDS))] = Field(
         description="The board, or bare chip."
     )

@@ -71,7 +71,7 @@ class LoopFacts:
     """A host may narrow the limits of the loop's integral and output."""
     keyed_numbers: tuple[Number, ...]
     """Numbers of the loop's algorithm that keys set."""
-    # What its control step does besides.
+    # What its control step does in addition.
     readings: int
     """How many readings are in the mean that the control uses."""
     inputs: bool

@@ -25,8 +25,8 @@ class Input(Model):
     pin: PinName = Field(description="The contact to ground; the pin has a pull-up.")
     trips: StrictBool = Field(
         True,
-        description="Rule `input_open`: an open contact is a fault. Else nothing heats while it is "
-        "open.",
+        description="Rule `input_open`: an open contact is a fault. With `false` the heat only "
+        "pauses.",
     )
     for_s: Annotated[float, Quantity(DURATION, least=0.02, most=1.0)] = Field(
         0.05,

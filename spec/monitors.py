@@ -50,7 +50,7 @@ Monitors = Annotated[Mapping[Name, Monitor], AfterValidator(_few)]
 def watching_loop(controller: Controller, name: str) -> str | None:
     """Name the loop whose control step checks a monitor; None where there is none.
 
-    It is the loop that names it in `also`, else the first whose period fits the sensor's reading.
+    It is the loop that names it in `also`, or the first whose period fits the sensor's reading.
     """
     sensor = controller.thermometers.get(controller.monitors[name].sensor)
     if sensor is None:

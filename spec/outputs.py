@@ -91,7 +91,7 @@ class Proof(Model):
     within_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] = Field(
         5.0,
         alias="within",
-        description="Rule `fan_stopped`: time that the fan may take to start, or that its proof "
+        description="Rule `fan_stopped`: time that the fan may take to start, or that its signal "
         "may be missing.",
     )
     tachometer: Tachometer | None = Field(
@@ -191,7 +191,7 @@ class PwmOutput(Model):
     )
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     rated_v: Volt | None = Field(
-        None, alias="rated", description="Voltage at which the load has its power; else the supply."
+        None, alias="rated", description="Voltage of the load at its power. Default: the supply's."
     )
     current: Current | None = Field(None, description=_CURRENT)
     least: ClassVar[Least] = Least(90, 1)

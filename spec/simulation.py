@@ -141,7 +141,7 @@ class ThermalNetwork(Model):
         description="For each sensor, where it measures."
     )
     initial_c: Temperature | None = Field(
-        None, alias="initial", description="Temperature of all nodes at the start; else ambient."
+        None, alias="initial", description="Temperature of all nodes at the start, or ambient."
     )
     bears_c: Annotated[Mapping[str, Temperature], ReadOnly] = Field(
         {},
@@ -202,7 +202,7 @@ class Event(Model):
         1, description="How often the key is pressed."
     )
     held_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] | None = Field(
-        None, alias="held", description="How long the key is down each time; else 0.1 s."
+        None, alias="held", description="How long the key is down each time. Default: 0.1 s."
     )
     send: _Line | None = Field(None, description="Line that a host or a display sends.")
     extrude_mm_per_s: Annotated[float, Quantity(SPEED, least=0.0)] | None = Field(

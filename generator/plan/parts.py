@@ -131,7 +131,7 @@ class Wiring:
     end: str = ""
     """Name of the terminal, if it is not in `what`."""
     ends: bool = True
-    """Whether the wire leads to a terminal; else it ends with its last symbol."""
+    """Whether the wire leads to a terminal; otherwise it ends with its last symbol."""
 
 
 PULL_OHM = "10 kΩ"

@@ -319,7 +319,7 @@ def or_(left: Value, right: Callable[[], Value]) -> Value:
 
 
 def _joined(left: Value, right: Callable[[], Value], asked: Mask) -> Value:
-    """Return the right operand for the lanes that need it, else the left one."""
+    """Return the right operand for the lanes that need it, otherwise the left one."""
     whole = NOW.active
     asked = asked if whole is None else asked & whole
     if not asked.any():

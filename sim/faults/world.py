@@ -189,7 +189,7 @@ class World:
         self.ambient_c = weather.ambient_c
         sensors = (loop.sensor for loop in site.controller.loops.values())
         sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
-        period_s = site.loop.period_s  # in whole steps, else readings would seem to jump
+        period_s = site.loop.period_s  # in whole steps, otherwise readings would seem to jump
         shortest_s = site.controller.shortest_period_s
         most_s = min(STEP_S, metered_step_s(site.controller), shortest_s)
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)

@@ -13,7 +13,7 @@ struct host_input {
     uint8_t reading_status;
     uint8_t acknowledge; /* acts before the command */
     int32_t reading_raw; /* of any kind of sensor */
-    float setpoint_c; /* for a loop without a host; else see HOST_SET */
+    float setpoint_c; /* for a loop without a host; otherwise see HOST_SET */
     uint8_t command;
     float value;
     float gains[3]; /* kp, ki, kd; for HOST_LIMITS: integral minimum and maximum, output maximum */

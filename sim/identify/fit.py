@@ -86,9 +86,9 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
     Args:
         record: times, readings, power.
         structure: the structure of the plant to find.
-        ambient_c: ambient temperature if known, °C; else it is fitted, too.
+        ambient_c: ambient temperature if known, °C; otherwise it is fitted, too.
         age_s: how old a reading is when it is logged, s.
-        cold: whether the machine was at ambient when the record began; else this is judged.
+        cold: whether the machine was at ambient when the record began; otherwise this is judged.
         progress: called with the progress of the fits.
 
     Raises:

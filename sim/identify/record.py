@@ -158,7 +158,7 @@ def _powers(values: Series, roles: Roles, scales: Scales, notes: list[str]) -> S
 
 
 def _guessed(duty: Series, notes: list[str]) -> float:
-    """Return the duty of full power: 1 for duties up to 1, else 100."""
+    """Return the duty of full power: 1 for duties up to 1, otherwise 100."""
     full = 1.0 if np.nanmax(duty, initial=0.0) <= 1 else 100.0
     notes.append(f"full power is taken to be a duty of {full:g} (--full says otherwise)")
     return full

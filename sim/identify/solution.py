@@ -60,7 +60,7 @@ def solve(
         setting: the record and the assumptions.
         start: the start values.
         most_rows: use only about this number of readings.
-        exact: compute slopes by central differences, as the intervals need; else by forward ones.
+        exact: compute slopes by central differences, as the intervals need; or by forward ones.
 
     """
     rows = setting.seen if most_rows is None else setting.thinned(most_rows)

@@ -35,7 +35,7 @@ MOST_WAITING = 10_000
 
 @dataclass(frozen=True)
 class HostLine:
-    """A line and its time, s: of its last character if from the board, else when it was sent."""
+    """A line and its time, s: of its last character if from the board, or when it was sent."""
 
     time_s: float
     text: str

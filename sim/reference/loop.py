@@ -118,7 +118,7 @@ class Reference:
         """Run one control step.
 
         Args:
-            status: 0 for a valid reading, else the code of the fault.
+            status: 0 for a valid reading, otherwise the code of the fault.
             raw: the sensor's code.
             setpoint: the operator's setpoint, °C.
             acknowledge: whether the operator acknowledged the fault since the last step.

@@ -139,7 +139,7 @@ class Ds18b20:
         self.line.connect(False)
 
     def plug(self) -> None:
-        """Plug the chip in again: it starts anew."""
+        """Plug the chip in again: it starts again."""
         self.brown_out()
         self.line.connect(True)
 

@@ -65,9 +65,9 @@ class Max31856(SpiChip):
 
     wire -- the type of the connected thermocouple; internal_c -- the temperature of the chip and of
     the cold junction, °C; held -- an open input keeps its voltage, as its capacitor does for a
-    while; else it is at the bias, 0 mV; beyond_supply -- a terminal is above its supply or below
-    ground; orders -- number of accepted writes; misused -- number of writes that the data sheet
-    forbids: another mains filter while it converts.
+    while; otherwise it is at the bias, 0 mV; beyond_supply -- a terminal is above its supply or
+    below ground; orders -- number of accepted writes; misused -- number of writes that the data
+    sheet forbids: another mains filter while it converts.
     """
 
     longest_s = 0.0  # set by the registers: see Settings
@@ -208,7 +208,7 @@ class Max31856(SpiChip):
             if ended < 1:
                 break
             if self._beyond_supply:
-                self._began = cycle  # it stops, and starts anew after that
+                self._began = cycle  # it stops, and starts again after that
                 break
             last = self._began + ended * lasts
             self._began = last if settings.automatic else None

@@ -79,7 +79,7 @@ class SpiChip:
         self.port.connect(False)
 
     def plug(self) -> None:
-        """Plug the chip in again: it starts anew."""
+        """Plug the chip in again: it starts again."""
         self.brown_out()
         self.port.connect(True)
 
@@ -115,7 +115,7 @@ class SpiChip:
     # -- measuring -----------------------------------------------------------------------------
 
     def _power_on(self, cycle: int) -> None:
-        """Start anew at a cycle."""
+        """Start again at a cycle."""
         raise NotImplementedError
 
     def _go_on(self, cycle: int) -> None:

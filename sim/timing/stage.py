@@ -176,7 +176,7 @@ def resting_c(controller: Controller, loop: str) -> float:
 
     It is always above `protection.minimum`. If the first step of a key would go above it, it is at
     that step, or as near as the rule runaway allows. A loop without keys rests at its setpoint:
-    below, it might ask for full power for ever.
+    below, it might ask for full power permanently.
     """
     setpoint, protection = controller.loops[loop].setpoint, controller.loops[loop].protection
     low_c = max(setpoint.minimum_c, protection.minimum_c + ABOVE_MINIMUM_K)

@@ -26,7 +26,7 @@ from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 
 BETTER = 0.999
-"""A new cost must be below this share of the old one; else the search keeps the old gains."""
+"""A new cost must be below this share of the old one; otherwise the search keeps the old gains."""
 GENERATIONS = 12
 FIRST, LAST = 1.0, 1 / 8
 """First and least size of the search's steps, in octaves of a gain or time."""

@@ -143,7 +143,7 @@ def allocate(controller: Controller) -> TimerUse:
 
 
 def _best_for_tick(board: Board, free: list[int], looks: int) -> int | None:
-    """Choose the timer with the fewest interrupts; of equals not timer 0, else the lowest."""
+    """Choose the timer with the fewest interrupts; of equals not timer 0, otherwise the lowest."""
     rated = []
     for number_ in free:
         interval = tick_interval(board.clock_hz, board.timers[number_], looks)

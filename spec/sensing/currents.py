@@ -73,7 +73,7 @@ class Current(Model):
     trip_a: _Ampere | None = Field(
         None,
         alias="trip",
-        description="Rule `over_current`: root mean square that trips; else 1.25 times the limit.",
+        description="Rule `over_current`: root mean square that trips. Default: 1.25 of the limit.",
     )
 
     @model_validator(mode="after")

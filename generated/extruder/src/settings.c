@@ -120,8 +120,8 @@ static void keep_limits_of_nozzle(float integral_minimum, float integral_maximum
     kept.nozzle_output_maximum_percent = output_maximum;
 }
 
-/* NaN is refused, too. The integral's minimum must be below the output's maximum: else a loop at rest
- * would demand full output. */
+/* NaN is refused, too. The integral's minimum must be below the output's maximum: otherwise a loop
+ * at rest would demand full output. */
 bool settings_may_limit_nozzle(float integral_minimum, float integral_maximum, float output_maximum)
 {
     return integral_minimum >= LOOP_NOZZLE_INTEGRAL_MINIMUM && integral_minimum <= integral_maximum

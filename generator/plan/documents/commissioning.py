@@ -206,7 +206,7 @@ def _heating(controller: Controller) -> Iterator[Step]:
             yield Step(
                 f"Loop `{name}` at full power from cold",
                 f"a rise of at least {quantity(heating.rise_k, 'K')} in every "
-                f"{quantity(heating.within_s, 's')}; else {_codes(controller, 'heating_failed')}",
+                f"{quantity(heating.within_s, 's')}; or {_codes(controller, 'heating_failed')}",
             )
         off_by = _off_by(controller, controller.thermometers[loop.sensor], loop.setpoint.maximum_c)
         yield Step(

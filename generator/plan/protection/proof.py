@@ -52,7 +52,7 @@ def _proof(source: Source, name: str) -> Part:
             File(f"src/proof_{name}.{end}", f"protection/proof.{end}.j2", told) for end in "hc"
         ),
         groups=(Group(f"Proof of {name}", (within, *_counts(source, name, fan))),),
-        pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),
+        pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"signal that {name} turns"),),
         start_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_start();"),),
         tick_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_tick();"),),
         wiring=(

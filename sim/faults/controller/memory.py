@@ -182,7 +182,7 @@ def change_crystal(world: World, times: float) -> None:
 
 
 def _held_pins(site: Site) -> Iterator[Fault]:
-    """Yield a fault that holds the relay's pin, else the heater's, if the pin is read back."""
+    """Yield a fault that holds the relay's pin, otherwise the heater's, if the pin is read back."""
     able, relay = read_back(site.controller), site.controller.safety.relay
     output = relay if relay in able else site.loop.heater
     if output not in able:

@@ -125,7 +125,7 @@ def _leave_alone(world: World) -> None:
 
 
 def _frozen(site: Site) -> Iterator[Fault]:
-    """Yield a chip that repeats its present reading for ever, while the machine heats."""
+    """Yield a chip that repeats its present reading permanently, while the machine heats."""
     yield Fault(
         "frozen",
         lambda: starts.heating(site),

@@ -129,7 +129,7 @@ def _every(world: World, periods: int, act: Callable[[Ds18b20], None]) -> None:
 
 
 def _frozen(site: Site) -> Iterator[Fault]:
-    """Yield a chip that repeats its present reading for ever, while the machine heats."""
+    """Yield a chip that repeats its present reading permanently, while the machine heats."""
     yield Fault(
         "frozen",
         lambda: starts.heating(site),

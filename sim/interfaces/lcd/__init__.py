@@ -76,7 +76,7 @@ class Lcd:
         self._show(time_s * 1e9)
 
     def plug(self, time_s: float) -> None:
-        """Plug the display in again: it starts anew and must be initialised."""
+        """Plug the display in again: it starts again and must be initialised."""
         self.plugged = True
         self.chip.power_on(round(time_s * 1e9))
         self._show(time_s * 1e9)

@@ -110,7 +110,7 @@ class Nextion:
         self.line.cut()
 
     def plug(self) -> None:
-        """Plug the display in again: it starts anew."""
+        """Plug the display in again: it starts again."""
         self._plugged = True
         self._starts_s = self._avr.time_s + START_S
 

@@ -19,7 +19,7 @@ class OnOffControl(KeyedSwitch):
         self.reset()
 
     def reset(self) -> None:
-        """Start anew after a fault."""
+        """Start again after a fault."""
         self._lead.reset()
         self._heating = 0
 

@@ -71,7 +71,7 @@ class PidControl:
         self.reset()
 
     def reset(self) -> None:
-        """Start anew after a fault."""
+        """Start again after a fault."""
         self._proportional = self._integral = self._derivative = self._newest = self._kept = ZERO
         self._started = 0
 

@@ -28,7 +28,7 @@ class ThreePositionControl(KeyedSwitch):
         self.reset()
 
     def reset(self) -> None:
-        """Start anew after a fault."""
+        """Start again after a fault."""
         self._lead.reset()
         self._heating = 0
         self.cooling = 0

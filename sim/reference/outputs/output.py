@@ -36,7 +36,7 @@ class Digital:
         self.counts = 0
 
     def apply(self, duty_percent: Single) -> None:
-        """Switch on if the duty is above 0, else off."""
+        """Switch on if the duty is above 0, otherwise off."""
         self.counts = int(duty_percent > ZERO)
 
     def values(self) -> tuple[Value, ...]:

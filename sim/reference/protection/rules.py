@@ -334,7 +334,7 @@ class EffortRule:
         self.reset()
 
     def reset(self) -> None:
-        """Start anew: the next reading counts as one that has moved."""
+        """Start again: the next reading counts as one that has moved."""
         self._from_c = NOWHERE_C
 
     def start(self, look: Look) -> None:
