@@ -200,7 +200,7 @@ class AvrDevice:
     def program(self, order: Order, number: int = 0) -> None:
         """Give a command to the program as the operator; number -- of a program, or a segment.
 
-        The command goes by the touch display or, without one, by the keys of the shield's menu.
+        The command goes by the touch display or, without one, by the menu of the shield's keypad.
         """
         for display in self.parts(Nextion):
             display.send(in_bytes(order, number))

@@ -128,7 +128,7 @@ class _TrippedError(Exception):
 
 
 def parts(controller: Controller) -> tuple[Part, ...]:
-    """Return the rehearsals: the scenario, each loop, and the numbers that keys can set.
+    """Return the rehearsals: the scenario, each loop, and the numbers that the keypad can set.
 
     Without a simulated machine there are none.
     """

@@ -70,11 +70,11 @@ class Number(NamedTuple):
 
 
 Setting = tuple[tuple[Number, float], ...]
-"""Numbers, with values that keys may have set."""
+"""Numbers, with values that the keypad may have set."""
 
 
 def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
-    """List the numbers of a loop's algorithm that keys set, in the order of the display."""
+    """List the numbers of a loop's algorithm that the keypad sets, in the order of the display."""
     keypad = keypad_of(controller)
     if keypad is None or keypad.adjust is None or keypad.loop != loop_name:
         return ()

@@ -104,7 +104,7 @@ def by_hand(controller: Controller, loop_name: str) -> bool:
 
 
 def keyed(controller: Controller, loop_name: str) -> bool:
-    """Return whether the keys of the display shield serve a loop."""
+    """Return whether the keypad of the display shield serves a loop."""
     keypad = keypad_of(controller)
     return keypad is not None and keypad.loop == loop_name
 

@@ -70,7 +70,7 @@ class LoopFacts:
     limits_adjustable: bool
     """A host may narrow the limits of the loop's integral and output."""
     keyed_numbers: tuple[Number, ...]
-    """Numbers of the loop's algorithm that keys set."""
+    """Numbers of the loop's algorithm that the keypad sets."""
     # What its control step does in addition.
     readings: int
     """How many readings are in the mean that the control uses."""

@@ -22,7 +22,7 @@ MOST_INPUTS = 8
 class Input(Model):
     """A contact, such as a door's, of an emergency stop or of a thermal cut-out."""
 
-    pin: PinName = Field(description="The contact to ground; the pin has a pull-up.")
+    pin: PinName = Field(description="Pin at the contact to ground; it has a pull-up.")
     trips: StrictBool = Field(
         True,
         description="Rule `input_open`: an open contact is a fault. With `false` the heat only "

@@ -138,7 +138,7 @@ _Minutes = Annotated[float, Quantity(DURATION, least=60.0, most=LONGEST_COUNTDOW
 class Countdown(Model):
     """A time, set by keys, after which the loop goes off."""
 
-    longest_s: _Minutes = Field(86_400.0, alias="longest", description="The longest time.")
+    longest_s: _Minutes = Field(86_400.0, alias="longest", description="Longest time.")
     step_s: _Minutes = Field(
         300.0, alias="step", description="Change of the time for each press of UP or DOWN."
     )
@@ -176,9 +176,9 @@ class GainRange(Model):
 
 
 class Adjust(Model):
-    """Numbers of the loop's algorithm that people set by keys."""
+    """Numbers of the loop's algorithm that the operator sets at the keypad."""
 
-    hysteresis: DifferenceRange | None = Field(None, description="For on_off, three_position.")
+    hysteresis: DifferenceRange | None = Field(None, description="Of on_off, three_position.")
     lead: DurationRange | None = Field(None, description="For on_off, three_position.")
     kp: GainRange | None = Field(None, description="For pid, %/K.")
     ki: GainRange | None = Field(None, description="For pid, %/(K·s).")

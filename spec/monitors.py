@@ -23,7 +23,7 @@ MOST_MONITORS = 8
 class Monitor(Model):
     """A sensor that belongs to no loop, with a warning and a limit."""
 
-    sensor: Reference = Field(description="The sensor; no loop names it as its own.")
+    sensor: Reference = Field(description="The monitor's sensor; no loop uses it as `sensor`.")
     warning_c: Temperature = Field(
         alias="warning", description="Temperature that warns people; nothing else happens."
     )
@@ -34,7 +34,7 @@ class Monitor(Model):
         2.0, alias="hysteresis", description="The warning ends this far below `warning`."
     )
     stale_after_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
-        5.0, alias="stale_after", description="Time without a valid reading that is a fault."
+        5.0, alias="stale_after", description="Time without a valid reading until a fault."
     )
 
 

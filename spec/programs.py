@@ -57,8 +57,8 @@ ProgramName = Annotated[
 class Segment(Model):
     """One part of a program: a ramp to a temperature, or a hold."""
 
-    to_c: Temperature | None = Field(None, alias="to", description="Temperature at its end.")
-    over_s: _Time | None = Field(None, alias="over", description="Time it takes, whole seconds.")
+    to_c: Temperature | None = Field(None, alias="to", description="Target temperature.")
+    over_s: _Time | None = Field(None, alias="over", description="Its duration, whole seconds.")
     asked_rate: (
         Annotated[
             float | str,
@@ -127,9 +127,9 @@ class Segment(Model):
 class Program(Model):
     """One program with its name, as the controller has it until an operator edits it."""
 
-    name: ProgramName = Field(description=f"Its name, up to {LONGEST_NAME} characters.")
+    name: ProgramName = Field(description=f"The program's name, up to {LONGEST_NAME} characters.")
     segments: tuple[Segment, ...] = Field(
-        max_length=MOST_ENTRIES, description="What it does, one after the other."
+        max_length=MOST_ENTRIES, description="The program's segments in order."
     )
 
     @model_validator(mode="after")
@@ -143,12 +143,12 @@ class HoldBack(Model):
     """The program's clock waits while the machine lags behind."""
 
     within_k: _Band = Field(
-        8.0, alias="within", description="Deviation beyond which the clock waits."
+        8.0, alias="within", description="Deviation beyond which the program's clock waits."
     )
     limit_s: Annotated[float, Quantity(DURATION, least=1.0, most=65_535.0)] = Field(
         7200.0,
         alias="limit",
-        description="Rule `program_lags`: total time in one segment that it may lag below.",
+        description="Rule `program_lags`: longest total lag below in one segment.",
     )
 
 
@@ -158,10 +158,10 @@ class AfterPowerLoss(Model):
     resume_within_k: Annotated[float, Quantity(DIFFERENCE, least=0.0, most=FARTHEST_K)] = Field(
         0.0,
         alias="resume_within",
-        description="It resumes if the temperature has changed by no more; 0 K: never.",
+        description="Largest change of temperature after which it resumes; 0 K: never.",
     )
     otherwise: Literal["stop", "pause"] = Field(
-        "stop", description="What it does if it has changed by more."
+        "stop", description="What the program does after a larger change."
     )
 
 
@@ -192,7 +192,7 @@ Resumes = BeforeValidator(_fits)
 class Programs(Model):
     """The programs of one loop, and how they run."""
 
-    loop: Reference = Field(description="Loop whose setpoint they move.")
+    loop: Reference = Field(description="Loop whose setpoint the programs set.")
     points: Annotated[int, WholeNumber("a number of points", 1, MOST_POINTS, 10)] = Field(
         10, description="Maximum number of segments in one program."
     )
@@ -204,7 +204,7 @@ class Programs(Model):
     hold_back: Annotated[HoldBack | None, Within, Off] = Field(
         DEFAULTS,
         validate_default=True,
-        description="The clock waits while the machine lags by more, or `off`.",
+        description="Lag beyond which the program's clock waits, or `off`.",
     )
     reached_within_k: _Band = Field(
         1.0,

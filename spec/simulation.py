@@ -56,9 +56,9 @@ def _times(value: Any) -> int:
 class Link(Model):
     """A thermal resistance between two nodes, or a node and `ambient`."""
 
-    between: tuple[Reference, Reference] = Field(description="The two ends.")
+    between: tuple[Reference, Reference] = Field(description="The two nodes.")
     resistance_k_per_w: Annotated[float, Quantity(THERMAL_RESISTANCE, least=1e-6)] = Field(
-        alias="resistance", description="Kelvin of difference for each watt that flows."
+        alias="resistance", description="Temperature difference per watt of heat flow."
     )
 
 
@@ -71,7 +71,7 @@ def _emissivity(value: Any) -> float:
 class Radiation(Model):
     """Heat between two nodes, or a node and `ambient`, by Stefan and Boltzmann's law."""
 
-    between: tuple[Reference, Reference] = Field(description="The two ends.")
+    between: tuple[Reference, Reference] = Field(description="The two nodes.")
     area_m2: Annotated[float, Quantity(AREA, least=1e-9)] = Field(
         alias="area", description="Surface that radiates."
     )
@@ -83,9 +83,9 @@ class Radiation(Model):
 class Sense(Model):
     """Where a sensor sits and how it lags."""
 
-    node: Reference | None = Field(None, description="Node whose temperature it measures.")
+    node: Reference | None = Field(None, description="Node whose temperature the sensor measures.")
     of: Reference | None = Field(
-        None, description="Heating output whose mean current it measures, in the place of a node."
+        None, description="Heating output whose mean current it measures, instead of a node."
     )
     lag_s: _Time = Field(0.0, alias="lag", description="Time constant of the sensor.")
     delay_s: _Time = Field(0.0, alias="delay", description="Dead time before the lag.")
@@ -110,7 +110,7 @@ class FanEffect(Model):
 
     link: tuple[Reference, Reference] = Field(description="The two ends of the link.")
     factor: Annotated[float, Checked(_factor, type="number", exclusiveMinimum=0, maximum=1000)] = (
-        Field(description="By what the link's conductance is multiplied while the fan runs.")
+        Field(description="Factor on the link's conductance while the fan runs.")
     )
 
 
@@ -120,7 +120,7 @@ class Filament(Model):
     node: Reference = Field(description="Node that heats it from ambient to its own temperature.")
     heat_j_per_k_mm: Annotated[float, Quantity(FEED_HEAT, least=0.0)] = Field(
         alias="heat",
-        description="Heat for each kelvin and millimetre: area · density · heat.",
+        description="Heat per kelvin and millimetre: area · density · specific heat.",
     )
 
 
@@ -212,10 +212,10 @@ class Event(Model):
         None, description="What the master writes, such as {nozzle.setpoint: 300 °C}."
     )
     program: ProgramOrders | None = Field(
-        None, description="Order to a program: `start 1`, `pause`, `jump 3` and so on."
+        None, description="Command to a program: `start 1`, `pause`, `jump 3` and so on."
     )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
-        None, alias="for", description="Length of the scenario; the last line, alone."
+        None, alias="for", description="Length of the scenario, in its last event."
     )
 
     @model_validator(mode="after")

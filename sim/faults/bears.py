@@ -52,7 +52,7 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
 
 
 def room_c(controller: Controller, wished_c: float) -> float:
-    """Return the ambient nearest to a wished one at which a machine at rest trips no rule, °C."""
+    """Return the ambient nearest to a wished one at which a steady machine trips no rule, °C."""
     least_c = max(coldest_c(controller, name) for name in controller.loops)
     most_c = min(most_c for _, most_c in hottest_c(controller))
     return max(least_c, min(most_c, wished_c))
@@ -73,13 +73,13 @@ def hottest_c(controller: Controller, without: str = "") -> list[tuple[str, floa
 
 
 def coldest_c(controller: Controller, name: str) -> float:
-    """Return the lowest temperature at which a loop at rest does not trip, °C."""
+    """Return the lowest temperature at which a loop in the steady state does not trip, °C."""
     loop = controller.loops[name]
     return loop.protection.minimum_c + _away_k(controller, loop.sensor)
 
 
 def _away_k(controller: Controller, sensor: str) -> float:
-    """Return the least distance of a machine at rest from its limits, K: sensor step and noise."""
+    """Return the least distance of a steady machine from its limits, K: sensor step and noise."""
     sense = controller.simulation.plant.sense[sensor] if controller.simulation else None
     noise_k = SIGMAS * sense.noise_k if sense else 0.0
     return REST_K + controller.thermometers[sensor].step_k + noise_k

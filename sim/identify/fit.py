@@ -41,7 +41,7 @@ class Identified:
     left_out: NDArray[np.bool_]
     """Rows whose readings no machine could give; they were left out of the fit."""
     at_rest: bool
-    """Whether the fit assumes that the machine was at rest when the record began."""
+    """Whether the fit assumes that the machine was in its steady state when the record began."""
     warnings: tuple[str, ...]
 
     @property
@@ -134,14 +134,14 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
     for before_w in (0.0,) if cold else sorted({0.0, first_w}):
         for rest in (True,) if cold else (True, False):
             if before_w > 0 and rest and not moves:
-                continue  # at rest under constant power nothing would ever move
+                continue  # in the steady state of a constant power nothing would ever move
             each = replace(setting, before_w=before_w, rest=rest)
             for start in beginnings(each):
                 yield each, start
 
 
 def _as_good(rested: Solution, free: Solution) -> bool:
-    """Return whether a start at rest fits as well as free temperatures at the start.
+    """Return whether a start in the steady state fits as well as free temperatures at the start.
 
     By the Bayesian information criterion (Schwarz, Annals of Statistics 6, 1978), with the
     equivalent number of independent residuals.

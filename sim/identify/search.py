@@ -51,7 +51,7 @@ class Setting:
     before_w: float = 0.0
     """Power before the record, W."""
     rest: bool = False
-    """Whether the machine was at rest under that power when the record began."""
+    """Whether the machine was in the steady state of that power when the record began."""
 
     @property
     def seen(self) -> NDArray[np.intp]:

@@ -102,7 +102,7 @@ class ReferenceDevice:
 
     @property
     def numbers(self) -> Mapping[str, Single]:
-        """The numbers that keys have set, by field of the algorithm."""
+        """The numbers that the keypad has set, by field of the algorithm."""
         return self._pages.values
 
     @property

@@ -54,7 +54,7 @@ class Orders(NamedTuple):
     paused: int = 0
     """Whether an input of the machine pauses the heat."""
     numbers: Mapping[str, Single] = MappingProxyType({})
-    """By field of the algorithm, the numbers that keys have set; needed if keys can."""
+    """By field of the algorithm, the numbers that the keypad has set; needed if the keypad can."""
     monitors: Mapping[str, tuple[int, int]] = MappingProxyType({})
     """By monitor that is checked in the step: status and raw number of its reading."""
 

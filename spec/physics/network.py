@@ -1,4 +1,4 @@
-"""Solves a thermal network: temperatures at rest, courses, and the response to switched power.
+"""Solves a thermal network: steady temperatures, courses, and the response to switched power.
 
 Temperatures are above ambient: with capacities C and flows G·θ + c (the network's, ambient left
 out; c comes from radiation alone), C·dθ/dt = P − G·θ − c. A sensor follows its node with a
@@ -85,7 +85,7 @@ class Heated:
     def _at_rest(self, given: int, value: float, rate_k_per_s: float = 0.0) -> Vector:
         """Find the nodes' temperatures, followed by the power; one of these values is given.
 
-        All nodes are at rest, or rise at one rate.
+        All nodes are in the steady state, or rise at one rate.
         """
         size = len(self._capacities)
         found = [0.0] * (size + 1)

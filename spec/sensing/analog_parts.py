@@ -47,7 +47,7 @@ class AnalogSensor(Averaged):
         )
     )
     oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
-        1, description="Readings, one every 10 ms, that are summed to one."
+        1, description="Number of readings, one every 10 ms, that are summed up to one."
     )
     reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
@@ -133,9 +133,9 @@ class Divider(Model):
 class Amplifier(Model):
     """A differential amplifier: `gain` times the voltage of the element above that of R₀."""
 
-    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Amplification.")
+    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Gain.")
     excitation_v: _Supply = Field(
-        alias="excitation", description="Voltage that feeds the element and the amplifier."
+        alias="excitation", description="Voltage that feeds the element and R₀."
     )
     series_ohm: Ohm = Field(
         alias="series", description="Resistor through which the element is fed."
@@ -150,8 +150,8 @@ class Amplifier(Model):
 class BetaCurve(Model):
     """A thermistor by one resistance and its beta: R = R₀ · exp(β · (1/T − 1/T₀))."""
 
-    resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at one temperature.")
-    at_c: _OfCurve = Field(alias="at", description="That temperature.")
+    resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at `at`.")
+    at_c: _OfCurve = Field(alias="at", description="Temperature of `resistance`.")
     beta_k: Annotated[float, Quantity(BETA, least=1.0)] = Field(
         alias="beta", description="Beta value; the data sheet names it with two temperatures."
     )

@@ -64,9 +64,9 @@ class Max31856(Averaged):
 
     kind: Literal["max31856"]
     chip_select: PinName = Field(description="Pin at the converter's CS.")
-    clock: PinName = Field(description="Pin at its SCK.")
-    data_in: PinName = Field(description="Pin at its SDI, the data to it.")
-    data_out: PinName = Field(description="Pin at its SDO, the data from it.")
+    clock: PinName = Field(description="Pin at the converter's SCK.")
+    data_in: PinName = Field(description="Pin at the converter's data input, SDI.")
+    data_out: PinName = Field(description="Pin at the converter's data output, SDO.")
     thermocouple: ThermocoupleType = Field("K", description="Type of the thermocouple.")
     selectable: tuple[ThermocoupleType, ...] = Field(
         (), max_length=8, description="Types that the operator may choose; kept in EEPROM."

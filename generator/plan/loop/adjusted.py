@@ -1,4 +1,4 @@
-"""Numbers of an algorithm that keys set: their ranges, and their names for the templates."""
+"""Numbers of an algorithm that the keypad sets: their ranges, and their names for the templates."""
 
 from __future__ import annotations
 

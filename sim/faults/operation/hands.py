@@ -155,7 +155,7 @@ class _AtKeys(_Unswitched):
 
 
 class _AtPanel(_AtKeys):
-    """Somebody at the keys of a loop without programs, who reads the display."""
+    """Somebody at the keypad of a loop without programs, who reads the display."""
 
     def switch(self, world: World, *, on: bool) -> None:
         if not on:
@@ -173,7 +173,7 @@ class _AtPanel(_AtKeys):
 
 
 class _AtMenu(_AtKeys):
-    """Somebody at the keys of a loop with programs: its values are LEFT of the first screen."""
+    """Somebody at the keypad of a loop with programs: its values are LEFT of the first screen."""
 
     def switch(self, world: World, *, on: bool) -> None:
         world.press("left")

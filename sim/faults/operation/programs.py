@@ -35,7 +35,7 @@ LAGS = "program_lags"
 UNDER_WAY_S = 90.0
 """How long the program runs before the fault: longer than the usual time between two saves."""
 WATCH_S = 30.0
-"""Longer than an operator needs for a command at the keys or the display."""
+"""Longer than an operator needs for a command at the keypad or the touch display."""
 FAR_K = 5.0
 """During a loss of power the machine cools by this much more than a resumption allows."""
 COOLING_S = 4 * 3600.0

@@ -10,7 +10,7 @@ class Lead:
     def __init__(
         self, lead_s: float, filter_s: float, period_s: float, *, keyed: bool = False
     ) -> None:
-        """Derive the constants; keyed -- keys set the lead."""
+        """Derive the constants; keyed -- the keypad sets the lead."""
         self._leads = lead_s > 0 or keyed
         self._lead_s = Single(lead_s)
         self._share = filter_share(period_s, filter_s)

@@ -13,7 +13,7 @@ class OnOffControl(KeyedSwitch):
     """The greatest duty of the algorithm."""
 
     def __init__(self, algorithm: OnOff, period_s: float, keyed: tuple[str, ...] = ()) -> None:
-        """Derive the constants; keyed -- the fields that keys set."""
+        """Derive the constants; keyed -- the fields that the keypad sets."""
         super().__init__(algorithm, period_s, keyed)
         self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"))
         self.reset()

@@ -16,7 +16,7 @@ class ThreePositionControl(KeyedSwitch):
     def __init__(
         self, algorithm: ThreePosition, period_s: float, keyed: tuple[str, ...] = ()
     ) -> None:
-        """Derive the constants; keyed -- the fields that keys set."""
+        """Derive the constants; keyed -- the fields that the keypad sets."""
         super().__init__(algorithm, period_s, keyed)
         self._dead_band = Single(algorithm.dead_band_k)
         self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)

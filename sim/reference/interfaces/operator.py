@@ -38,7 +38,7 @@ class Operator:
         self._critical_c = self._highest_c
         self._program = NO_ORDER
         self.numbers: Numbers = given(numbers_of(controller, name))
-        """The numbers that keys have set."""
+        """The numbers that the keypad has set."""
 
     @property
     def orders(self) -> Orders:
