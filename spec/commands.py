@@ -127,7 +127,7 @@ def touched(controller: Controller, loop_name: str) -> bool:
 
 
 def programmed(controller: Controller, loop_name: str) -> bool:
-    """Return whether programs move a loop's setpoint."""
+    """Return whether programs set a loop's setpoint."""
     return controller.programs is not None and controller.programs.loop == loop_name
 
 

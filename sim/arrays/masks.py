@@ -1,7 +1,7 @@
 """Functions that the translated model calls: they track the active lanes and merge their values.
 
-A value is either uniform, that is one object that all lanes share, or an array with an element for
-each lane. `active` is the mask of the active lanes, those that run now; None means all of them.
+A lane is one of the trials that are simulated side by side. A value is either one object for all
+lanes, or an array with an element for each lane. `active` masks the lanes that run now; None: all.
 """
 
 from __future__ import annotations

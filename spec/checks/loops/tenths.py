@@ -12,7 +12,7 @@ LARGEST = 32767
 """Maximum number of tenths in 16 bits; -32768 means that there is no temperature."""
 
 _REGISTER = ("a register", "the master writes this value")
-_PROGRAM = ("a program", "programs move this setpoint")
+_PROGRAM = ("a program", "programs set this setpoint")
 
 
 def setpoints_fit_tenths(controller: Controller) -> Findings:

@@ -19,7 +19,7 @@ _HOLD_BACK: Path = ("programs", "hold_back")
 
 
 def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Programs]]:
-    """Yield the loop that programs move, if it is there and its period can be counted."""
+    """Yield the loop of the programs, if it is there and its period can be counted."""
     programs = controller.programs
     for name, loop in countable(controller):
         if programs is not None and programs.loop == name:

@@ -141,7 +141,7 @@ def slopes_have_a_program(controller: Controller) -> Findings:
         if getattr(loop.algorithm, "feed_forward", 0.0) and not programmed(controller, name):
             yield Finding(
                 ("loops", name, "algorithm", "feed_forward"),
-                "only a program's setpoint has a slope, and no programs move this loop",
+                "only a program's setpoint has a slope, and no programs set this loop",
                 "Delete it, or add programs",
                 (("programs",),),
             )
