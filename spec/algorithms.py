@@ -15,7 +15,7 @@ LEAST_RANGE_PERCENT = 1.0
 """Smallest distance of a maximum duty that a command sets from the minimum duty: without a range
 above 0 an idle loop would ask for its maximum."""
 LARGEST_GAIN = 1e6
-"""Far above any use, and far below where products with temperatures leave single precision."""
+"""Far above any useful gain; its products with temperatures still fit into single precision."""
 
 
 class Gain(Checked):

@@ -51,13 +51,13 @@ class LoopFacts:
     """The loop must be told "off" before it takes an "on"."""
     starts_enabled: bool
     keyed: bool
-    """The keys of the display shield serve the loop."""
+    """The keypad of the display shield serves the loop."""
     touched: bool
     """A touch display serves the loop."""
     plotted: bool
     """A plotter is sent the loop's numbers."""
     countdown: bool
-    """People set a time after which the loop goes off."""
+    """The operator sets a time after which the loop goes off."""
     has_state: bool
     """The loop can say whether it works, heats, cools and is warm: it is switched, or has LEDs."""
     # What may be set, and what outlives a loss of power.
@@ -86,7 +86,7 @@ class LoopFacts:
     """Fans whose proof the loop's step checks."""
     fan_proven: bool
     monitors: tuple[str, ...]
-    """Monitors that the loop's step checks besides `also`."""
+    """Monitors, in addition to `also`, that the loop's step checks."""
     master_lost: bool
     on_limited: bool
     """The loop has an `on_for_at_most`."""

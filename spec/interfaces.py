@@ -136,7 +136,7 @@ _Minutes = Annotated[float, Quantity(DURATION, least=60.0, most=LONGEST_COUNTDOW
 
 
 class Countdown(Model):
-    """A time, set by keys, after which the loop goes off."""
+    """A time, set at the keypad, after which the loop goes off."""
 
     longest_s: _Minutes = Field(86_400.0, alias="longest", description="Longest time.")
     step_s: _Minutes = Field(
@@ -152,7 +152,7 @@ _STEP = Field(description="Change for each press of UP or DOWN.")
 
 
 class DifferenceRange(Model):
-    """Range in which keys set a temperature difference, K."""
+    """Range in which the keypad sets a temperature difference, K."""
 
     minimum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _LEAST]
     maximum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _MOST]
@@ -160,7 +160,7 @@ class DifferenceRange(Model):
 
 
 class DurationRange(Model):
-    """Range in which keys set a duration, s."""
+    """Range in which the keypad sets a duration, s."""
 
     minimum: Annotated[float, Quantity(DURATION, least=0.0), _LEAST]
     maximum: Annotated[float, Quantity(DURATION, least=0.0), _MOST]
@@ -168,7 +168,7 @@ class DurationRange(Model):
 
 
 class GainRange(Model):
-    """Range in which keys set a gain, in the gain's unit."""
+    """Range in which the keypad sets a gain, in the gain's unit."""
 
     minimum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _LEAST]
     maximum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _MOST]

@@ -344,7 +344,7 @@ class Loop(Model):
 
     @property
     def rise_per_period_k(self) -> float:
-        """The most by which rule `rise_rate` lets a reading change from one step to the next, K."""
+        """Largest change of a reading from one step to the next that rule `rise_rate` allows, K."""
         return self.protection.rise_rate_k_per_s * self.period_s
 
     def periods_s(self, count: float) -> float:
@@ -356,15 +356,15 @@ class Loop(Model):
         return seconds / self.period_s
 
     def next_step_s(self, after_s: float) -> float:
-        """Return the time by which the next step has come after a time, at the latest, s."""
+        """Return the latest time of the next step after a time, s."""
         return after_s + self.period_s
 
     def rate_k_per_s(self, change_k: float) -> float:
-        """Return how fast a change from one step to the next looks, K/s."""
+        """Return the rate of a change from one step to the next, K/s."""
         return change_k / self.period_s
 
     def has_time_for(self, seconds: float) -> bool:
-        """Return whether a period is long enough for something."""
+        """Return whether a period is at least this long."""
         return self.period_s >= seconds
 
     def integral(self, total: float) -> float:

@@ -1,4 +1,4 @@
-"""Names of a spec become C identifiers and file names: which ones may."""
+"""Which names a spec may use, as they become C identifiers and file names."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ class Segment(Model):
 
     @property
     def kind(self) -> SegmentKind:
-        """Which of the five forms the segment has."""
+        """Which of the five kinds the segment has."""
         if self.until:
             return "until"
         if self.hold_s is not None:
@@ -110,7 +110,7 @@ class Segment(Model):
 
     @property
     def at_k_per_h(self) -> float | None:
-        """Rate of the setpoint, K/h; None in all other forms."""
+        """Rate of the setpoint, K/h; None in all other kinds."""
         return self.asked_rate if isinstance(self.asked_rate, float) else None
 
     @property
@@ -120,7 +120,7 @@ class Segment(Model):
 
     @property
     def hold_s(self) -> float | None:
-        """Time of a hold, s; None in all other forms."""
+        """Time of a hold, s; None in all other kinds."""
         return self.asked_hold if isinstance(self.asked_hold, float) else None
 
 

@@ -20,7 +20,7 @@ LONGEST = 64
 """Maximum length of a quantity. Longer text is a mistake; quoting it would bury the message."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?"
-"""Two digits of exponent: enough for thermal machines, and no result can overflow."""
+"""The exponent has two digits: enough for thermal machines, and no result can overflow."""
 _QUANTITY = re.compile(rf"({NUMBER})\s*(.*)", re.ASCII | re.DOTALL)
 _DROPPED = str.maketrans("", "", "·*()")
 
@@ -193,7 +193,7 @@ class Quantity(Checked):
         return self.read_one(value)
 
     def read_one(self, value: object) -> float:
-        """Read one quantity and hold it to its limits."""
+        """Read one quantity and check its limits."""
         result = parse(value, self.dimension)
         if self.choices:
             if result not in self.choices:

@@ -2,7 +2,7 @@
 
 Other code uses these properties of a model, and never asks for its kind:
 on_adc, on_one_wire, measures_current -- where it is and what it measures. Thermometers also have
-reading_bits -- bits of the signed number that holds a reading; clips_c -- lowest and highest
+reading_bits -- bits of the signed number of a reading; clips_c -- lowest and highest
 temperature that a reading can show, None if no reading beyond its range is valid; selectable --
 types of thermocouple that the operator may choose; fitting -- settings of its own with which it
 would fit into a period. Sensors on the ADC also have unit -- of what they measure; shown_range --

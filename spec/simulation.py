@@ -32,7 +32,7 @@ from heatwright.spec.units import (
 )
 
 LONGEST_LINE = 500
-"""Maximum number of characters of a line that is sent: a display's whole program of 20 segments."""
+"""Maximum length of a line that is sent: a display's whole program of 20 segments."""
 
 AMBIENT = "ambient"
 """The node whose temperature never changes."""

@@ -39,7 +39,7 @@ _REMEDY = "Use time_proportional in place of pwm, or a board with more timers"
 
 
 class Interval(NamedTuple):
-    """A compare match every `counts` counts of clock/`prescaler`, `divider` of them to a tick."""
+    """A compare match every `counts` counts of clock/`prescaler`, `divider` matches to a tick."""
 
     prescaler: int
     counts: int

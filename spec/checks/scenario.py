@@ -64,7 +64,7 @@ def extrusion_takes_heat(controller: Controller) -> Findings:
 
 
 def keys_exist(controller: Controller) -> Findings:
-    """Find presses of keys on a controller without keys."""
+    """Find presses of keys on a controller without a keypad."""
     if controller.simulation is None:
         return
     if keypad_of(controller) is not None:

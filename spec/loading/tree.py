@@ -38,7 +38,7 @@ class Tree:
         self.problems: dict[Path, Problem] = {}
 
     def position(self, path: Path) -> Position:
-        """Find an entry, or the nearest one that holds it, in the file."""
+        """Find an entry, or the nearest one that contains it, in the file."""
         while path and path not in self.positions:
             path = path[:-1]
         return self.positions.get(path, (1, 1))

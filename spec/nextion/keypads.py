@@ -1,4 +1,4 @@
-"""The pages with keys: entry of a segment, of one number, of a name."""
+"""The pages with a keypad: they edit a segment, one number, or a name."""
 
 from __future__ import annotations
 

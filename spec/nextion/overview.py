@@ -1,7 +1,7 @@
 """The page that is shown most: temperature, program, clocks, chart; and the question before a stop.
 
-The names are those of the display this one takes after: temp, day, hour1, minute1, day2, hour2,
-minute2, programm, point, ERROR, bt1, and 24 as the number of the chart.
+The components' names are those of the display that this one copies: temp, day, hour1, minute1,
+day2, hour2, minute2, programm, point, ERROR, bt1, and 24 as the number of the chart.
 """
 
 from __future__ import annotations

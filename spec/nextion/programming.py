@@ -35,7 +35,7 @@ def programs_page(number: int, places: int) -> Page:
 
 
 def points_page(number: int, first: int, points: int, *, more: str) -> Page:
-    """Lay out the segments from `first` on. more -- another page of them, or empty."""
+    """Lay out the segments from `first` on. more -- the next page of segments, or empty."""
     name = "points" if first == 1 else "points2"
     sheet = Sheet(name, number, f"Segments {first} to {min(points, first + ROWS - 1)}.")
     sheet.number("programm", (10, 5, 40, 36), SMALL, shared=False)

@@ -193,7 +193,7 @@ class _Rules:
         }
 
     def _put(self, rule: str, field: str, choices: Iterable[tuple[float, str]]) -> float:
-        """Set a rule's number to the greatest of the choices, and return it."""
+        """Set a rule's number to the largest of the choices, and return it."""
         value, self._words[rule][_OPEN[rule][field]] = max(choices)
         self._values[rule][field] = value
         return value

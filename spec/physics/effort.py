@@ -27,7 +27,7 @@ SUPPLY = (0.85, 1.1)
 """A mains may be 15 % low and 10 % high (EN 50160); the power goes with the square."""
 
 SPARE = 0.05
-"""Margin of a limit, as a share: a machine at the corner of its tolerances swings about it."""
+"""Margin of a limit, as a share: a machine at the corner of its tolerances swings around it."""
 
 SUN_K = 5.0
 """How much warmer than a summer's room a machine may read unheated: sun, a sensor's error."""
@@ -54,7 +54,7 @@ LEAST_SHARE = 4e-6
 
 BEND_PERCENT = 1.0
 MOST_LINES = 8
-"""Most straight lines that approximate a curve of radiation."""
+"""Maximum number of straight lines that approximate a curve of radiation."""
 
 POINTS, SLOW_TIMES = 120, 8.0
 """Points of a simulated course, and its length in time constants of the slowest part."""
@@ -81,7 +81,7 @@ def effort_of(
 
 
 def band_percent(tolerance: float) -> tuple[float, float]:
-    """Return the most and the least power of a machine, in % of what its plant takes.
+    """Return the highest and the lowest power of a machine, in % of what its plant takes.
 
     Rounded outwards to two digits.
     """

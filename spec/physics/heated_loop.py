@@ -258,7 +258,7 @@ class HeatedLoop:
     def longest_still_s(self, power_w: float) -> float:
         """Return how long a reading may stand still at a power, below the highest setpoint, s.
 
-        It moves once the temperature is a step from where it was.
+        The reading moves once the temperature has changed by a step.
         """
         return max(
             _longest_within(self._sensed(state, power_w), self.step_k) for state in self.starts
@@ -356,7 +356,7 @@ class HeatedLoop:
         return self._coasting[-1][1]
 
     def settles_s(self, enough_k: float) -> float:
-        """Return the time after which the coasting up is over but for `enough_k`, s."""
+        """Return the time after which the reading coasts up by no more than `enough_k`, s."""
         return next(
             time_s for time_s, over_k in self._coasting if self.overshoot_k - over_k < enough_k
         )

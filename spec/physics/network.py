@@ -78,7 +78,7 @@ class Heated:
         return self._at_rest(self._sensed, sensed_k + ahead_k, rate_k_per_s)[-1]
 
     def rest(self, sensed_k: float) -> Vector:
-        """State in which nothing moves, the sensor at a temperature above ambient."""
+        """Steady state with the sensor at a temperature above ambient."""
         *nodes, _ = self._at_rest(self._sensed, sensed_k)
         return [*nodes, *([sensed_k] if self.lag_s else []), 1.0]
 
@@ -107,7 +107,7 @@ class Heated:
         """Peak-to-peak swing at the sensor when the power is on for half of each window.
 
         Only the fundamental: a square wave of power P has one of amplitude 2·P/π, and the network
-        and the lag leave little of its harmonics. Linearized about ambient, where the least is
+        and the lag leave little of its harmonics. Linearized at ambient, where the least is
         radiated and the swing is widest.
         """
         omega = 2 * math.pi / window_s
@@ -195,7 +195,7 @@ class Heated:
         return matrix
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Return whether a state is too far from the one about which a matrix was made."""
+        """Return whether a state is too far from the one at which a matrix was linearised."""
         return self._flows.bent(about, state)
 
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:

@@ -8,7 +8,7 @@ from heatwright.spec.problems import Checked, refuse, shown
 
 Order = Literal["start", "pause", "resume", "skip", "jump", "stop"]
 NUMBERED = ("start", "jump")
-"""The commands that have a number: of a program, of a segment."""
+"""The commands with a number: of a program, or of a segment."""
 
 
 class ProgramOrder(NamedTuple):

@@ -97,12 +97,12 @@ class AnalogSensor(Averaged):
         return step_at_k(self, temperature_c, mcu)
 
     def shown_range(self, mcu: str) -> tuple[float, float]:
-        """Range that it can show on a chip, °C: the spec's, on any chip."""
+        """Range that the sensor can show, °C: the spec's `range`, on any chip."""
         del mcu
         return self.range_c
 
     def fitting(self, period_s: float) -> str:
-        """Name the most readings that fit into a period, if one does."""
+        """Name the largest number of readings that fit into a period, if one does."""
         most = math.floor(round(period_s / TICK_S, 6))
         return f"oversample at most {most}" if period_s >= TICK_S else ""
 
@@ -218,7 +218,7 @@ def _rising(pairs: tuple[_Pair, ...]) -> tuple[_Pair, ...]:
 
 
 class CodesCurve(Model):
-    """A thermistor by a table of what the ADC reads; between pairs it is straight."""
+    """A thermistor by a table of the ADC's codes; between two pairs the temperature is linear."""
 
     codes: Annotated[tuple[_Pair, ...], AfterValidator(_rising)] = Field(
         description="Pairs of the ADC's code and the temperature."

@@ -21,7 +21,7 @@ from heatwright.spec.sensing.fewest import Tube, fewest_points
 
 CODES = 1024
 TICK_S = 0.010
-"""Each tick takes one code of each channel."""
+"""Time between two codes of a channel: each tick takes one."""
 
 LEAST_MARGIN_STEPS = 2
 """Minimum number of codes between an end of the range and what an open or shorted sensor reads."""
@@ -133,7 +133,7 @@ def _code(ratio: float) -> int:
 
 
 def _edges(chain: Circuit, bounds: Limits) -> list[float]:
-    """List the temperatures between which each code of the range stands, both ends included."""
+    """List the temperatures that bound each code of the range, both ends included."""
     return [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
 
 

@@ -1,4 +1,4 @@
-"""The broken line of fewest points within a tube.
+"""The broken line with the fewest points within a tube.
 
 At each place 0, 1, 2 … the tube has a lowest and a highest value; the line must pass between them
 everywhere, and may bend at any place, at any value. A search in the manner of H. Imai and M. Iri,
@@ -25,7 +25,7 @@ class Tube(NamedTuple):
 
 
 class Window(NamedTuple):
-    """Values at a place that straight lines reach which began at place `origin`."""
+    """Values at a place that straight lines from place `origin` reach."""
 
     low: float
     high: float

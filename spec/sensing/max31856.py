@@ -15,7 +15,7 @@ from heatwright.spec.units import FREQUENCY
 ThermocoupleType = Literal["B", "E", "J", "K", "N", "R", "S", "T"]
 
 TYPE_CODES = "".join(get_args(ThermocoupleType))
-"""The converter's code of a type is its place here (data sheet, CR1)."""
+"""The converter's code of a type is the type's place in this list (data sheet, CR1)."""
 
 RANGE_C: dict[str, tuple[float, float]] = {
     "B": (250.0, 1820.0),
@@ -175,7 +175,7 @@ def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, fl
         maximum_c: the loop's protection, °C: as far above the setpoint with each type.
 
     Returns:
-        °C in tenths, by the types; mostly none.
+        tenths of °C, by the types; mostly none.
 
     """
     found = {}

@@ -1,4 +1,4 @@
-"""Numbers that keys set: they exist, fit the display, and pass every check at their extremes."""
+"""Numbers of the keypad: they exist, fit the display, and pass every check at their extremes."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def numbers_have_a_use(controller: Controller) -> Findings:
 
 
 def numbers_in_range(controller: Controller) -> Findings:
-    """Check that minimum ≤ number ≤ maximum, and that keys and display can handle the steps."""
+    """Check that minimum ≤ number ≤ maximum, and that keypad and display can handle the steps."""
     for path, name, _ in _places(controller):
         for each in numbers_of(controller, name):
             at: Path = (*path, each.kind.key)

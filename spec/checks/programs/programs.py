@@ -65,7 +65,7 @@ def has_an_operator(controller: Controller, loop_name: str) -> bool:
 
 
 def programs_have_room(controller: Controller) -> Findings:
-    """Find more programs than places, and more segments than points."""
+    """Find more programs than `places`, and programs with more segments than `points`."""
     programs = controller.programs
     if programs is None:
         return

@@ -164,7 +164,7 @@ def _widest_c(sensor: AdcThermometer, mcu: str, found: Limits) -> tuple[float, f
 
 
 def one_reference(controller: Controller) -> Findings:
-    """Find sensors that need another reference of the ADC than earlier sensors, or the keys."""
+    """Find sensors that need another reference of the ADC than earlier sensors, or the keypad."""
     first: tuple[Path, str, str] | None = None
     for index, interface in enumerate(controller.interfaces):
         if interface.shield is not None:
