@@ -38,7 +38,7 @@ class Device(Protocol):
         """Hold a key of the keypad from now on: right, up, down, left, select; None for none."""
 
     def advance(self, until_s: float) -> None:
-        """Run to a time since power-up, s. What is due at that very time is done after it."""
+        """Run to a time since power-up, s. What is due at exactly that time is done later."""
 
     def send(self, line: str) -> None:
         """Send a line of G-code as the host, or a command as the display."""

@@ -24,7 +24,7 @@ _NUMBERS = (np.ndarray, np.generic, int, float, str)
 
 
 class AllLanesError(Exception):
-    """Something that all lanes have in common would be changed for some of them only."""
+    """Something that all lanes share would be changed for some lanes only."""
 
 
 class _Unset:

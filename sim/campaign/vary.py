@@ -21,7 +21,7 @@ from heatwright.spec.units import (
 )
 
 ALL = "all"
-"""In place of a name: all that are not named."""
+"""Stands in place of a name, for all parts that are not named."""
 LEAST_CAPACITY, LEAST_RESISTANCE = 0.001, 1e-6
 """The least values in a spec, J/K and K/W."""
 MOST_SUPPLY_PERCENT = 200.0

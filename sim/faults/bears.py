@@ -1,4 +1,4 @@
-"""How hot each node of a machine may become; derived where the spec does not say it."""
+"""How hot each node of a machine may become; derived where the spec has no limit for it."""
 
 from __future__ import annotations
 

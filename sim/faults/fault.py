@@ -35,7 +35,7 @@ class Trip:
 
     rules -- ids of the rules of which one must trip; empty: the one that the reference model names
     first; allowed_s -- bound on the time from when `due` is met, without a gap, to the trip;
-    due_within_s -- how long `due` may take to be met; certain -- whether every machine meets it.
+    due_within_s -- how long `due` may take to be met; certain -- whether every machine meets `due`.
     """
 
     rules: tuple[str, ...]
@@ -88,7 +88,7 @@ class Fault:
 class FaultResult:
     """The result of one trial.
 
-    fault -- its id; loop -- on which it was tried; calm -- no rule was to trip; rule -- id of the
+    fault -- its id; loop -- the loop under test; calm -- no rule was to trip; rule -- id of the
     rule that tripped, or None; counting -- ids of the rules that were counting steps at the trip,
     or at the end without one: they would have tripped next; tripped_after_s -- time from cause to
     trip, s; allowed_s -- bound on that time, if there is one that does not depend on the machine;

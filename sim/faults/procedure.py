@@ -9,9 +9,9 @@ On any other machine, if a rule trips, its fault must
 3. stay latched after the cause is removed, and through a loss of power;
 4. be cleared by an acknowledgement after that.
 
-Many are also acknowledged earlier, while the cause lasts: the rules then decide whether one trips
-again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine. From
-each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
+Many faults are also acknowledged earlier, while the cause lasts: the rules then decide whether one
+trips again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine.
+From each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
 machine may become hotter than its limit (`bears`), until the heat has spread after the first trip.
 """
 
@@ -402,7 +402,7 @@ _is_latched = OfState(lambda now: now.fault != 0)
 
 
 def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
-    """Whether a trip came after those that had to lock out; `within` is taken 1 s shorter."""
+    """Whether a trip came after the trips that had to lock out; `within` counts 1 s shorter."""
     soon, last_s = 0, -math.inf
     for trip in trips:
         if soon == lockout.trips:

@@ -31,8 +31,8 @@ def ambient_c(site: Place) -> float:
 def setpoints_c(site: Place) -> tuple[float, ...]:
     """Return setpoints that the operator can set, °C, ascending; without one, the initial one.
 
-    A host can set any: these go down from the maximum in steps of 10 K. Keys go in their own from
-    the initial setpoint, or several steps at once in a menu, where they can be held down.
+    A host can set any: these go down from the maximum in steps of 10 K. A keypad changes the
+    initial setpoint by its own steps, or by several steps at once in a menu.
     """
     setpoint, step_k = site.loop.setpoint, site.key_step_k
     if site.has_menu:
@@ -58,9 +58,9 @@ def highest_c(site: Place) -> float:
 
 @lru_cache(maxsize=16)
 def permitted_c(site: Place, start_c: float) -> float:
-    """Return a start temperature, °C: this one, if no monitor and no other loop trips there.
+    """Return a start temperature, °C: `start_c`, if no monitor and no other loop trips there.
 
-    Else the highest one below it: the other sensors become warm with the loop.
+    Otherwise the highest one below it: the other sensors become warm with the loop.
     """
     limits_c, around_c = hottest_c(site.controller, site.loop_name), ambient_c(site)
     if not limits_c:
@@ -125,7 +125,7 @@ def cold(site: Site) -> World:
 
 
 def resting(site: Site, start_c: float) -> World:
-    """Return a world that starts at a temperature, or lower if that trips, with its setpoint."""
+    """Return a world that starts at a temperature and setpoint, or lower if a rule would trip."""
     world = World(site, Weather(permitted_c(site, start_c), ambient_c(site)))
     first_steps(world)
     return world

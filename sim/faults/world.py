@@ -96,7 +96,7 @@ class Given:
     """The condition that the loop's heater has an on-time above 0."""
 
     variable: str
-    """The program's variable that holds this time, or the duty."""
+    """The program's variable with this time, or with the duty."""
 
     def __call__(self, world: World) -> bool:
         """Return whether the condition holds now."""
@@ -155,10 +155,10 @@ Spoilt = tuple[dict[str, Heat], dict[str, Beside], dict[str, Feel], float, dict[
 class Wiring:
     """The connections between controller and machine, which can break.
 
-    heat -- by output: changes its power. besides -- by output: another source of heat at its node.
-    feel -- by sensor: from the machine's temperature to the tip's, °C. volts -- of the heaters'
-    supply, as a share of the nominal voltage; taken -- by output: the share of its power that
-    something takes away at its node.
+    heat -- by output: changes its power. besides -- by output: an additional source of heat at its
+    node. feel -- by sensor: from the machine's temperature to the tip's, °C. volts -- of the
+    heaters' supply, as a share of the nominal voltage; taken -- by output: the share of its power
+    that something takes away at its node.
     """
 
     heat: dict[str, Heat] = field(default_factory=dict)
@@ -323,7 +323,7 @@ class World:
         self._machine.by_hand(act)
 
     def _look(self) -> None:
-        """Tell the machine what is broken; peaks do not count while another source heats it."""
+        """Tell the machine what is broken; no peaks are recorded while another source heats it."""
         wiring = self.wiring
         if wiring.spoils != self._spoilt:
             self._spoilt = heat, besides, feels, volts, taken = wiring.spoils

@@ -222,12 +222,12 @@ def _place(world: World, variable: str) -> int:
 
 
 def unseal(world: World) -> None:
-    """Restart with a program that is not sealed."""
+    """Restart with a program without its checksum."""
     _put_seal(world, UNSEALED)
 
 
 def seal(world: World) -> None:
-    """Restart with the program sealed again."""
+    """Restart with the program and its checksum again."""
     program = world.site.program
     _put_seal(world, program.flash_bytes(SEAL, len(UNSEALED)))
 
@@ -250,7 +250,7 @@ def latched(site: Site) -> World:
 
 
 def cut_line(world: World) -> None:
-    """Cut the loop's sensor off, in the way of its kind."""
+    """Disconnect the loop's sensor, in a way that suits its kind."""
     _of_sensor(world.site).cut(world)
 
 

@@ -59,7 +59,7 @@ def _setpoints_c(site: Site) -> list[float]:
 
 
 def _duties(site: Site) -> tuple[float, float]:
-    """Return the least and the greatest duty of the loop at a constant reading, %."""
+    """Return the lowest and the highest duty of the loop at a constant reading, %."""
     pid, full = site.loop.algorithm.pid, site.loop.algorithm.full_percent
     if pid is None:
         return 0.0, full

@@ -183,7 +183,7 @@ def _jump(
 
 
 def _now_and_then(site: Site, broken: int, turn: int) -> Act:
-    """Break the wire for the first `broken` of every `turn` periods, again and again."""
+    """Break the wire in the first `broken` of every `turn` periods."""
 
     def cause(world: World) -> None:
         began_s = world.now_s

@@ -138,7 +138,7 @@ def _frozen(site: Site) -> Iterator[Fault]:
 
 
 def _harmless(site: Site, anew_s: float) -> Iterator[Fault]:
-    """Yield disturbances as beside a heater's wires, which must not trip a rule of the sensor."""
+    """Yield disturbances, such as a heater's wires cause: they must trip no rule of the sensor."""
     yield bursts(site, DAMAGED_ANSWERS, partial(_bursts, anew_s=anew_s), _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",

@@ -1,4 +1,4 @@
-"""Faults that leave no valid reading, whatever the sensor."""
+"""Faults after which there is no valid reading, for any kind of sensor."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ DAMAGED_ANSWERS = "answers_damaged_in_bursts"
 def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
     """Return a fault whose readings fail in bursts: no rule of the sensor may trip.
 
-    Each burst switches the heater off until the next reading or window. So the rules of heat may
-    trip: a machine that has cooled may not become warm again in time.
+    Each burst switches the heater off until the next reading or window. So rules that watch the
+    heating may trip: a cooled machine may not become warm again in time.
     """
     return Fault(
         name,
@@ -66,6 +66,6 @@ def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
 
 
 def _sensor_is_believed(world: World) -> str:
-    """Check that no rule tripped except those of heat."""
+    """Check that no rule tripped except those that watch the heating."""
     found = {RULES[trip.code].id for trip in world.trips.since(0.0)} - set(LACKS_HEAT)
     return f"{' and '.join(sorted(found))} tripped for no reason" if found else ""

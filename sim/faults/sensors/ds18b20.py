@@ -156,7 +156,7 @@ def _never_converts(site: Site) -> Iterator[Fault]:
 
 
 def _harmless(site: Site) -> Iterator[Fault]:
-    """Yield disturbances as on a long cable, which must not trip a rule of the sensor."""
+    """Yield disturbances such as a long cable causes, which must not trip a rule of the sensor."""
     yield bursts(site, DAMAGED_ANSWERS, _bursts, _bursts_end, WATCH_S)
     yield Fault(
         "supply_interrupted_once",
