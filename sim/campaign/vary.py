@@ -23,7 +23,7 @@ from heatwright.spec.units import (
 ALL = "all"
 """Stands in place of a name, for all parts that are not named."""
 LEAST_CAPACITY, LEAST_RESISTANCE = 0.001, 1e-6
-"""The least values in a spec, J/K and K/W."""
+"""The lowest values in a spec, J/K and K/W."""
 MOST_SUPPLY_PERCENT = 200.0
 
 _Chance = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]

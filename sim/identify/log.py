@@ -22,7 +22,7 @@ from heatwright.sim.identify.cells import (
 from heatwright.sim.identify.unusable import Unusable
 
 LARGEST_LOG = 64 << 20
-"""Bytes; a day at ten lines a second is below it."""
+"""Maximum size, bytes: a day at ten lines a second takes less."""
 
 SAMPLE = 500
 """Number of lines from which the format of a log is determined."""
@@ -43,7 +43,7 @@ class Log:
     dropped: int
     """Number of lines that were something else."""
     stamped: bool = False
-    """Whether the last column holds the clock times that stood before the lines."""
+    """Whether the last column has the clock times that stood before the lines."""
 
 
 def read_log(data: bytes) -> Log:

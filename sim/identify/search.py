@@ -59,7 +59,7 @@ class Setting:
         return np.flatnonzero(np.isfinite(self.record.readings_c))
 
     def thinned(self, most: int) -> NDArray[np.intp]:
-        """Choose about `most` of the rows in `seen`, evenly spaced."""
+        """Choose roughly `most` of the rows in `seen`, evenly spaced."""
         seen = self.seen
         return seen[:: max(1, len(seen) // most)]
 
@@ -119,7 +119,7 @@ class Search:
         return Beginning(values, np.asarray(start_c, dtype=np.float64), cost)
 
     def _columns(self, shape: Series) -> tuple[list[Series], Series]:
-        """Return the responses to the power and to each start, and that to the ambient."""
+        """Return the responses to the power, to each start temperature, and to the ambient."""
         setting, structure = self._setting, self._setting.structure
         names = structure.names
         found = modes(structure.network(shape), names.heater, names.sensor)

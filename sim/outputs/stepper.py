@@ -24,15 +24,15 @@ class DriverTiming(NamedTuple):
     high_s: float
     low_s: float
     setup_s: float
-    """From a change of DIR or ENABLE to a rise of STEP."""
+    """Time from a change of DIR or ENABLE to a rise of STEP."""
     hold_s: float
-    """From a rise of STEP to a change of DIR."""
+    """Time from a rise of STEP to a change of DIR."""
 
 
 A4988 = DriverTiming(1e-6, 1e-6, 200e-9, 200e-9)
 """Allegro A4988 data sheet, figure 1."""
 DRV8825 = DriverTiming(1.9e-6, 1.9e-6, 650e-9, 650e-9)
-"""Texas Instruments SLVSA73, timing requirements: stricter in all than the A4988."""
+"""Texas Instruments SLVSA73, timing requirements: every time is stricter than the A4988's."""
 
 STEP = np.dtype([("cycle", "<u8"), ("way", "i1")])
 """A step: its cycle, and +1 forward, -1 backward, 0 no movement."""

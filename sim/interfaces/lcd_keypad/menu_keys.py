@@ -1,8 +1,7 @@
 """The keys of the LCD keypad shield that give a command in the menu of a loop with programs.
 
-Each sequence of keys begins and ends at the first screen. RIGHT of that are the screen of the times
-and then that of the program; LEFT of it are the single values. A screen forgets its state when it
-is left.
+Each sequence of keys begins and ends at the first screen. RIGHT of it are the screens of the times
+and of the program; LEFT of it are the single values. A screen forgets its state when it is left.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 START_S = 0.5
 """Time from power-on to its first message; until then it receives nothing."""
 LOOK_S = 0.2
-"""How often it processes received bytes, s: it answers within this time."""
+"""How often the display processes received bytes, s: it answers within this time."""
 REMEMBERED = 10_000
 """Maximum number of instructions in the history."""
 
@@ -41,7 +41,7 @@ class Instruction:
 class Nextion:
     """The display at the end of a UART.
 
-    history -- the latest instructions from the board; instructions -- how many came in all; said --
+    history -- the latest instructions from the board; instructions -- their total number; said --
     the latest bytes that the display itself has sent; shortest_gap_s -- the shortest time from the
     first byte of an instruction to that of the next; display -- its state; line -- its line, with
     the display's own `baud`.

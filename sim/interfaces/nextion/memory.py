@@ -1,6 +1,6 @@
 """The memory of a Nextion display: its pages' components with their attributes, and variables.
 
-The memory holds the components of the shown page, and all with vscope `global`. A local component
+The memory has the components of the shown page, and all with vscope `global`. A local component
 starts again whenever its page is shown, and other pages cannot access it (Nextion Editor guide).
 """
 

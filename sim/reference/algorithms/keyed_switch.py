@@ -1,4 +1,4 @@
-"""Shared by the switching algorithms: lead and hysteresis, which keys may set."""
+"""Shared by the switching algorithms: lead and hysteresis, which the keypad may set."""
 
 from heatwright.sim.reference.algorithms.lead import Lead
 from heatwright.sim.reference.interfaces.keyed import Numbers
@@ -8,7 +8,7 @@ from heatwright.spec import OnOff, ThreePosition
 
 
 class KeyedSwitch:
-    """A lead and a hysteresis; keys may set either."""
+    """A lead and a hysteresis; the keypad may set either."""
 
     def __init__(
         self, algorithm: OnOff | ThreePosition, period_s: float, keyed: tuple[str, ...]
