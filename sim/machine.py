@@ -30,7 +30,7 @@ Feel = Callable[[float], float]
 class Heat(NamedTuple):
     """Changes the power of a load: from the share that its pin asks for to the real share.
 
-    times -- factor; least -- least share, also while the pin is off; once_asked -- replaces any
+    times -- factor; least -- lowest share, also while the pin is off; once_asked -- replaces any
     share above 0.
     """
 

@@ -8,7 +8,7 @@ current. Every other member must be equal to the last bit.
 Some inputs are not members of the log. Acknowledgements and starts are derived from their counts; a
 stop, a lost master and a bad relay from the fault's code. A fault that survived a reset, or caused
 it, is taken from the first step after the reset and listed in `ReplayResult.restored`, as the log
-cannot prove it. So is a program that survived it.
+cannot prove it. The same applies to a program that survived a reset.
 """
 
 from collections.abc import Mapping

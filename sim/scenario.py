@@ -10,10 +10,10 @@ from heatwright.spec.rules import RULES
 from heatwright.spec.simulation import LEAST_VERIFIED_S
 
 PRESS_S = 0.1
-"""A short press: this long down, then at least as long up."""
+"""A short press: the key is down for this time, then up for at least as long."""
 
 ASKS = Event.model_validate({"at": "1 s", "send": "M105"})
-"""A connected host asks for the temperatures as soon as the controller has started."""
+"""The line by which a host asks for the temperatures as soon as the controller has started."""
 
 STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
 """A host's line with an emergency stop, which latches a fault."""

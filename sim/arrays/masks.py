@@ -87,7 +87,7 @@ def _tuple_as(kind: Value, parts: list[Value]) -> Value:
 
 
 def _alike(new: Value, old: Value) -> bool:
-    """Return whether two have types of one name (a translated one exists twice) and one length."""
+    """Return whether two values have types of one name (each may exist twice) and one length."""
     return type(new).__name__ == type(old).__name__ and len(new) == len(old)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Part:
-    """First RAM address; sleep register, its enable and mode bits; time to write EEPROM, s a byte.
+    """First RAM address; sleep register, its enable and mode bits; time to write an EEPROM byte.
 
     adc_mux5 -- the bit in ADCSRB that selects channels 8 to 15; 0: there are none.
     adc_known -- the code in ADMUX that selects the band gap's voltage.

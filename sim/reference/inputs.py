@@ -1,4 +1,4 @@
-"""Inputs of a control step beside reading and setpoint, for some loops (docs/control.md)."""
+"""Inputs of a control step in addition to reading and setpoint (docs/control.md)."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

@@ -40,11 +40,11 @@ RANGES_C = {
     "B": (250.0, 1820.0), "E": (-200.0, 1000.0), "J": (-210.0, 1200.0), "K": (-200.0, 1372.0),
     "N": (-200.0, 1300.0), "R": (-50.0, 1768.0), "S": (-50.0, 1768.0), "T": (-200.0, 400.0),
 }  # fmt: skip
-"""The range of each type; beyond an end it sets a fault bit, and gives the end."""
+"""The range of each type; beyond an end the chip sets a fault bit, and gives the end."""
 JUNCTION_C = (-55.0, 125.0)
-"""The range of its own thermometer, with the same behaviour at the ends."""
+"""The range of the chip's own thermometer, with the same behaviour at the ends."""
 TEST_EVERY = 16
-"""It tests for an open thermocouple once in this number of conversions."""
+"""The chip tests for an open thermocouple once in this number of conversions."""
 STEP_C, JUNCTION_STEP_C = 2.0**-7, 2.0**-6
 WRITE = 0x80
 """Added to the address of the first register in a write."""

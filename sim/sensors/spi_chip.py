@@ -15,7 +15,7 @@ from heatwright.spec import Board
 __all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
 
 REMEMBERED_S = 2.0
-"""How much of the tip's past conversions may use, s: longer than any slow conversion."""
+"""How old a temperature conversions may use, s: longer than any slow conversion."""
 
 Wire = Literal["ground", "supply"]
 
@@ -41,7 +41,7 @@ class Faults:
 class SpiChip:
     """A converter on its wires; its subclass defines the answer.
 
-    tip -- the thermocouple's; faults -- see Faults; port -- its end of the wires; reads --
+    tip -- of the thermocouple; faults -- see Faults; port -- the chip's end of the wires; reads --
     number of answers begun.
     """
 

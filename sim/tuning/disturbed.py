@@ -26,7 +26,7 @@ class Load:
     after_s: float
     """Time of the largest error, s."""
     half_s: float | None
-    """Time after which the error stays below half of that, s; None: not in the time computed."""
+    """Time after which the error stays below half of `dip_k`, s; None: not in the time computed."""
 
 
 def load_answer(process: Process, gains: Gains, period_s: float) -> Load:

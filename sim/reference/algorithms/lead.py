@@ -5,7 +5,7 @@ from heatwright.sim.reference.numbers import ZERO, Single, faded, filter_share
 
 
 class Lead:
-    """Extrapolates the temperature along its filtered slope; without a lead it does not."""
+    """Extrapolates the temperature along its filtered slope, if there is a lead."""
 
     def __init__(
         self, lead_s: float, filter_s: float, period_s: float, *, keyed: bool = False

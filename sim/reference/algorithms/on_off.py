@@ -10,7 +10,7 @@ class OnOffControl(KeyedSwitch):
     """Switches the heater at the setpoint, by the temperature that is expected `lead` later."""
 
     full_percent = FULL
-    """The greatest duty of the algorithm."""
+    """The highest duty of the algorithm."""
 
     def __init__(self, algorithm: OnOff, period_s: float, keyed: tuple[str, ...] = ()) -> None:
         """Derive the constants; keyed -- the fields that the keypad sets."""

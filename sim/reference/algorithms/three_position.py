@@ -11,7 +11,7 @@ class ThreePositionControl(KeyedSwitch):
     """Switches heater or cooler, never both on, by the temperature expected `lead` later."""
 
     full_percent = FULL
-    """The greatest duty of the algorithm."""
+    """The highest duty of the algorithm."""
 
     def __init__(
         self, algorithm: ThreePosition, period_s: float, keyed: tuple[str, ...] = ()

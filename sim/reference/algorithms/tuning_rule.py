@@ -47,7 +47,7 @@ class Constants(NamedTuple):
         return steps * self.period_s
 
     def within(self, limits: Limits, swing_share: Single) -> "Constants":
-        """Return the constants with a host's narrower limits; those for the proposal stay."""
+        """Return the constants with a host's narrower limits; the limits for the proposal stay."""
         return self._replace(
             swing_percent=limits.output_maximum * swing_share,
             start_percent=clamp(ZERO, limits.integral_minimum, limits.integral_maximum),

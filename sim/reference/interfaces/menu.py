@@ -1,4 +1,4 @@
-"""The menu that the keys of a loop with programs operate."""
+"""The menu at the keypad of a loop with programs."""
 
 STATE, TIMES, RUN, EDIT, VALUES = range(5)
 """The screens, in the order in which RIGHT shows them."""

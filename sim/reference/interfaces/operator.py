@@ -1,4 +1,4 @@
-"""Commands to a loop by keys and commands (docs/control.md, "Commands" and "Keys")."""
+"""Commands to a loop, by keypad or interface (docs/control.md, "Commands" and "Keys")."""
 
 from heatwright.sim.reference.algorithms.autotune import DONE, RUNNING, STOPPED
 from heatwright.sim.reference.algorithms.pid import limits_of, may_limit

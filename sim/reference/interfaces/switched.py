@@ -22,7 +22,7 @@ class SwitchedOperator(Operator):
 
     @property
     def orders(self) -> Orders:
-        """The commands that the next step takes over; an off comes first, whatever followed it."""
+        """The commands that the next step takes over; *off* comes first, whatever followed it."""
         enabled = self._enabled and not self._off_is_due
         return super().orders._replace(enabled=int(enabled))
 

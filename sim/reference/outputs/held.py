@@ -17,7 +17,7 @@ class Held:
         self.on = False
 
     def set(self, *, asked: bool) -> None:
-        """Ask for on or off."""
+        """Request on or off."""
         self._asked = asked
 
     def stop(self) -> None:

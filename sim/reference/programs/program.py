@@ -1,4 +1,4 @@
-"""The program that moves a loop's setpoint, step by step (docs/control.md, "Programs")."""
+"""The program that sets a loop's setpoint, step by step (docs/control.md, "Programs")."""
 
 from typing import NamedTuple
 
@@ -72,7 +72,7 @@ class ProgramRun:
 
     @property
     def moves(self) -> bool:
-        """Whether a program runs, and its setpoint did not leap in this step."""
+        """Whether a program runs whose setpoint did not leap in this step."""
         return self.now.state == RUNNING and not self.now.leap
 
     @property

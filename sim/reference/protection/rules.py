@@ -46,7 +46,7 @@ class Look(NamedTuple):
     asked_percent: Single
     """The duty of the last step with a reading."""
     full_percent: Single
-    """The greatest duty of the loop in its present mode."""
+    """The highest duty of the loop in its present mode."""
     bandless: bool = False
     """Whether there is no band around the setpoint: off, manual, or heating up for a tuning."""
     by_hand: bool = False
@@ -54,7 +54,7 @@ class Look(NamedTuple):
     also_c: Single = ZERO
     """The reading of the second sensor, if there is one."""
     moved: bool = False
-    """Whether a program moved the setpoint, and the band with it."""
+    """Whether a program has changed the setpoint, and the band with it."""
 
 
 class GuardRule(Protocol):
@@ -123,7 +123,7 @@ class AgreementRule(_Unfeeling):
         self._steps = 0
 
     def check(self, look: Look) -> int:
-        """Return 32 after too long apart."""
+        """Return 32 after too many steps apart."""
         if abs(look.temperature_c - look.also_c) <= self._within_k:
             self._steps = 0
         else:
