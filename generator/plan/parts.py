@@ -74,8 +74,8 @@ class File:
 class Stage(IntEnum):
     """Order of the calls in main.c.
 
-    Keys come before the step that uses the setpoint, readings before the step that uses them, and
-    the heater gate before everything.
+    The keypad comes before the step that uses the setpoint, readings before the step that uses
+    them, and the heater gate before everything.
     """
 
     GUARD = 0

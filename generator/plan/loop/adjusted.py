@@ -60,7 +60,7 @@ def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
 
 
 def key_constants(source: Source, name: str) -> list[Constant]:
-    """Return the constants of the keys and the display: the step of a press, and the decimals."""
+    """Return the constants of the keypad and the display: the step of a press, and the decimals."""
     found = []
     for each in numbers_of(source.controller, name):
         at = _at(source, each)
