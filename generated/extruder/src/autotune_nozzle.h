@@ -51,7 +51,7 @@ void autotune_nozzle_step(bool has_reading, float last_c);
 /* The duty from this step on, in percent. */
 float autotune_nozzle_duty(void);
 
-/* True until the target is first reached: before, the band about it means nothing. */
+/* True until the target is first reached: until then the band around it means nothing. */
 bool autotune_nozzle_is_heating_up(void);
 
 #endif
