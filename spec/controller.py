@@ -157,7 +157,7 @@ class Controller(Model):
     format: Annotated[int, Checked(_format, const=FORMAT)] = Field(
         alias="heatwright", description="Version of the language."
     )
-    identity: Identity = Field(alias="controller", description="The controller: name and board.")
+    identity: Identity = Field(alias="controller", description="Name and board.")
     sensors: Annotated[Mapping[Name, Sensor], Filled] = Field(description="Sensors by name.")
     outputs: Annotated[Mapping[Name, Output], Filled] = Field(description="Outputs by name.")
     loops: Annotated[Mapping[Name, Loop], Filled] = Field(description="Control loops by name.")
