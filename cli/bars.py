@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 from heatwright.cli.talk import Job, Talk
 
 NOTE = 48
-"""Most characters of a note; more would push the bar off a narrow terminal."""
+"""Maximum number of characters of a note; more would push the bar off a narrow terminal."""
 
 
 class Bars:

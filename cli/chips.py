@@ -28,7 +28,7 @@ def screen(device: AvrDevice) -> bytes | None:
 
 
 def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str]]:
-    """Return what the LEDs of each loop show, by meaning; none without LEDs."""
+    """Return for each loop with LEDs what they show (lit, blinking, dark), by the LED's meaning."""
     return {
         shown_loop(controller, spec): dict[str, str](leds.lights())
         for spec, leds in zip(
@@ -38,7 +38,7 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
 
 
 def not_done(device: AvrDevice) -> tuple[tuple[float, str], ...]:
-    """Return what host or master asked for in vain: time, s, and the board's answer."""
+    """Return what host or master asked for without success: time, s, and the board's answer."""
     found = [
         *((line.time_s, line.text.removeprefix("echo:"))
           for host in device.parts(GcodeHost) for line in host.refusals),

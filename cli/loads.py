@@ -15,7 +15,7 @@ def loads(controller: Controller) -> Iterator[dict[str, Any]]:
     """Yield the currents of each pulsed load that is measured, or rated for less than its supply.
 
     Each has `output`, `peak_a` while it is on, `rms_a` and `mean_a` at full duty, and the powers
-    `full_w` at full duty and `dead_w` if the switch fails and conducts for ever. A load without
+    `full_w` at full duty and `dead_w` if the switch fails and conducts permanently. A load without
     power or supply is left out.
     """
     from heatwright.spec import full_a  # noqa: PLC0415

@@ -66,15 +66,15 @@ def spread(
 
     `work` must be a module's function, as other processes call it. Its first error ends all work
     and is raised here. `came` is called with each result at once; `most` limits the number of
-    processes, which is else the number of cores. Processes are forked: to import all modules again
-    would take longer than most pieces of work.
+    processes, which is otherwise the number of cores. Processes are forked: to import all modules
+    again would take longer than most pieces of work.
     """
     context = multiprocessing.get_context("fork")
     told = context.Queue()
     count = min(most or processes(), len(pieces))
-    # This process answers Ctrl-C and then ends the workers, which inherit the blocked signals. A
-    # SIGTERM must wait until a worker has removed the handler that it inherits: in it the
-    # signal would be lost, and waiting for the worker would never end.
+    # This process answers Ctrl-C and then ends the workers, which inherit the blocked signals.
+    # SIGTERM is blocked until a worker has removed the handler that it inherits: that handler would
+    # swallow the signal, and this process would wait for the worker without end.
     signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
     try:
         pool = context.Pool(count, initializer=_begin, initargs=(told,))
@@ -137,9 +137,9 @@ def _begin(told: Any) -> None:
 
 
 def _clean_up(_: int, __: FrameType | None) -> None:
-    """End in order: temporary folders vanish, and the compiler stops.
+    """End the worker cleanly: temporary folders are deleted, and the compiler is stopped.
 
-    In a Python function that C code has called, SystemExit is lost: the alarm tries it again.
+    SystemExit is lost in a callback from C code: so an alarm calls this handler again after 1 s.
     """
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # such a function would print the SystemExit
     signal.signal(signal.SIGALRM, _clean_up)

@@ -42,7 +42,7 @@ class Run:
     screen: bytes | None = None
     """What the touch display shows at the end, as a PNG."""
     lights: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    """What the LEDs of each loop show at the end, by meaning."""
+    """What the LEDs of each loop show at the end, by the LED's meaning."""
     not_done: tuple[tuple[float, str], ...] | None = None
     """Requests of host or master that were not done: time, s, and the answer; None with the
     model, which has no interfaces."""

@@ -7,8 +7,8 @@ import sys
 from types import FrameType
 
 BETWEEN_COLLECTIONS = 50_000
-"""New objects between two searches for garbage. Start-up makes about as many and keeps them: with
-Python's 700, searching them took a fifteenth of the time of a short command."""
+"""New objects between two runs of the garbage collector. Start-up makes about as many and keeps
+them: with Python's 700, those runs took a fifteenth of the time of a short command."""
 
 
 def main() -> None:

@@ -97,7 +97,7 @@ def _placed(rows: Sequence[Wiring]) -> tuple[list[_Placed], float]:
 
 
 def _notes(rows: Sequence[Wiring]) -> tuple[str, ...]:
-    """Return further needs of a device, in lines: of its row without a pin, else of its pins."""
+    """Return further needs of a device, in lines: of its row without a pin, or of its pins."""
     hows = [row.how for row in rows if row.pin == "–"]
     hows = hows or [row.how for row in rows if row.ends and row.how != "the same"]
     return tuple(line for how in dict.fromkeys(hows) for line in wrap(how, _NOTE_CHARACTERS))

@@ -188,7 +188,7 @@ class Avr:
         return self._hw
 
     def run(self, seconds: float) -> None:
-        """Run on for a time, s; see run_to."""
+        """Run for a time, s, from now on; see run_to."""
         self.run_to(self.cycle + round(seconds * self.clock_hz))
 
     def use_simavrs_core(self) -> None:
@@ -275,8 +275,8 @@ class Avr:
     def stack_used(self) -> int:
         """Bytes of stack the program has written so far (0 with no program loaded).
 
-        Found by the fill value of RAM at power-on: a deepest byte with just that value is missed.
-        Profile.stack_used is exact.
+        Found by the fill value of RAM at power-on: a deepest byte that happens to have this value
+        is missed. Profile.stack_used is exact.
         """
         top = int(self._lib.hw_ram_end(self._hw)) + 1
         above = self.read_ram(self._stack_bottom, top - self._stack_bottom)

@@ -19,7 +19,7 @@ STEP_S = 0.2
 """Usual time step: a fifth of the usual control period. Plants integrate exactly within it; it is
 only the resolution in time of the heater's power and the sensor's temperature."""
 STEPS_PER_PERIOD = 2
-"""Least number of time steps per control period: a fast loop makes the time step shorter."""
+"""Minimum number of time steps per control period: a fast loop makes the time step shorter."""
 
 PROGRESS_REPORTS = 200
 
@@ -34,7 +34,7 @@ class Device(Driver, Operable, Protocol):
         """Give a sensor this temperature from now on, °C, or this current, A."""
 
     def advance(self, until_s: float) -> None:
-        """Run to a time since power-up, s. What is due at that very time is done after it."""
+        """Run to a time since power-up, s. What is due at exactly that time is done later."""
 
     def steps(self, loop: str) -> StepLog:
         """Return a row for every control step so far."""

@@ -29,7 +29,7 @@ __all__ = ["CHAIN_BOUND_STEPS", "TABLE_BOUND_STEPS", "ChainError", "ChainRow", "
 
 CODES = 1024
 LOOKS_PER_STEP = 200
-"""Temperatures tested within each step of the ADC, on average."""
+"""Number of temperatures tested within each step of the ADC, on average."""
 SHOWN = 7
 """Number of temperatures in the printed table."""
 NEAR_STEPS = 1.0

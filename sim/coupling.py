@@ -7,7 +7,7 @@ from heatwright.spec import Controller
 from heatwright.spec.loops import shortest_period_s
 
 METERED_PARTS = 10
-"""Least number of time steps in a control period if a current is measured: a limiter must read
+"""Minimum number of time steps in a control period if a current is measured: a limiter must read
 the current of the present duty."""
 
 

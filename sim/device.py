@@ -186,9 +186,9 @@ class AvrDevice:
         shield.keypad.press(key)
 
     def send(self, line: str) -> None:
-        """Send a line of G-code as the host, once the lines before it are answered.
+        """Send a line of G-code as the host, after the lines before it are answered.
 
-        A touch display sends the line unchanged, at once: "#8 1;".
+        A command of the touch display ("#8 1;") is sent by the display, unchanged and at once.
         """
         if for_display(self._controller, line):
             self.parts(Nextion)[0].send(line)
@@ -196,9 +196,9 @@ class AvrDevice:
             self.host.send(line)
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give an order to the program as the operator; number -- of a program, or a segment.
+        """Give a command to the program as the operator; number -- of a program, or a segment.
 
-        The order goes by the touch display or, without one, by the keys of the shield's menu.
+        The command goes by the touch display or, without one, by the menu of the shield's keypad.
         """
         for display in self.parts(Nextion):
             display.send(in_bytes(order, number))
@@ -394,7 +394,7 @@ class AvrDevice:
     # -- power ---------------------------------------------------------------------------------
 
     def power_cycle(self, undefined: int = 0xFF) -> None:
-        """Cut the power and restore it: all but the EEPROM starts anew.
+        """Cut the power and restore it: all but the EEPROM starts again.
 
         undefined -- the value of an EEPROM byte that was being written at the cut.
         """

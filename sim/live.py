@@ -14,7 +14,7 @@ from heatwright.spec import Controller
 EXCHANGE_S = 0.005
 """How often bytes are exchanged with outside programs, in the board's time, s."""
 MOST_BEHIND_S = 0.5
-"""Most delay, in real time, that is made up for; a longer delay is not."""
+"""Longest delay, in real time, that is made up for; a longer one is not."""
 LEAST_SLEEP_S = 0.001
 
 
@@ -41,7 +41,7 @@ class Clock:
         self._start_s = time()
 
     def wait(self, board_s: float) -> None:
-        """Wait for the real time of a board time; if that is long past, start counting anew."""
+        """Wait for the real time of a board time; if that is long past, start counting again."""
         early_s = self._start_s + board_s / self._speed - self._time()
         if early_s > LEAST_SLEEP_S:
             self._pause(early_s)
@@ -57,7 +57,7 @@ def run(
     *,
     until_s: float | None = None,
 ) -> None:
-    """Run the board against the spec's machine, to a time or for ever.
+    """Run the board against the spec's machine, to a time or without end.
 
     Raises ValueError when the spec has no simulation.
     """

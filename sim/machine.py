@@ -28,7 +28,7 @@ Feel = Callable[[float], float]
 class Heat(NamedTuple):
     """Changes the power of a load: from the share that its pin asks for to the real share.
 
-    times -- factor; least -- least share, also while the pin is off; once_asked -- replaces any
+    times -- factor; least -- lowest share, also while the pin is off; once_asked -- replaces any
     share above 0.
     """
 
@@ -48,8 +48,8 @@ class Beside(NamedTuple):
 class Stop(NamedTuple):
     """Conditions that end a run of steps early, after the step in which any of them is met.
 
-    changed -- one of these variables has changed; below -- a sensor is below so many °C; spread --
-    no node exceeds its `highest_c` without power; turned -- this load's pin has changed its level.
+    changed -- one of these variables has changed; below -- a sensor is below a temperature, °C;
+    spread -- no node exceeds its `highest_c` without power; turned -- this load's pin has changed.
     """
 
     changed: tuple[Variable, ...] = ()
@@ -64,7 +64,7 @@ NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 LOG_ROWS = 2048
-"""Most steps between two times that the log is emptied."""
+"""Maximum number of steps between two times that the log is emptied."""
 WATCHED, SENSED = 1, 2
 """Bits of a row: it counts for the peaks; its temperatures were given to the sensors."""
 TIME, BITS, FEED, TIPS = range(4)

@@ -1,4 +1,4 @@
-"""Proofs that a fan turns: an airflow contact, or the pulses of its tachometer."""
+"""What shows that a fan turns: an airflow contact, or the pulses of its tachometer."""
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.fan import Fan
@@ -17,8 +17,8 @@ class AirflowSwitch:
     """An airflow contact, closed to ground while a fan turns.
 
     It is simulated as a relay's mirror contact whose coil has current while the fan is off. stands
-    -- whether the fan stands still, whatever its line's level; wire -- that of the contact; both
-    faults survive a loss of power.
+    -- whether the fan stands still, whatever its line's level; wire -- the state of the contact's
+    wire; both faults survive a loss of power.
     """
 
     def __init__(self, fan: str) -> None:

@@ -41,7 +41,7 @@ NO_MARGIN = "on_too_long"
 """The rule without a margin: how long a loop may be on does not depend on phases."""
 
 QUICKER = 0.98
-"""A chip's conversion time over its longest by the data sheet: if it were synchronous with the
+"""A chip's conversion time over the data sheet's longest: if it were synchronous with the
 loop, it would hide the largest differences of two readings."""
 
 TOLD = ("time_s", "temperature_c", "setpoint_c")
@@ -55,8 +55,8 @@ FAN_SHARES = 20
 class Number(NamedTuple):
     """A number of a rule that can be raised.
 
-    part -- the part of `protection` that holds it, "": `protection` itself; field, key -- its name
-    in the Python model, and in the spec.
+    part -- the part of `protection` that contains it, "": `protection` itself; field, key -- its
+    name in the Python model, and in the spec.
     """
 
     part: str
@@ -89,11 +89,11 @@ NUMBERS = {
     "effort_high": (Number("effort", "for_s", "for", "s"),),
     "effort_low": (Number("effort", "for_s", "for", "s"),),
 }
-"""Numbers to raise, by the rule's id; those of other rules depend on machine and sensor."""
+"""Numbers to raise, by the rule's id; numbers of other rules depend on machine and sensor."""
 
 
 class Part(NamedTuple):
-    """One rehearsal: of a loop (None: of the scenario), with the numbers that keys have set."""
+    """One rehearsal: of a loop (None: of the scenario), with numbers of the keypad."""
 
     loop: str | None
     setting: Setting = ()
@@ -110,7 +110,7 @@ class Tripped(NamedTuple):
 
     loop, rule -- the loop and the rule's id; part -- the loop that was taken through its setpoints,
     None: the scenario; machine -- the healthy machine, None: the spec's plant; setting -- the
-    numbers that keys had set; time_s -- when; reading_c, setpoint_c -- those of the loop then.
+    numbers that the keypad had set; time_s -- its time; reading_c, setpoint_c -- of the loop then.
     """
 
     loop: str
@@ -128,7 +128,7 @@ class _TrippedError(Exception):
 
 
 def parts(controller: Controller) -> tuple[Part, ...]:
-    """Return the rehearsals: the scenario, each loop, and the numbers that keys can set.
+    """Return the rehearsals: the scenario, each loop, and the numbers that the keypad can set.
 
     Without a simulated machine there are none.
     """
@@ -233,7 +233,7 @@ def _path(tripped: Tripped) -> Path:
 
 
 class _Enough(NamedTuple):
-    """A number that is enough, the controller with it, and the rules that trip there next."""
+    """A number that is enough, the controller with it, and the rules that trip next."""
 
     value: str
     controller: Controller
@@ -241,12 +241,12 @@ class _Enough(NamedTuple):
 
 
 def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) -> _Enough | None:
-    """Return the least raised number with which no run trips the rule; None: there is none."""
+    """Return the smallest raised number with which no run trips the rule; None: there is none."""
     hardest_first = list(tripped)
     for factor in FACTORS:
         value, other = _raised(controller, tripped[0].loop, number, factor)
         if check(other):
-            return None  # another rule, or a node's `bears`, forbids it
+            return None  # another rule, or a node's limit (`bears`), forbids it
         next_ones = []
         for each in hardest_first:
             again = _once_more(other, each)
@@ -279,7 +279,7 @@ def stricter(controller: Controller) -> Controller:
 
 
 def _less(value: float, number: Number, loop: Loop) -> float:
-    """Reduce a limit by MARGIN; one that is counted in periods, by at least one if possible."""
+    """Reduce a limit by MARGIN, and by at least one period if it counts periods, if possible."""
     periods = steps(value, loop)
     if number.unit != "s" or periods == 1:
         return (1 - MARGIN) * value

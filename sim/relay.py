@@ -58,7 +58,7 @@ class SafetyRelay:
     def closed_fraction(self) -> float:
         """Return the share of time (0..1) in which the main contacts conducted since the last call.
 
-        Without power, or if no time has passed, their present state: 0 or 1.
+        Without power, or if no time has passed, it is their present state: 0 or 1.
         """
         if self._avr is None:
             return float(self.armature is Armature.WELDED)

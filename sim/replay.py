@@ -2,13 +2,13 @@
 
 The reference model gets the inputs of each step: reading, setpoint and acknowledgement; for a
 commanded loop also switch, mode, manual duty, gains, emergency stop and the start of a tuning; for
-a programmed one the orders and the copy of the program; the critical temperature; the heater's
+a programmed one the commands and the copy of the program; the critical temperature; the heater's
 current. Every other member must be equal to the last bit.
 
 Some inputs are not members of the log. Acknowledgements and starts are derived from their counts; a
 stop, a lost master and a bad relay from the fault's code. A fault that survived a reset, or caused
 it, is taken from the first step after the reset and listed in `ReplayResult.restored`, as the log
-cannot prove it. So is a program that survived it.
+cannot prove it. The same applies to a program that survived a reset.
 """
 
 from collections.abc import Mapping

@@ -12,10 +12,10 @@ from heatwright.spec.scenario.program_orders import Order
 from heatwright.spec.simulation import LEAST_VERIFIED_S
 
 PRESS_S = 0.1
-"""A short press: this long down, then at least as long up."""
+"""A short press: the key is down for this time, then up for at least as long."""
 
 ASKS = Event.model_validate({"at": "1 s", "send": "M105"})
-"""A connected host asks for the temperatures as soon as the controller has started."""
+"""The line by which a host asks for the temperatures as soon as the controller has started."""
 
 STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
 """A host's line with an emergency stop, which latches a fault."""
@@ -41,7 +41,7 @@ class Operable(Protocol):
 
 
 class Action(NamedTuple):
-    """One action: a line, write or order is sent, the feed changes, or a key goes down or up."""
+    """One action: a line, write or command is sent, the feed changes, or a key goes down or up."""
 
     time_s: float
     key: str | None = None
@@ -53,7 +53,7 @@ class Action(NamedTuple):
     write: Write | None = None
     """The master's write."""
     program: ProgramOrder | None = None
-    """The order to a program."""
+    """The command to a program."""
 
     def give(self, device: Operable, coupling: Coupling) -> None:
         """Do it, without waiting for its effect."""

@@ -42,7 +42,7 @@ class Tape:
 
     @cached_property
     def orders(self) -> list[Orders]:
-        """The orders for each step; made at first use, as not every caller needs them."""
+        """The commands for each step; made at first use, as not every caller needs them."""
         log = self._log
         usual = {field: repeat(each, len(log)) for field, each in NO_ORDERS._asdict().items()}
         given = _given(log, log.dtype.names or ())
@@ -67,7 +67,7 @@ def _passed(log: StepLog, count: str) -> list[int]:
 
 
 def _given(log: StepLog, names: tuple[str, ...]) -> dict[str, Iterable[Any]]:
-    """Return the orders in the log, by their fields; not every loop has all of them."""
+    """Return the commands in the log, by their fields; not every loop has all of them."""
     code = log["fault.code"]
     watched = np.where(np.isin(code, WATCHED_FAULTS), code, 0)
     plain = {"enabled": "enabled", "paused": "paused", "current_raw": "current.raw"}

@@ -1,4 +1,4 @@
-"""Numbers of an algorithm that people set by keys: which, in which range, and their extremes."""
+"""The numbers of an algorithm that the keypad sets, their ranges, and the ends of these."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -15,7 +15,7 @@ MOST_DECIMALS = 4
 
 
 class Kind(NamedTuple):
-    """A number of an algorithm that keys can set: its key in a spec, and its names elsewhere."""
+    """A kind of number that the keypad can set: its key in a spec, and its other names."""
 
     key: str
     field: str
@@ -49,7 +49,7 @@ class Number(NamedTuple):
 
     @property
     def decimals(self) -> int:
-        """Decimals that show each value the keys can reach; MOST_DECIMALS + 1 if none suffice."""
+        """Decimals that show each value the keypad can set; MOST_DECIMALS + 1 if none suffice."""
         reached = (self.value, self.minimum, self.maximum, self.step)
         able = (
             each
@@ -68,11 +68,11 @@ class Number(NamedTuple):
 
 
 Setting = tuple[tuple[Number, float], ...]
-"""Numbers, with values that keys may have set."""
+"""Numbers, with values that the keypad may have set."""
 
 
 def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
-    """List the numbers of a loop's algorithm that keys set, in the order of the display."""
+    """List the numbers of a loop's algorithm that the keypad sets, in the order of the display."""
     keypad = keypad_of(controller)
     if keypad is None or keypad.adjust is None or keypad.loop != loop_name:
         return ()
@@ -85,12 +85,12 @@ def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
 
 
 def sets_gains(controller: Controller, loop_name: str) -> bool:
-    """Return whether keys set a gain of a loop."""
+    """Return whether the keypad sets a gain of a loop."""
     return any(each.kind.key in GAINS for each in numbers_of(controller, loop_name))
 
 
 def fixed(controller: Controller) -> tuple[Interface, ...]:
-    """Return the interfaces with no numbers that keys set: each keeps the algorithm's value."""
+    """Return the interfaces without numbers to set: each number keeps the algorithm's value."""
     keypad = keypad_of(controller)
     return tuple(
         each.model_copy(update={"adjust": None}) if each is keypad else each
@@ -99,7 +99,7 @@ def fixed(controller: Controller) -> tuple[Interface, ...]:
 
 
 def extremes(controller: Controller) -> Iterator[Setting]:
-    """List all settings in which each number is at an end of its range; none without keys."""
+    """List all settings in which each number is at an end of its range; none without a keypad."""
     keypad = keypad_of(controller)
     if keypad is None or keypad.loop not in controller.loops:
         return
@@ -109,7 +109,7 @@ def extremes(controller: Controller) -> Iterator[Setting]:
 
 
 def with_setting(controller: Controller, setting: Setting) -> Controller:
-    """Return the controller with the numbers of a setting; keys cannot change them any more."""
+    """Return the controller with the numbers of a setting; the keypad cannot change them."""
     keypad = keypad_of(controller)
     if keypad is None or not setting:
         return controller

@@ -12,10 +12,10 @@ from heatwright.spec.registry import with_brought
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LEAST_RANGE_PERCENT = 1.0
-"""Least distance of a maximum duty that a command sets from the minimum duty: without a range above
-0 an idle loop would ask for its maximum."""
+"""Smallest distance of a maximum duty that a command sets from the minimum duty: without a range
+above 0 an idle loop would ask for its maximum."""
 LARGEST_GAIN = 1e6
-"""Far above any use, and far below where products with temperatures leave single precision."""
+"""Far above any useful gain; its products with temperatures still fit into single precision."""
 
 
 class Gain(Checked):
@@ -47,7 +47,7 @@ _Lead = Annotated[
     Quantity(DURATION, least=0.0),
     Field(
         alias="lead",
-        description="How far to look ahead: the temperature plus lead times its slope decides.",
+        description="How far to look ahead: the temperature plus `lead` times its slope decides.",
     ),
 ]
 _LeadFilter = Annotated[
@@ -68,7 +68,7 @@ class OnOff(Model):
     hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
         alias="hysteresis",
-        description="Half width of the band: off at setpoint + this, on at setpoint − this.",
+        description="Half width: off at setpoint + this, on at setpoint − this.",
     )
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
@@ -106,12 +106,12 @@ class ThreePosition(Model):
     kind: Literal["three_position"]
     dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
         alias="dead_band",
-        description="Half width of the band: heats below setpoint − this, cools above it + this.",
+        description="Half width: heats below setpoint − this, cools above setpoint + this.",
     )
     hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
         alias="hysteresis",
-        description="How far into the band heating or cooling goes on, once begun.",
+        description="How far heating or cooling goes on into the dead band.",
     )
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
@@ -146,8 +146,8 @@ class ThreePosition(Model):
 class IntegralLimits(Model):
     """Bounds of the integral term, and what it does at the output's bounds."""
 
-    minimum_percent: _Signed = Field(0.0, alias="minimum", description="Least contribution.")
-    maximum_percent: Percent = Field(100.0, alias="maximum", description="Greatest contribution.")
+    minimum_percent: _Signed = Field(0.0, alias="minimum", description="Lowest contribution.")
+    maximum_percent: Percent = Field(100.0, alias="maximum", description="Highest contribution.")
     while_limited: Literal["hold", "run"] = Field(
         "hold",
         description="`hold` stops the integral while it would push a limited output further.",
@@ -157,8 +157,8 @@ class IntegralLimits(Model):
 class OutputLimits(Model):
     """Bounds of the duty."""
 
-    minimum_percent: Percent = Field(0.0, alias="minimum", description="Least duty.")
-    maximum_percent: Percent = Field(100.0, alias="maximum", description="Greatest duty.")
+    minimum_percent: Percent = Field(0.0, alias="minimum", description="Lowest duty.")
+    maximum_percent: Percent = Field(100.0, alias="maximum", description="Highest duty.")
 
 
 class Pid(Model):
@@ -190,7 +190,7 @@ class Pid(Model):
         0.0, alias="derivative_filter", description="Time constant that smooths the slope."
     )
     derivative_step: Literal["present", "previous"] = Field(
-        "present", description="Of which step the slope is taken; `previous` is one period late."
+        "present", description="Step whose slope counts; `previous` is one period late."
     )
     integral: IntegralLimits = Field(
         DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
@@ -204,7 +204,7 @@ class Pid(Model):
     band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] | None = Field(
         None,
         alias="band",
-        description="Beyond it below the setpoint full power, above it none; left out: no band.",
+        description="Beyond it below the setpoint full power, above it none. Default: no band.",
     )
     dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,

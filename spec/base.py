@@ -18,10 +18,10 @@ DEFAULTS: Any = {}
 instance would have pydantic build that model's validator by itself while modules are imported."""
 
 MOST_ENTRIES = 100
-"""Most entries of a mapping or list: the largest board has 86 pins, and each costs check time."""
+"""Maximum number of entries of a mapping or list: the largest board has 86 pins."""
 
 LONGEST_TITLE = 80
-"""Most characters of a text for people, which must fit into one line of a comment."""
+"""Maximum number of characters of a text for people, which must fit into one line of a comment."""
 
 ABSOLUTE_ZERO_C = -273.15
 
@@ -38,7 +38,7 @@ class Model(BaseModel):
 
 
 class Least(NamedTuple):
-    """Least memory of a firmware: bytes of flash, and of RAM with the stack."""
+    """Memory that a firmware needs at least: bytes of flash, and of RAM with the stack."""
 
     flash: int
     ram: int
@@ -69,7 +69,7 @@ def _plain_text(value: object) -> str:
     if len(value) > LONGEST_TITLE:
         raise refuse(f"this text has {len(value)} characters", f"Use at most {LONGEST_TITLE}")
     if not value.isprintable():
-        raise refuse("this text holds characters that cannot be printed", "Retype it on one line")
+        raise refuse("this text has characters that cannot be printed", "Retype it on one line")
     return value
 
 

@@ -84,7 +84,7 @@ def minds_host(controller: Controller, loop_name: str) -> bool:
 def switched(controller: Controller, loop_name: str) -> bool:
     """Return whether a loop is enabled and disabled apart from its setpoint.
 
-    A master serves all loops; keys, a touch display and programs one each.
+    A master serves all loops; a keypad, a touch display and programs one each.
     """
     if loop_name not in controller.loops:
         return False
@@ -92,9 +92,9 @@ def switched(controller: Controller, loop_name: str) -> bool:
 
 
 def by_hand(controller: Controller, loop_name: str) -> bool:
-    """Return whether people switch a loop: by keys, on a touch display, or by starting programs.
+    """Return whether people switch a loop: by a keypad, a touch display, or starting programs.
 
-    Keys beside a host switch as the host does, by the setpoint.
+    A keypad beside a host switches as the host does, by the setpoint.
     """
     if touched(controller, loop_name) or programmed(controller, loop_name):
         return True
@@ -102,7 +102,7 @@ def by_hand(controller: Controller, loop_name: str) -> bool:
 
 
 def keyed(controller: Controller, loop_name: str) -> bool:
-    """Return whether the keys of the display shield serve a loop."""
+    """Return whether the keypad of the display shield serves a loop."""
     keypad = keypad_of(controller)
     return keypad is not None and keypad.loop == loop_name
 
@@ -113,7 +113,7 @@ def plotted(controller: Controller, loop_name: str) -> bool:
 
 
 def countdown_of(controller: Controller, loop_name: str) -> Countdown | None:
-    """Find what lets people set a time after which a loop goes off."""
+    """Find the countdown with which the operator sets a time after which a loop goes off."""
     keypad = keypad_of(controller)
     return keypad.countdown if keypad is not None and keypad.loop == loop_name else None
 
@@ -125,7 +125,7 @@ def touched(controller: Controller, loop_name: str) -> bool:
 
 
 def programmed(controller: Controller, loop_name: str) -> bool:
-    """Return whether programs move a loop's setpoint."""
+    """Return whether programs set a loop's setpoint."""
     return controller.programs is not None and controller.programs.loop == loop_name
 
 

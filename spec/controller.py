@@ -59,13 +59,13 @@ def _board(value: Any) -> str:
 class Identity(Model):
     """The controller's name, its board and its clock."""
 
-    name: Name = Field(description="Name of its folder and files.")
-    title: Title | None = Field(None, description="What it is, in a few words; else its name.")
+    name: Name = Field(description="Name of the generated folder and files.")
+    title: Title | None = Field(None, description="Description. Default: the name.")
     board: Annotated[str, Checked(_board, enum=list(BOARDS))] = Field(
         description="The board, or bare chip."
     )
     clock_hz: Annotated[float, Quantity(FREQUENCY, least=8e6)] | None = Field(
-        None, alias="clock", description="The crystal's frequency; left out: the board's own."
+        None, alias="clock", description="The crystal's frequency. Default: the board's own."
     )
 
 
@@ -76,18 +76,18 @@ class Lockout(Model):
     """After several trips within a time, only a person at the machine can acknowledge."""
 
     trips: Annotated[int, WholeNumber("a number of trips", 1, 100, 3)] = Field(
-        3, description="Trips after which nobody can acknowledge remotely."
+        3, description="Number of trips after which nobody can acknowledge remotely."
     )
     within_s: _LockoutTime = Field(
         1800.0, alias="within", description="Time after which a trip no longer counts."
     )
     hold_s: Annotated[float, Quantity(DURATION, least=3.0, most=60.0)] = Field(
-        5.0, alias="hold", description="With keys: time for which a person holds SELECT."
+        5.0, alias="hold", description="With a keypad: time for which a person holds SELECT."
     )
     wait_s: _LockoutTime = Field(
         600.0,
         alias="wait",
-        description="Without keys: time after a loss of power until somebody may acknowledge.",
+        description="Without a keypad: time after a loss of power until somebody may acknowledge.",
     )
 
 
@@ -147,8 +147,8 @@ class ComparisonRow(Model):
         None, description="Loop that is varied; needed where there are several."
     )
     setpoint_c: Temperature = Field(alias="setpoint", description="Setpoint of the experiment.")
-    algorithm: Algorithm = Field(description="Takes the place of the loop's algorithm.")
-    output: Output | None = Field(None, description="Takes the place of the loop's heater.")
+    algorithm: Algorithm = Field(description="Replaces the loop's algorithm.")
+    output: Output | None = Field(None, description="Replaces the loop's heater.")
     published: Published | None = Field(None, description="Published figures, if there are any.")
 
 
@@ -170,7 +170,7 @@ class Controller(Model):
         DEFAULTS, validate_default=True, description="Watchdog, relay and inputs."
     )
     interfaces: tuple[Interface, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="Displays, keys, serial lines."
+        (), max_length=MOST_ENTRIES, description="Displays, keypads, LEDs, serial lines."
     )
     simulation: Simulation | None = Field(None, description="The simulated machine.")
     comparison: tuple[ComparisonRow, ...] = Field(

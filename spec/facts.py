@@ -46,18 +46,18 @@ class LoopFacts:
     autotune: bool
     """A command can start the experiment that finds the loop's gains."""
     programmed: bool
-    """Programs move the loop's setpoint."""
+    """Programs set the loop's setpoint."""
     must_release: bool
     """The loop must be told "off" before it takes an "on"."""
     starts_enabled: bool
     keyed: bool
-    """The keys of the display shield serve the loop."""
+    """The keypad of the display shield serves the loop."""
     touched: bool
     """A touch display serves the loop."""
     plotted: bool
     """A plotter is sent the loop's numbers."""
     countdown: bool
-    """People set a time after which the loop goes off."""
+    """The operator sets a time after which the loop goes off."""
     has_state: bool
     """The loop can say whether it works, heats, cools and is warm: it is switched, or has LEDs."""
     # What may be set, and what outlives a loss of power.
@@ -70,8 +70,8 @@ class LoopFacts:
     limits_adjustable: bool
     """A host may narrow the limits of the loop's integral and output."""
     keyed_numbers: tuple[Number, ...]
-    """Numbers of the loop's algorithm that keys set."""
-    # What its control step does besides.
+    """Numbers of the loop's algorithm that the keypad sets."""
+    # What its control step does in addition.
     readings: int
     """How many readings are in the mean that the control uses."""
     inputs: bool
@@ -86,7 +86,7 @@ class LoopFacts:
     """Fans whose proof the loop's step checks."""
     fan_proven: bool
     monitors: tuple[str, ...]
-    """Monitors that the loop's step checks besides `also`."""
+    """Monitors, in addition to `also`, that the loop's step checks."""
     master_lost: bool
     on_limited: bool
     """The loop has an `on_for_at_most`."""

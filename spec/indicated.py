@@ -6,7 +6,7 @@ from heatwright.spec.interfaces import Indicators
 
 
 def shown_loop(controller: Controller, indicators: Indicators) -> str:
-    """Name the loop that LEDs show: the one they name, else the only one."""
+    """Name the loop that LEDs show: the one they name, otherwise the only one."""
     return next(iter(controller.loops)) if indicators.loop is None else indicators.loop
 
 

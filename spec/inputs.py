@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 MOST_INPUTS = 8
-"""Most inputs: the tick's interrupt reads each of them."""
+"""Maximum number of inputs: the tick's interrupt reads each of them."""
 
 
 class Input(Model):
     """A contact, such as a door's, of an emergency stop or of a thermal cut-out."""
 
-    pin: PinName = Field(description="The contact to ground; the pin has a pull-up.")
+    pin: PinName = Field(description="Pin at the contact to ground; it has a pull-up.")
     trips: StrictBool = Field(
         True,
-        description="Rule `input_open`: an open contact is a fault. Else nothing heats while it is "
-        "open.",
+        description="Rule `input_open`: an open contact is a fault. With `false` the heat only "
+        "pauses.",
     )
     for_s: Annotated[float, Quantity(DURATION, least=0.02, most=1.0)] = Field(
         0.05,

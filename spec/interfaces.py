@@ -146,9 +146,9 @@ _Minutes = Annotated[float, Quantity(DURATION, least=60.0, most=LONGEST_COUNTDOW
 
 
 class Countdown(Model):
-    """A time, set by keys, after which the loop goes off."""
+    """A time, set at the keypad, after which the loop goes off."""
 
-    longest_s: _Minutes = Field(86_400.0, alias="longest", description="The longest time.")
+    longest_s: _Minutes = Field(86_400.0, alias="longest", description="Longest time.")
     step_s: _Minutes = Field(
         300.0, alias="step", description="Change of the time for each press of UP or DOWN."
     )
@@ -157,12 +157,12 @@ class Countdown(Model):
     )
 
 
-_LEAST, _MOST = Field(description="Least to be set."), Field(description="Most to be set.")
+_LEAST, _MOST = Field(description="Lowest value."), Field(description="Highest value.")
 _STEP = Field(description="Change for each press of UP or DOWN.")
 
 
 class DifferenceRange(Model):
-    """Range in which keys set a temperature difference, K."""
+    """Range in which the keypad sets a temperature difference, K."""
 
     minimum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _LEAST]
     maximum: Annotated[float, Quantity(DIFFERENCE, least=0.0), _MOST]
@@ -170,7 +170,7 @@ class DifferenceRange(Model):
 
 
 class DurationRange(Model):
-    """Range in which keys set a duration, s."""
+    """Range in which the keypad sets a duration, s."""
 
     minimum: Annotated[float, Quantity(DURATION, least=0.0), _LEAST]
     maximum: Annotated[float, Quantity(DURATION, least=0.0), _MOST]
@@ -178,7 +178,7 @@ class DurationRange(Model):
 
 
 class GainRange(Model):
-    """Range in which keys set a gain, in the gain's unit."""
+    """Range in which the keypad sets a gain, in the gain's unit."""
 
     minimum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _LEAST]
     maximum: Annotated[float, BareNumber(0.0, LARGEST_GAIN, "0.5", closed=True), _MOST]
@@ -186,9 +186,9 @@ class GainRange(Model):
 
 
 class Adjust(Model):
-    """Numbers of the loop's algorithm that people set by keys."""
+    """Numbers of the loop's algorithm that the operator sets at the keypad."""
 
-    hysteresis: DifferenceRange | None = Field(None, description="For on_off, three_position.")
+    hysteresis: DifferenceRange | None = Field(None, description="Of on_off, three_position.")
     lead: DurationRange | None = Field(None, description="For on_off, three_position.")
     kp: GainRange | None = Field(None, description="For pid, %/K.")
     ki: GainRange | None = Field(None, description="For pid, %/(K·s).")
@@ -233,10 +233,10 @@ class LcdKeypad(_OfOneLoop):
         1.0, alias="step", description="Change of the setpoint for each press of UP or DOWN."
     )
     countdown: Countdown | None = Field(
-        None, description="Let people set a time after which the loop goes off; left out, none."
+        None, description="Let the operator set a time after which the loop goes off."
     )
     adjust: Adjust | None = Field(
-        None, description="Numbers of the algorithm that people may set; left out, none."
+        None, description="Numbers of the algorithm that the operator may set. Default: none."
     )
     least: ClassVar[Least] = Least(1080, 60)
     shield: ClassVar[Shield | None] = LCD_KEYPAD
@@ -279,7 +279,7 @@ class ModbusRtu(_Interface):
         "even", description="Parity of each character; `even` is what the standard starts with."
     )
     asked_stop_bits: Literal[1, 2] | None = Field(
-        None, alias="stop_bits", description="Left out: 2 without parity, else 1 (the standard)."
+        None, alias="stop_bits", description="Stop bits. Default: 2 without parity, 1 with it."
     )
     driver_enable: PinName | None = Field(
         None, description="Pin that switches an RS-485 driver to sending; high sends."
@@ -313,7 +313,7 @@ class ModbusRtu(_Interface):
 
     @property
     def character_bits(self) -> int:
-        """Bits of a character on the line, its start bit included; 11 by the standard."""
+        """Bits of a character on the line, its start bit included; 11 according to the standard."""
         return 1 + 8 + (self.parity != "none") + self.stop_bits
 
 

@@ -1,4 +1,4 @@
-"""Loops: sensor, heater, algorithm, setpoint, and the protections about them."""
+"""Loops: sensor, heater, algorithm, setpoint, and their protections."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ DEFAULT_MARGIN_K = 15.0
 """Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
 
 MOST_STEPS = 65535
-"""Most steps that a 16-bit counter holds."""
+"""Maximum number of steps: a 16-bit counter counts them."""
 
 _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
@@ -60,70 +60,70 @@ class Limits(Model):
 class Heating(Limits):
     """Rule `heating_failed`: full power must raise the temperature."""
 
-    rise_k: _Rise = Field(2.0, alias="rise", description="Rise that full power must bring.")
+    rise_k: _Rise = Field(2.0, alias="rise", description="Rise that full power must cause.")
     within_s: _RuleTime = Field(
         120.0,
         alias="within",
-        description="Time in which it must do so. Left out: from the plant, or 2 min.",
+        description="Time for that rise. Default: derived from the plant; without one 2 min.",
     )
 
 
 class Runaway(Limits):
-    """Rules `runaway_above` and `runaway_below`: once reached, the setpoint must be held."""
+    """Rules `runaway_above` and `runaway_below`: the setpoint, once reached, must be held."""
 
     above_k: _Rise = Field(
         10.0,
         alias="above",
-        description="Deviation above it that is too large. Left out: from the plant, or 10 K.",
+        description="Largest deviation above the setpoint. Default: from the plant, or 10 K.",
     )
     below_k: _Rise | None = Field(
-        None, alias="below", description="Deviation below that is too large; else no such rule."
+        None, alias="below", description="Largest deviation below the setpoint. Default: none."
     )
-    for_s: _RuleTime = Field(60.0, alias="for", description="Time it must last.")
+    for_s: _RuleTime = Field(60.0, alias="for", description="How long the deviation must last.")
 
 
 class Frozen(Limits):
-    """Rule `sensor_frozen`: with more heat than holding needs, readings must move."""
+    """Rule `sensor_frozen`: at more power than holding the setpoint needs, readings must change."""
 
     for_s: _RuleTime = Field(
         600.0,
         alias="for",
-        description="Time of such heat without a change of reading. Left out: from the plant, or "
-        "10 min.",
+        description="How long the duty may be above `holding` while the reading does not change. "
+        "Default: derived from the plant; without one 10 min.",
     )
     holding_percent: Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)] = Field(
         0.0,
         alias="holding",
-        description="Duty that holding may need: at it a reading may stand still for ever. "
-        "Left out: from the plant, or 0 %.",
+        description="Duty that holding the setpoint may need: up to it a reading may stand still. "
+        "Default: derived from the plant; without one 0 %.",
     )
 
 
 class RisingWhileOff(Limits):
-    """Rule `rising_while_off`: with the heater off, the temperature must not climb."""
+    """Rule `rising_while_off`: with the heater off, the temperature must not rise."""
 
     rise_k: _Rise = Field(
         10.0,
         alias="rise",
-        description="Rise above the lowest reading since. Left out: from the plant, or 10 K.",
+        description="Rise above the lowest reading so far. Default: from the plant, or 10 K.",
     )
     settle_s: _RuleTime = Field(
         120.0,
         alias="settle",
-        description="Time after switching off in which it may coast up. Left out: from the plant, "
-        "or 2 min.",
+        description="Time after switching off in which the reading may rise. Default: derived from "
+        "the plant; without one 2 min.",
     )
 
 
 class Agreement(Limits):
     """Rule `sensors_disagree`: a second sensor must read what the loop's own sensor reads."""
 
-    within_k: _Rise = Field(alias="within", description="Largest difference of both.")
-    for_s: _RuleTime = Field(10.0, alias="for", description="Time it must last.")
+    within_k: _Rise = Field(alias="within", description="Largest difference of the readings.")
+    for_s: _RuleTime = Field(10.0, alias="for", description="How long the difference must last.")
 
 
 class EffortLine(NamedTuple):
-    """Limits of the power for a reading, %: straight lines from `from_c` to that of the next."""
+    """Limits of the power for a reading, %: each line begins at `from_c`, and ends at the next."""
 
     from_c: float
     high_percent: float
@@ -142,7 +142,7 @@ class EffortLine(NamedTuple):
 class EffortBand(NamedTuple):
     """Limits of rules `effort_high` and `effort_low`, derived from a plant.
 
-    filter_s -- time for which the plant feels a power; move_k -- a smaller change counts as none.
+    filter_s -- mean response time of the plant to a power; move_k -- a smaller change is none.
     """
 
     filter_s: float
@@ -160,22 +160,22 @@ _Low = Annotated[float, Quantity(PERCENT, least=0.1, most=100.0)]
 
 
 class Effort(Limits):
-    """Rules `effort_high` and `effort_low`: the power fits the reading."""
+    """Rules `effort_high` and `effort_low`: the power must fit the reading."""
 
     high_percent: Annotated[_High | None, Off] = Field(
         None,
         alias="high",
         description="Highest power of a healthy machine, as a share of what the plant needs for a "
-        "reading in winter, or `off`. Left out: from the plant's tolerance.",
+        "reading in winter, or `off`. Default: derived from the plant's tolerance.",
     )
     low_percent: Annotated[_Low | None, Off] = Field(
         None,
         alias="low",
-        description="Lowest power, as a share of what the plant needs in summer, or `off`. Left "
-        "out: from the plant's tolerance.",
+        description="Lowest power of a healthy machine, as a share of what the plant needs for a "
+        "reading in summer, or `off`. Default: derived from the plant's tolerance.",
     )
     for_s: _RuleTime = Field(
-        3600.0, alias="for", description="Time it must last. Left out: from the plant."
+        3600.0, alias="for", description="Time beyond a limit to a trip. Default: from the plant."
     )
 
     _band: EffortBand | None = PrivateAttr(default=None)
@@ -184,7 +184,7 @@ class Effort(Limits):
     def band(self) -> EffortBand:
         """The limits derived from the plant; `check` refuses these rules without a plant."""
         if self._band is None:
-            message = "the rules of effort need a plant"
+            message = "the rules effort_high and effort_low need simulation.plant"
             raise ValueError(message)
         return self._band
 
@@ -207,18 +207,20 @@ class Protection(Model):
     maximum_c: Temperature = Field(
         math.inf,
         alias="maximum",
-        description="Rule `over_temperature`. Left out: the highest setpoint plus 15 K.",
+        description="Rule `over_temperature`. Default: the highest setpoint plus 15 K.",
     )
     maximum_adjustable: StrictBool = Field(
-        False, description="Let the operator lower the maximum; it is kept in EEPROM."
+        False, description="Let the operator lower `maximum`; the value is kept in EEPROM."
     )
     minimum_c: Temperature = Field(
-        -10.0, alias="minimum", description="Rule `under_temperature`: a colder reading is wrong."
+        -10.0,
+        alias="minimum",
+        description="Rule `under_temperature`: readings at or below it are wrong.",
     )
     rise_rate_k_per_s: Annotated[float, Quantity(RATE, least=0.0001)] = Field(
         5.0,
         alias="rise_rate",
-        description="Rule `rise_rate`: a faster change, up or down, is wrong.",
+        description="Rule `rise_rate`: a faster change of the reading is wrong.",
     )
     heating: Annotated[Heating | None, Off] = Field(
         DEFAULTS, validate_default=True, description="Rule `heating_failed`, or `off`."
@@ -231,7 +233,7 @@ class Protection(Model):
     stale_after_s: _Time = Field(
         5.0,
         alias="stale_after",
-        description="Time without a good reading until it is a fault; the heater is off at once.",
+        description="Longest time without a valid reading; meanwhile the heater is off.",
     )
     frozen: Annotated[Frozen | None, Off] = Field(
         DEFAULTS, validate_default=True, description="Rule `sensor_frozen`, or `off`."
@@ -242,37 +244,37 @@ class Protection(Model):
     # The controller sets the default, because only it knows the plant.
     effort: Annotated[Effort | None, Off] = Field(
         None,
-        description="Rules `effort_high` and `effort_low`, or `off`. Left out: on where there is a "
-        "plant, and more than 16 KB of flash.",
+        description="Rules `effort_high` and `effort_low`, or `off`. Default: on with a plant and "
+        "more than 16 KB of flash.",
     )
     # The controller sets the default, because only it knows who commands the loop.
     master_lost_after_s: Annotated[_Time | None, Off] = Field(
         None,
         alias="master_lost_after",
         description="Rule `master_lost`: time without a master's request, or a host's line, while "
-        "the loop is on. Left out: 10 min under a host of G-code, else no such rule.",
+        "the loop is on. Default: 10 min with a host (`gcode`), otherwise no such rule.",
     )
     agreement: Agreement | None = Field(
-        None, description="Rule `sensors_disagree`; needed with `also`, and only there."
+        None, description="Rule `sensors_disagree`: needed with `also`, refused without it."
     )
     on_for_at_most_s: (
         Annotated[float, Quantity(DURATION, least=600.0, most=LONGEST_ON_S)] | None
     ) = Field(
         None,
         alias="on_for_at_most",
-        description="Rule `on_too_long`: time that the loop may be on without being switched off; "
-        "left out: no such rule.",
+        description="Rule `on_too_long`: time that the loop may be on without being switched off. "
+        "Default: no such rule.",
     )
 
 
 class Autotune(Model):
-    """A relay experiment, started by command, that finds the gains."""
+    """A relay experiment that a command starts and that finds the gains."""
 
     cycles: Annotated[int, WholeNumber("a number of cycles", 3, 20, 5)] = Field(
-        5, description="Oscillations of the experiment."
+        5, description="Number of oscillations in the experiment."
     )
     swing_percent: Annotated[float, Quantity(PERCENT, least=1.0, most=100.0)] = Field(
-        100.0, alias="swing", description="Duty below the target, of the output's maximum."
+        100.0, alias="swing", description="Duty below the target, in % of the output's maximum."
     )
     timeout_s: _Time = Field(
         1200.0, alias="timeout", description="Time after which the experiment is given up."
@@ -285,7 +287,7 @@ class Response(Model):
     within_k: _Rise = Field(
         alias="within", description="Deviation within which the temperature has settled."
     )
-    for_s: _Time = Field(60.0, alias="for", description="Time it must stay within.")
+    for_s: _Time = Field(60.0, alias="for", description="How long the deviation must be so small.")
 
 
 class Loop(Model):
@@ -293,7 +295,8 @@ class Loop(Model):
 
     sensor: Reference = Field(description="Sensor that measures the temperature.")
     also: Reference | None = Field(
-        None, description="Monitor whose sensor measures the same; the loop heats only with both."
+        None,
+        description="Monitor with a second sensor there; the loop heats only with both.",
     )
     heater: Reference = Field(description="Output that heats.")
     fan: Reference | None = Field(
@@ -304,8 +307,8 @@ class Loop(Model):
     )
     starts: Literal["enabled", "disabled"] | None = Field(
         None,
-        description="State after the power-up of a loop that somebody can switch on; left out: "
-        "`disabled`.",
+        description="State of the loop after the power-up. Default for a loop that somebody can "
+        "switch on: `disabled`.",
     )
     period_s: _Time = Field(
         alias="period", description="Time between control steps; a multiple of the 10 ms tick."
@@ -313,15 +316,15 @@ class Loop(Model):
     setpoint: Setpoint = Field(description="The range of the setpoint.")
     algorithm: Algorithm = Field(description="How the heater's duty follows from the error.")
     autotune: Autotune | None = Field(
-        None, description="Let a command tune the gains; left out, none can."
+        None, description="Let a host or a master tune the gains by a command."
     )
     ready_within_k: _Rise | None = Field(
         None,
         alias="ready_within",
-        description="Deviation up to which the loop is ready; a feed waits for that.",
+        description="Deviation up to which the loop is ready; a feed waits until it is ready.",
     )
     response: Response | None = Field(
-        None, description="Measure settling time and overshoot; left out: not measured."
+        None, description="Measure settling time and overshoot. Default: not measured."
     )
     protection: Protection = Field(
         DEFAULTS,
@@ -341,7 +344,7 @@ class Loop(Model):
 
     @property
     def rise_per_period_k(self) -> float:
-        """The most by which rule `rise_rate` lets a reading change from one step to the next, K."""
+        """Largest change of a reading from one step to the next that rule `rise_rate` allows, K."""
         return self.protection.rise_rate_k_per_s * self.period_s
 
     def periods_s(self, count: float) -> float:
@@ -353,15 +356,15 @@ class Loop(Model):
         return seconds / self.period_s
 
     def next_step_s(self, after_s: float) -> float:
-        """Return the time by which the next step has come after a time, at the latest, s."""
+        """Return the latest time of the next step after a time, s."""
         return after_s + self.period_s
 
     def rate_k_per_s(self, change_k: float) -> float:
-        """Return how fast a change from one step to the next looks, K/s."""
+        """Return the rate of a change from one step to the next, K/s."""
         return change_k / self.period_s
 
     def has_time_for(self, seconds: float) -> bool:
-        """Return whether a period is long enough for something."""
+        """Return whether a period is at least this long."""
         return self.period_s >= seconds
 
     def integral(self, total: float) -> float:

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 MOST_MONITORS = 8
-"""Most monitors: each takes an address and a bit of its own on a Modbus line."""
+"""Maximum number of monitors: each takes an address and a bit of its own on a Modbus line."""
 
 
 class Monitor(Model):
     """A sensor that belongs to no loop, with a warning and a limit."""
 
-    sensor: Reference = Field(description="The sensor; no loop names it as its own.")
+    sensor: Reference = Field(description="The monitor's sensor; no loop uses it as `sensor`.")
     warning_c: Temperature = Field(
         alias="warning", description="Temperature that warns people; nothing else happens."
     )
@@ -33,7 +33,7 @@ class Monitor(Model):
         2.0, alias="hysteresis", description="The warning ends this far below `warning`."
     )
     stale_after_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
-        5.0, alias="stale_after", description="Time without a valid reading that is a fault."
+        5.0, alias="stale_after", description="Time without a valid reading until a fault."
     )
 
 
@@ -43,7 +43,7 @@ Monitors = Annotated[Mapping[Name, Monitor], at_most(MOST_MONITORS)]
 def watching_loop(controller: Controller, name: str) -> str | None:
     """Name the loop whose control step checks a monitor; None where there is none.
 
-    It is the loop that names it in `also`, else the first whose period fits the sensor's reading.
+    It is the loop that names it in `also`, or the first whose period fits the sensor's reading.
     """
     sensor = controller.thermometers.get(controller.monitors[name].sensor)
     if sensor is None:

@@ -1,11 +1,11 @@
-"""Names of a spec become C identifiers and file names: which ones may."""
+"""Which names a spec may use, as they become C identifiers and file names."""
 
 import re
 
 from heatwright.spec.problems import refuse
 
 LONGEST_NAME = 24
-"""Most characters: with the longest prefix and suffix within the 63 that C11 distinguishes."""
+"""Maximum length: with the longest prefix and suffix within the 63 that C11 distinguishes."""
 
 NAME = r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$"
 _NAME = re.compile(NAME)

@@ -46,13 +46,13 @@ class Tachometer(Model):
         alias="speed", description="Nominal speed, from its data sheet."
     )
     pulses: Annotated[int, WholeNumber("a number of pulses", 1, 12, 2)] = Field(
-        2, description="Pulses in each revolution."
+        2, description="Pulses per revolution."
     )
     minimum_rpm: Annotated[float, Quantity(SPIN, least=1.0)] | None = Field(
-        None, alias="minimum", description="Slower counts as stopped; default half its speed."
+        None, alias="minimum", description="A slower fan has stopped. Default: half of `speed`."
     )
     maximum_rpm: Annotated[float, Quantity(SPIN, least=1.0)] | None = Field(
-        None, alias="maximum", description="Faster counts as a fault; default 1.5 times its speed."
+        None, alias="maximum", description="More pulses are noise. Default: 1.5 times `speed`."
     )
 
     @property
@@ -91,7 +91,7 @@ class Proof(Model):
     within_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] = Field(
         5.0,
         alias="within",
-        description="Rule `fan_stopped`: time that the fan may take to start, or that its proof "
+        description="Rule `fan_stopped`: time that the fan may take to start, or that its signal "
         "may be missing.",
     )
     tachometer: Tachometer | None = Field(
@@ -133,7 +133,7 @@ class DigitalOutput(Model):
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     current: Current | None = Field(None, description=_CURRENT)
     proof: Proof | None = Field(
-        None, description="What shows that a loop's fan turns; left out: its pin's level."
+        None, description="Feedback that a loop's fan turns. Default: none, its pin's level counts."
     )
     least: ClassVar[Least] = Least(10, 0)
 
@@ -192,11 +192,11 @@ class PwmOutput(_Metered):
     power_w: Power | None = Field(None, alias="power", description=_POWER)
     frequency_hz: Annotated[float, Quantity(FREQUENCY, least=SLOWEST_PWM_HZ)] = Field(
         alias="frequency",
-        description="Held within 0.5 %; to 500 Hz at any pin, faster where its timer can.",
+        description="PWM frequency, within 0.5 %; above 500 Hz only at a timer's pin.",
     )
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     rated_v: Volt | None = Field(
-        None, alias="rated", description="Voltage at which the load has its power; else the supply."
+        None, alias="rated", description="Voltage of the load at its power. Default: the supply's."
     )
     current: Current | None = Field(None, description=_CURRENT)
     least: ClassVar[Least] = Least(90, 1)
@@ -293,23 +293,23 @@ class Stepper(_Metered):
 
     kind: Literal["stepper"]
     step: PinName = Field(description="Pin at the driver's STEP; a rising edge is a step.")
-    direction: PinName = Field(description="Pin at its DIR; high is forwards.")
-    enable: PinName = Field(description="Pin at its ENABLE.")
+    direction: PinName = Field(description="Pin at the driver's DIR; high is forwards.")
+    enable: PinName = Field(description="Pin at the driver's ENABLE.")
     enable_active: Active = Field("low", description="Level at which the motor is held.")
     steps: Annotated[int, WholeNumber("a number of steps", 1, 10_000, 200)] = Field(
-        description="Full steps of a turn."
+        description="Full steps per revolution."
     )
     microsteps: Annotated[int, WholeNumber("a number of microsteps", 1, 256, 16)] = Field(
-        1, description="Parts of a full step, as the driver is set."
+        1, description="Microsteps of a full step, as set at the driver."
     )
     lead_mm: Annotated[float, Quantity(LENGTH, least=0.001)] = Field(
-        alias="lead", description="Feed for each turn."
+        alias="lead", description="Feed per revolution."
     )
     maximum_mm_per_s: Annotated[float, Quantity(SPEED, least=0.001)] = Field(
         alias="maximum", description="Highest speed."
     )
     acceleration_mm_per_s2: Annotated[float, Quantity(ACCELERATION, least=0.001)] = Field(
-        alias="acceleration", description="How fast it starts and stops."
+        alias="acceleration", description="Acceleration of the feed."
     )
     least: ClassVar[Least] = Least(1400, 22)
 

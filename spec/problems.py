@@ -10,7 +10,7 @@ Path: TypeAlias = tuple[str | int, ...]
 
 
 LONGEST_QUOTE = 40
-"""Most characters of the file that are quoted in a message."""
+"""Maximum number of characters of the file that are quoted in a message."""
 
 
 def dotted(path: Path) -> str:

@@ -21,7 +21,7 @@ from heatwright.spec.quantity import Quantity, number
 from heatwright.spec.units import DIFFERENCE, DURATION, PROGRAM_RATE
 
 LONGEST_NAME = 12
-"""Most characters of a program's name: what fits a line of 16 beside its number."""
+"""Maximum length of a program's name: what fits a line of 16 beside its number."""
 MOST_POINTS = 20
 LONGEST_SEGMENT_S = 31 * 86_400.0
 FARTHEST_K = 100.0
@@ -57,8 +57,8 @@ ProgramName = Annotated[
 class Segment(Model):
     """One part of a program: a ramp to a temperature, or a hold."""
 
-    to_c: Temperature | None = Field(None, alias="to", description="Temperature at its end.")
-    over_s: _Time | None = Field(None, alias="over", description="Time it takes, whole seconds.")
+    to_c: Temperature | None = Field(None, alias="to", description="Target temperature.")
+    over_s: _Time | None = Field(None, alias="over", description="Its duration, whole seconds.")
     asked_rate: (
         Annotated[
             float | str,
@@ -94,7 +94,7 @@ class Segment(Model):
 
     @property
     def kind(self) -> SegmentKind:
-        """Which of the five forms the segment has."""
+        """Which of the five kinds the segment has."""
         if self.until:
             return "until"
         if self.hold_s is not None:
@@ -110,7 +110,7 @@ class Segment(Model):
 
     @property
     def at_k_per_h(self) -> float | None:
-        """Rate of the setpoint, K/h; None in all other forms."""
+        """Rate of the setpoint, K/h; None in all other kinds."""
         return self.asked_rate if isinstance(self.asked_rate, float) else None
 
     @property
@@ -120,16 +120,16 @@ class Segment(Model):
 
     @property
     def hold_s(self) -> float | None:
-        """Time of a hold, s; None in all other forms."""
+        """Time of a hold, s; None in all other kinds."""
         return self.asked_hold if isinstance(self.asked_hold, float) else None
 
 
 class Program(Model):
     """One program with its name, as the controller has it until an operator edits it."""
 
-    name: ProgramName = Field(description=f"Its name, up to {LONGEST_NAME} characters.")
+    name: ProgramName = Field(description=f"The program's name, up to {LONGEST_NAME} characters.")
     segments: tuple[Segment, ...] = Field(
-        max_length=MOST_ENTRIES, description="What it does, one after the other."
+        max_length=MOST_ENTRIES, description="The program's segments in order."
     )
 
     @model_validator(mode="after")
@@ -143,12 +143,12 @@ class HoldBack(Model):
     """The program's clock waits while the machine lags behind."""
 
     within_k: _Band = Field(
-        8.0, alias="within", description="Deviation beyond which the clock waits."
+        8.0, alias="within", description="Deviation beyond which the program's clock waits."
     )
     limit_s: Annotated[float, Quantity(DURATION, least=1.0, most=65_535.0)] = Field(
         7200.0,
         alias="limit",
-        description="Rule `program_lags`: total time in one segment that it may lag below.",
+        description="Rule `program_lags`: longest total lag below in one segment.",
     )
 
 
@@ -158,10 +158,10 @@ class AfterPowerLoss(Model):
     resume_within_k: Annotated[float, Quantity(DIFFERENCE, least=0.0, most=FARTHEST_K)] = Field(
         0.0,
         alias="resume_within",
-        description="It resumes if the temperature has changed by no more; 0 K: never.",
+        description="Largest change of temperature after which it resumes; 0 K: never.",
     )
     otherwise: Literal["stop", "pause"] = Field(
-        "stop", description="What it does if it has changed by more."
+        "stop", description="What the program does after a larger change."
     )
 
 
@@ -192,19 +192,19 @@ Resumes = BeforeValidator(_fits)
 class Programs(Model):
     """The programs of one loop, and how they run."""
 
-    loop: Reference = Field(description="Loop whose setpoint they move.")
+    loop: Reference = Field(description="Loop whose setpoint the programs set.")
     points: Annotated[int, WholeNumber("a number of points", 1, MOST_POINTS, 10)] = Field(
-        10, description="Most segments in one program."
+        10, description="Maximum number of segments in one program."
     )
     asked_places: Annotated[int, WholeNumber("a number of programs", 1, 8, 4)] | None = Field(
         None,
         alias="places",
-        description="How many programs the EEPROM keeps; left out: 3, or as many as are stored.",
+        description="How many programs the EEPROM keeps. Default: 3, or as many as are stored.",
     )
     hold_back: Annotated[HoldBack | None, Within, Off] = Field(
         DEFAULTS,
         validate_default=True,
-        description="The clock waits while the machine lags by more, or `off`.",
+        description="Lag beyond which the program's clock waits, or `off`.",
     )
     reached_within_k: _Band = Field(
         1.0,

@@ -15,10 +15,10 @@ from heatwright.spec.problems import Checked, refuse, shown
 from heatwright.spec.units import DIFFERENCE, DURATION, FREQUENCY, TEMPERATURE, Dimension
 
 LONGEST = 64
-"""Most characters of a quantity. Longer text is a mistake; quoting it would bury the message."""
+"""Maximum length of a quantity. Longer text is a mistake; quoting it would bury the message."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?"
-"""Two digits of exponent: enough for thermal machines, and no result can overflow."""
+"""The exponent has two digits: enough for thermal machines, and no result can overflow."""
 _QUANTITY = re.compile(rf"({NUMBER})\s*(.*)", re.ASCII | re.DOTALL)
 _DROPPED = str.maketrans("", "", "·*()")
 
@@ -191,7 +191,7 @@ class Quantity(Checked):
         return self.read_one(value)
 
     def read_one(self, value: object) -> float:
-        """Read one quantity and hold it to its limits."""
+        """Read one quantity and check its limits."""
         result = parse(value, self.dimension)
         if self.choices:
             if result not in self.choices:

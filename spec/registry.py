@@ -5,7 +5,7 @@ Such a package names each of its kinds, and the model of it, by an entry point:
     [project.entry-points."heatwright.kinds"]
     "sensor.max31865" = "heatwright_max31865.model:Max31865"
 
-The kind's other modules stand beside its model (docs/extending.md).
+The kind's other modules are beside its model (docs/extending.md).
 """
 
 import os

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Rule(NamedTuple):
-    """One reason to switch a heater off for good. Codes are never renumbered."""
+    """One reason to switch a heater off until somebody acknowledges. A code never changes."""
 
     code: int
     id: str
@@ -26,8 +26,8 @@ _RULES = (
         2,
         "sensor_short",
         "SENSOR SHORT",
-        "The sensor's line is held at one end, as by a short circuit.",
-        "Look for a short circuit in its cable.",
+        "The sensor reads as if its wires were shorted.",
+        "Look for a short circuit in its cable and its connectors.",
     ),
     Rule(
         3,
@@ -40,14 +40,14 @@ _RULES = (
         4,
         "sensor_stale",
         "SENSOR STALE",
-        "No reading has come for too long.",
-        "Check the sensor; then report this, for the firmware should have had one.",
+        "No reading has come from the sensor for too long.",
+        "Check the sensor; if it works, report this: the firmware should have had a reading.",
     ),
     Rule(
         5,
         "sensor_reset",
         "SENSOR RESET",
-        "The sensor has lost its settings: its supply broke down.",
+        "The sensor has lost its settings, as its supply has failed.",
         "Check the sensor's supply and its capacitor.",
     ),
     Rule(
@@ -62,41 +62,41 @@ _RULES = (
         "under_temperature",
         "TOO COLD",
         "The temperature fell to the protection's minimum.",
-        "Check the sensor: so low a reading is mostly a damaged one.",
+        "Check the sensor and its wires: a reading this low is usually wrong.",
     ),
     Rule(
         8,
         "rise_rate",
         "JUMP",
-        "The temperature changed faster than the machine can.",
-        "Check the sensor's contacts and where it sits.",
+        "The reading changed faster than the machine's temperature can.",
+        "Check the sensor's contacts and its place.",
     ),
     Rule(
         9,
         "sensor_frozen",
         "FROZEN",
-        "The reading has not moved although the heater was on.",
-        "Replace the sensor; check that it sits where it measures.",
+        "The reading has not changed although the heater was on.",
+        "Check that the sensor sits in its place; if it does, replace it.",
     ),
     Rule(
         10,
         "heating_failed",
         "NO HEATING",
         "Full power did not raise the temperature.",
-        "Check the heater, its supply and its switch, and where the sensor sits.",
+        "Check the heater, its supply and its switch, and the sensor's place.",
     ),
     Rule(
         11,
         "runaway_above",
         "RUNAWAY HIGH",
-        "The temperature left the band about the setpoint upwards, and stayed there.",
+        "The temperature rose above the band around the setpoint, and stayed above it.",
         "Look for a switch that conducts while it is off.",
     ),
     Rule(
         12,
         "runaway_below",
         "RUNAWAY LOW",
-        "The temperature left the band about the setpoint downwards, and stayed there.",
+        "The temperature fell below the band around the setpoint, and stayed below it.",
         "Check the heater and the sensor; look for a draught or an open door.",
     ),
     Rule(
@@ -111,13 +111,13 @@ _RULES = (
         "watchdog_reset",
         "WATCHDOG",
         "The watchdog had to reset the controller.",
-        "Look for disturbances on its supply; if it comes again, report it.",
+        "Look for disturbances on its supply; if the fault comes again, report it.",
     ),
     Rule(
         15,
         "brown_out",
         "BROWN-OUT",
-        "The controller's supply broke down.",
+        "The controller's supply voltage fell too low.",
         "Check the supply's voltage while the heater switches on.",
     ),
     Rule(
@@ -125,7 +125,7 @@ _RULES = (
         "settings_corrupt",
         "SETTINGS BAD",
         "The stored settings cannot be read.",
-        "Set them again; if it comes again, replace the controller.",
+        "Enter them again; if the fault comes again, replace the controller.",
     ),
     Rule(
         17,
@@ -145,8 +145,8 @@ _RULES = (
         19,
         "emergency_stop",
         "STOPPED",
-        "The host ordered an emergency stop.",
-        "Find out why; then acknowledge it.",
+        "The host commanded an emergency stop.",
+        "Find out why; then acknowledge the fault.",
     ),
     Rule(
         20,
@@ -167,14 +167,14 @@ _RULES = (
         "no_current",
         "NO CURRENT",
         "The heater is on, and too little current flows.",
-        "Check the heater, its wires, its fuse, its supply and the current's sensor.",
+        "Check the heater, its wires, its fuse, its supply and the current sensor.",
     ),
     Rule(
         23,
         "master_lost",
         "MASTER LOST",
-        "The master, or the host, has not asked anything for too long.",
-        "Check the line and the program at its other end; then acknowledge it.",
+        "The master, or the host, has sent nothing to the controller for too long.",
+        "Check the line and the program at its other end; then acknowledge the fault.",
     ),
     Rule(
         24,
@@ -187,14 +187,14 @@ _RULES = (
         25,
         "relay_welded",
         "RELAY WELDED",
-        "The safety relay's contact says closed although the relay is off.",
+        "The feedback contact shows the safety relay closed although it is off.",
         "Disconnect the supply and replace the relay; check its feedback contact.",
     ),
     Rule(
         26,
         "relay_open",
         "RELAY OPEN",
-        "The safety relay's contact says open although the relay is on.",
+        "The feedback contact shows the safety relay open although it is on.",
         "Check the relay's coil, its driver and its feedback contact.",
     ),
     Rule(
@@ -202,56 +202,56 @@ _RULES = (
         "monitor_limit",
         "MONITOR HOT",
         "A monitored part reached its limit.",
-        "Let it cool; find out what heats it, or no longer cools it.",
+        "Let the part cool; find out what heats it, or why it is no longer cooled.",
     ),
     Rule(
         28,
         "fan_stopped",
         "FAN STOPPED",
-        "Nothing proves that the fan turns although it is on.",
-        "Check the fan, its supply and its filter, then what proves it, and its wires.",
+        "The fan is on, but its airflow switch, contact or tachometer does not show that it turns.",
+        "Check fan, supply and filter; then airflow switch, contact or tachometer, and its wires.",
     ),
     Rule(
         29,
         "memory_damaged",
         "MEMORY BAD",
         "A byte of memory that decides about the heater has changed by itself.",
-        "Enter all settings again; if it comes again, replace the controller.",
+        "Enter all settings again; if the fault comes again, replace the controller.",
     ),
     Rule(
         30,
         "on_too_long",
         "ON TOO LONG",
         "The loop has been on for as long as it may be.",
-        "See whether it is still needed; then acknowledge it, and switch it on again.",
+        "Check whether heat is still needed; then acknowledge the fault and switch it on again.",
     ),
     Rule(
         31,
         "input_open",
         "INPUT OPEN",
-        "A contact that has to be closed for heat is open: a door, an emergency stop, a cut-out.",
-        "Find out which it is, and why; look for a torn wire where it seems closed.",
+        "A contact that must be closed for heat is open: a door, an emergency stop, a cut-out.",
+        "Find out which contact is open, and why; if it looks closed, look for a broken wire.",
     ),
     Rule(
         32,
         "sensors_disagree",
         "DISAGREE",
-        "The loop's sensor and the second one say different temperatures.",
-        "Check where both sit, their wires and their settings; replace the one that is wrong.",
+        "The loop's sensor and its second sensor read different temperatures.",
+        "Check the place, the wires and the settings of both; replace the sensor that is wrong.",
     ),
     Rule(
         33,
         "effort_high",
         "MUCH POWER",
-        "It takes more power than a machine of this kind ever needs for its reading.",
-        "Check the sensor, its place and its kind; then heater, supply and walls.",
+        "The loop takes more power than a healthy machine ever needs for this reading.",
+        "Check the sensor, its place and its type; then heater, supply and walls.",
     ),
     Rule(
         34,
         "effort_low",
         "LITTLE POWER",
-        "It takes less power than a machine of this kind needs for its reading.",
-        "Look for a switch that leaks; check the sensor: the reading stands too high.",
+        "The loop takes less power than a healthy machine needs for this reading.",
+        "Look for a switch that leaks; check the sensor: its reading may be too high.",
     ),
     Rule(
         35,
@@ -264,14 +264,14 @@ _RULES = (
         36,
         "flash_damaged",
         "FLASH",
-        "The program in the chip is no longer the one that was put there.",
-        "Program the chip again; if it comes again, replace the controller.",
+        "The program in the chip has changed since it was put there.",
+        "Program the chip again; if the fault comes again, replace the controller.",
     ),
     Rule(
         37,
         "clock_wrong",
         "CLOCK",
-        "Clock and watchdog do not agree, or the watchdog does not reset.",
+        "The clock differs too much from the watchdog's, or the watchdog does not reset the chip.",
         "Check the crystal and the spec's clock; then replace the controller.",
     ),
     Rule(
@@ -285,8 +285,8 @@ _RULES = (
         39,
         "sequence_broken",
         "SEQUENCE",
-        "The processor has left out a part of its work.",
-        "Look for disturbances on its supply; if it comes again, replace the controller.",
+        "The processor has skipped a part of its program.",
+        "Look for disturbances on its supply; if the fault comes again, replace the controller.",
     ),
     Rule(
         40,
@@ -300,14 +300,14 @@ _RULES = (
         "stack_overrun",
         "STACK",
         "The program's stack has grown into its variables.",
-        "Enter all settings again; if it comes again, report it.",
+        "Enter all settings again; if the fault comes again, report it.",
     ),
     Rule(
         42,
         "flash_unsealed",
         "NOT SEALED",
         "The program was put into the chip without its checksum.",
-        "Build it with PlatformIO, or seal it by its project's seal.py; then upload it.",
+        "Build it with PlatformIO, or seal it with its project's seal.py; then upload it.",
     ),
     Rule(
         43,
@@ -322,8 +322,8 @@ NO_LOCKOUT = (
     "watchdog_reset", "brown_out", "settings_corrupt", "emergency_stop", "master_lost",
     "on_too_long",
 )  # fmt: skip
-"""Rules whose trips do not count for a lock-out: their cause is the controller, its supply, host or
-operator, not the machine, its heater or its sensors."""
+"""Rules whose trips do not count for a lock-out: the controller, its supply, host or operator
+causes them, not the machine, its heater or its sensors."""
 
 RULES: dict[int, Rule] = {rule.code: rule for rule in _RULES}
 """All rules by code, in the order of their codes."""

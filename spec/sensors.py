@@ -2,7 +2,7 @@
 
 Other code uses these properties of a model, and never asks for its kind:
 on_adc, on_one_wire, measures_current -- where it is and what it measures. Thermometers also have
-reading_bits -- bits of the signed number that holds a reading; clips_c -- lowest and highest
+reading_bits -- bits of the signed number of a reading; clips_c -- lowest and highest
 temperature that a reading can show, None if no reading beyond its range is valid; selectable --
 types of thermocouple that the operator may choose; fitting -- settings of its own with which it
 would fit into a period. Sensors on the ADC also have unit -- of what they measure; shown_range --
@@ -117,10 +117,10 @@ class Thermistor(AnalogSensor):
 
     kind: Literal["thermistor"]
     tolerances: ThermistorTolerances = Field(
-        DEFAULTS, validate_default=True, description="How exact the parts are."
+        DEFAULTS, validate_default=True, description="Tolerances of the parts."
     )
-    divider: Divider = Field(description="The resistor beside the thermistor.")
-    curve: Curve = Field(description="Its law: beta, Steinhart-Hart, points, codes.")
+    divider: Divider = Field(description="The resistor in series with the thermistor.")
+    curve: Curve = Field(description="Its curve: beta, Steinhart-Hart, points, codes.")
     least: ClassVar[Least] = Least(420, 5)
     amplifier: ClassVar[None] = None
     gives_voltage: ClassVar[Literal[False]] = False
@@ -131,23 +131,23 @@ class Thermistor(AnalogSensor):
 
 
 class Rtd(AnalogSensor):
-    """A platinum element by IEC 60751 or a linear law, in a divider or behind an amplifier."""
+    """A platinum element according to IEC 60751 or linear, in a divider or behind an amplifier."""
 
     kind: Literal["rtd"]
     tolerances: RtdTolerances = Field(
-        DEFAULTS, validate_default=True, description="How exact the parts are."
+        DEFAULTS, validate_default=True, description="Tolerances of the parts."
     )
     element: Literal["pt100", "pt1000"] = Field(description="100 Ω or 1000 Ω at 0 °C.")
     alpha_ppm_per_k: Annotated[float, Quantity(COEFFICIENT, least=3500.0, most=4000.0)] | None = (
         Field(
             None,
             alias="alpha",
-            description="R = R0 · (1 + alpha · t) in the place of IEC 60751.",
+            description="R = R0 · (1 + alpha · t) instead of IEC 60751.",
         )
     )
-    divider: Divider | None = Field(None, description="The resistor beside the element.")
+    divider: Divider | None = Field(None, description="The resistor in series with the element.")
     amplifier: Amplifier | None = Field(
-        None, description="In the place of a divider: a feed and an amplifier."
+        None, description="Excitation and amplifier instead of a divider."
     )
     least: ClassVar[Least] = Least(250, 5)
     curve: ClassVar[None] = None
@@ -171,7 +171,7 @@ class Analog(AnalogSensor):
 
     kind: Literal["analog"]
     tolerances: VoltageTolerances = Field(
-        DEFAULTS, validate_default=True, description="How exact sensor and reference are."
+        DEFAULTS, validate_default=True, description="Tolerances of sensor and reference."
     )
     scale_v_per_k: VoltPerKelvin = Field(alias="scale", description="Voltage for each kelvin.")
     offset_v: Volt = Field(0.0, alias="offset", description="Voltage at 0 °C.")

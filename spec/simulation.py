@@ -33,7 +33,7 @@ from heatwright.spec.units import (
 )
 
 LONGEST_LINE = 500
-"""Most characters of a line that is sent: a display's whole program of 20 segments."""
+"""Maximum length of a line that is sent: a display's whole program of 20 segments."""
 
 AMBIENT = "ambient"
 """The node whose temperature never changes."""
@@ -51,9 +51,9 @@ def _factor(value: Any) -> float:
 class Link(Model):
     """A thermal resistance between two nodes, or a node and `ambient`."""
 
-    between: tuple[Reference, Reference] = Field(description="The two ends.")
+    between: tuple[Reference, Reference] = Field(description="The two nodes.")
     resistance_k_per_w: Annotated[float, Quantity(THERMAL_RESISTANCE, least=1e-6)] = Field(
-        alias="resistance", description="Kelvin of difference for each watt that flows."
+        alias="resistance", description="Temperature difference per watt of heat flow."
     )
 
 
@@ -66,7 +66,7 @@ def _emissivity(value: Any) -> float:
 class Radiation(Model):
     """Heat between two nodes, or a node and `ambient`, by Stefan and Boltzmann's law."""
 
-    between: tuple[Reference, Reference] = Field(description="The two ends.")
+    between: tuple[Reference, Reference] = Field(description="The two nodes.")
     area_m2: Annotated[float, Quantity(AREA, least=1e-9)] = Field(
         alias="area", description="Surface that radiates."
     )
@@ -78,9 +78,9 @@ class Radiation(Model):
 class Sense(Model):
     """Where a sensor sits and how it lags."""
 
-    node: Reference | None = Field(None, description="Node whose temperature it measures.")
+    node: Reference | None = Field(None, description="Node whose temperature the sensor measures.")
     of: Reference | None = Field(
-        None, description="Heating output whose mean current it measures, in the place of a node."
+        None, description="Heating output whose mean current it measures, instead of a node."
     )
     lag_s: _Time = Field(0.0, alias="lag", description="Time constant of the sensor.")
     delay_s: _Time = Field(0.0, alias="delay", description="Dead time before the lag.")
@@ -105,7 +105,7 @@ class FanEffect(Model):
 
     link: tuple[Reference, Reference] = Field(description="The two ends of the link.")
     factor: Annotated[float, Checked(_factor, type="number", exclusiveMinimum=0, maximum=1000)] = (
-        Field(description="By what the link's conductance is multiplied while the fan runs.")
+        Field(description="Factor on the link's conductance while the fan runs.")
     )
 
 
@@ -115,7 +115,7 @@ class Filament(Model):
     node: Reference = Field(description="Node that heats it from ambient to its own temperature.")
     heat_j_per_k_mm: Annotated[float, Quantity(FEED_HEAT, least=0.0)] = Field(
         alias="heat",
-        description="Heat for each kelvin and millimetre: area · density · heat.",
+        description="Heat per kelvin and millimetre: area · density · specific heat.",
     )
 
 
@@ -136,12 +136,12 @@ class ThermalNetwork(Model):
         description="For each sensor, where it measures."
     )
     initial_c: Temperature | None = Field(
-        None, alias="initial", description="Temperature of all nodes at the start; else ambient."
+        None, alias="initial", description="Temperature of all nodes at the start, or ambient."
     )
     bears_c: Annotated[Mapping[str, Temperature], ReadOnly] = Field(
         {},
         alias="bears",
-        description="For each node, the highest temperature that it bears; left out: what full "
+        description="Highest temperature that each node withstands. Default: what full "
         "power makes of it until the loop's maximum trips, and a tenth more.",
         validate_default=True,
     )
@@ -197,7 +197,7 @@ class Event(Model):
         1, description="How often the key is pressed."
     )
     held_s: Annotated[float, Quantity(DURATION, least=0.1, most=60.0)] | None = Field(
-        None, alias="held", description="How long the key is down each time; else 0.1 s."
+        None, alias="held", description="How long the key is down each time. Default: 0.1 s."
     )
     send: _Line | None = Field(None, description="Line that a host or a display sends.")
     extrude_mm_per_s: Annotated[float, Quantity(SPEED, least=0.0)] | None = Field(
@@ -207,10 +207,10 @@ class Event(Model):
         None, description="What the master writes, such as {nozzle.setpoint: 300 °C}."
     )
     program: ProgramOrders | None = Field(
-        None, description="Order to a program: `start 1`, `pause`, `jump 3` and so on."
+        None, description="Command to a program: `start 1`, `pause`, `jump 3` and so on."
     )
     for_s: Annotated[float, Quantity(DURATION, least=0.01)] | None = Field(
-        None, alias="for", description="Length of the scenario; the last line, alone."
+        None, alias="for", description="Length of the scenario, in its last event."
     )
 
     @model_validator(mode="after")

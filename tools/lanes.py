@@ -3,7 +3,7 @@
 
     python tools/lanes.py [EXAMPLE …] [--seconds 600]
 
-Both run the reference model in closed loop with machines that are drawn about the example's, and
+Both run the reference model in closed loop with machines that are drawn around the example's, and
 end with the same bits (`tests/arrays`). Times are of the processor; one by one is that of a few
 machines, in proportion. The translation of the model, which a process does once, counts with the
 lanes.

@@ -1,4 +1,4 @@
-"""The thread that runs the board: it executes orders, keeps the speed, publishes the state."""
+"""The thread that runs the board: it executes commands, keeps the speed, publishes the state."""
 
 import heapq
 import math
@@ -23,7 +23,7 @@ from heatwright.sim.live import Clock
 from heatwright.spec import Controller
 
 SLICE_S = 0.02
-"""Real time between two checks for orders, s: a key press waits no longer."""
+"""Real time between two checks for commands, s: a key press waits no longer."""
 TELL_S = 0.02
 TELL_QUICK_S = 0.1
 """Shortest real time between two updates of the tabs, s: up to real time, and above it."""
@@ -34,12 +34,12 @@ and between two readings of all variables."""
 FULL_S = 0.05
 """Approximate real time of a stretch at full speed, s."""
 MOST_STRETCH = 20_000
-"""Most steps of time in a stretch."""
+"""Maximum number of steps of time in a stretch."""
 FULL = math.inf
 ROUNDING_S = 1e-9
 
 Answer = Callable[[str], None]
-"""Called with an error message about an order, or ""."""
+"""Called with an error message about a command, or ""."""
 
 
 class Board:
@@ -89,14 +89,14 @@ class Board:
         self._thread.join()
 
     def order(self, order: Order, answer: Answer) -> None:
-        """Queue an order; answer -- is called in the board's thread."""
+        """Queue a command; answer -- is called in the board's thread."""
         self._orders.put((order, answer))
 
     def scenario(self) -> str:
         """Return the recorded actions as a scenario file. Raises Unsaid."""
         return self.recorded.text(self.name, self.world.now_s)
 
-    # -- what orders do ------------------------------------------------------------------------
+    # -- what commands do ------------------------------------------------------------------------
 
     def set_speed(self, speed: float) -> None:
         """Change the speed."""
@@ -154,7 +154,7 @@ class Board:
             self._waiting = None
 
     def _take_orders(self, *, at_once: bool = False) -> None:
-        """Execute orders; at_once -- only those that are allowed within a step of the machine."""
+        """Execute commands; at_once -- only those that are allowed within a step of the machine."""
         while self._next_order():
             assert self._waiting is not None  # noqa: S101 - _next_order has set it
             order, answer = self._waiting
@@ -172,10 +172,10 @@ class Board:
         return True
 
     def do(self, order: Order) -> str:
-        """Execute an order, in the board's thread; return an error message, or ""."""
+        """Execute a command, in the board's thread; return an error message, or ""."""
         act = ORDERS.get(str(order.get("do")))
         if act is None:
-            return f"The order {order.get('do')!r} does not exist."
+            return f"There is no command {order.get('do')!r}."
         try:
             act(self, order)
         except BadOrder as error:
@@ -226,7 +226,7 @@ class Board:
         self.world.device.advance(end_s)
 
     def _slowly(self, end_s: float) -> None:
-        """Run the device to the end of a step in slices of real time, so that orders act within."""
+        """Run the device to the end of a step in slices of real time; commands act between."""
         device = self.world.device
         while (left_s := end_s - device.time_s) > ROUNDING_S:
             if self._waiting is None and not self._stop.is_set():

@@ -29,7 +29,7 @@ class Cause:
 
     @property
     def lasts(self) -> bool:
-        """Whether the fault has a cure; else it happens once, or is undone in the wiring."""
+        """Whether the fault has a cure; otherwise it happens once, or is undone in the wiring."""
         return self.fault.cure is not nothing
 
 

@@ -1,4 +1,4 @@
-"""The orders that a tab may send, by name; anything else is refused."""
+"""The commands that a tab may send, by name; anything else is refused."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _step(board: Board, order: Order) -> None:
 
 
 def _at(board: Board, order: Order) -> None:
-    """Pass an order to an interface."""
+    """Pass a command to an interface."""
     number = order.get("interface")
     if isinstance(number, bool) or not isinstance(number, int):
         raise BadOrder("interface: the number of an interface is needed.")
@@ -108,4 +108,4 @@ ORDERS: Mapping[str, Act] = {
     "play": _play,
 }
 AT_ONCE = ("at", "speed")
-"""Orders that can be executed in the middle of a step of the machine."""
+"""Commands that can be executed in the middle of a step of the machine."""

@@ -13,7 +13,7 @@ from heatwright.spec.loading.translate import findings
 from heatwright.spec.scenario.writes import AMOUNTS
 
 LEAST_S = 1.0
-"""Least time from the last event to the end of a scenario."""
+"""Shortest time from the last event to the end of a scenario."""
 
 
 class Unsaid(ValueError):

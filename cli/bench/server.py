@@ -47,7 +47,7 @@ SAFE = {
 QUICKLY = 1
 """Level of PNG compression: low, as pictures only go to a browser on this computer."""
 LONGEST_ORDER = 4096
-"""Most bytes of an order."""
+"""Maximum number of bytes of a command."""
 
 
 class Shown(Protocol):
@@ -62,7 +62,7 @@ class Shown(Protocol):
     when_failed: Callable[[], None]
 
     def order(self, order: Mapping[str, Any], answer: Callable[[str], None]) -> None:
-        """Execute an order; answer -- is called with an error message, or ""."""
+        """Execute a command; answer -- is called with an error message, or ""."""
 
     def scenario(self) -> str:
         """Return the recorded actions as a scenario file. Raises Unsaid."""
@@ -166,7 +166,7 @@ def app_of(board: Shown, token: str, port: int) -> ASGIApp:
 
 
 async def _talk(line: WebSocket, board: Shown) -> None:
-    """Send news to a tab, and receive its orders, until it closes."""
+    """Send news to a tab, and receive its commands, until it closes."""
     told, answers = Told(), asyncio.Queue[dict[str, Any]]()
     async with _woken(board) as woken:
         teller = asyncio.create_task(_tell(line, board, told, answers, woken))
@@ -226,7 +226,7 @@ def _take(
     answers: asyncio.Queue[dict[str, Any]],
     woken: asyncio.Event,
 ) -> None:
-    """Pass an order to the board; answer anything else with an error."""
+    """Pass a command to the board; answer anything else with an error."""
     loop = asyncio.get_running_loop()
     order = _order(text)
     number = order.get("number")

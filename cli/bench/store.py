@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MOST_POINTS = 20_000
-"""Most points of a chart: beyond this, every second point of the older half is removed."""
+"""Limit of a chart's points: beyond it every second point of the older half is removed."""
 MOST_LINES = 1_000
-"""Most lines of a console."""
+"""Maximum number of lines of a console."""
 
 Point = tuple[float | None, ...]
 

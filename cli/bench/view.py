@@ -16,7 +16,7 @@ from heatwright.spec.rules import RULES
 
 JOURNAL = "journal"
 MOST_ELEMENTS = 16
-"""Most elements of an array that are listed one by one."""
+"""Maximum number of elements of an array that are listed one by one."""
 
 
 class View:

@@ -25,7 +25,7 @@ TEXTS = frozenset({"outcome", "rule", "too_hot", "drawn.fault", "drawn.fault.loo
 
 
 def fingerprint(*parts: Any) -> str:
-    """Return a hash of 16 hex digits of bytes, or of values that JSON can hold."""
+    """Return a hash of 16 hex digits of bytes, or of values that JSON can have."""
     found = sha256()
     for part in parts:
         data = part if isinstance(part, bytes) else json.dumps(part, sort_keys=True).encode()
@@ -49,7 +49,7 @@ def identity(task: Task) -> dict[str, str | int]:
 class Store:
     """The runs of one campaign.
 
-    rows -- by the run's number; identity -- fingerprints or numbers, such as that of the spec.
+    rows -- the finished runs, by number; identity -- what tells campaigns apart: see `identity()`.
     """
 
     def __init__(self, folder: Path, identity: dict[str, str | int]) -> None:
@@ -58,7 +58,7 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[None]:
-        """Lock the folder for this command; raises Refused if it holds another campaign."""
+        """Lock the folder for this command; raises Refused if it contains another campaign."""
         with blaming(self.folder):
             self.folder.mkdir(exist_ok=True)
         lock = FileLock(self.folder / LOCK)
@@ -98,7 +98,7 @@ class Store:
         other = [what for what, value in self._identity.items() if kept.get(what) != value]
         if other:
             raise Refused(
-                f"{self.folder}: holds runs of another {' and another '.join(other)}, which must "
+                f"{self.folder}: has runs of another {' and another '.join(other)}, which must "
                 "not be mixed with these. Name another folder with --output, or delete this one."
             )
 

@@ -14,7 +14,7 @@ QUANTILE_NAMES = ("least", "5 %", "median", "95 %", "most")
 SHOWN = ("overshoot_k", "settling_s", "steady_error_k", "maximum_c")
 """Figures of each loop that the summary shows; the table has all."""
 MOST_CASES = 3
-"""Most runs that are listed for each kind of unwanted result."""
+"""Maximum number of runs that are listed for each kind of unwanted result."""
 
 
 class Quantiles(NamedTuple):
@@ -43,7 +43,7 @@ class Summary:
     """The whole summary.
 
     outcomes -- number of runs by outcome; rules -- number of runs in which the rule tripped without
-    a fault; too_hot -- number of runs in which the node became hotter than it bears.
+    a fault; too_hot -- number of runs in which the node became too hot.
     """
 
     runs: int
@@ -144,7 +144,7 @@ def _odd(rows: Sequence[Row]) -> Iterable[Worst]:
         found = [row for row in rows if row[column] == word]
         yield from (_case(what, str(row[told]), row) for row in found[:MOST_CASES])
     hot = [row for row in rows if row["too_hot"] is not None]
-    yield from (_case("hotter than it bears", str(row["too_hot"]), row) for row in hot[:MOST_CASES])
+    yield from (_case("above its limit", str(row["too_hot"]), row) for row in hot[:MOST_CASES])
 
 
 def _case(what: str, value: str, row: Row) -> Worst:

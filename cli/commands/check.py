@@ -162,7 +162,7 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
         yield spec.tree.problem(
             ("safety", "self_checks"),
             "the controller does not check its own processor, memories and clock: one that is "
-            "damaged may heat for ever",
+            "damaged may heat permanently",
             "Delete this line if the chip has room for the checks, about 1,000 B of flash",
         )
     board, taken = spec.controller.board, least(spec.controller)

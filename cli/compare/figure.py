@@ -31,7 +31,7 @@ from heatwright.spec import Published, Spec
 COLUMNS = 3
 PANEL_IN = (4.0, 2.3)
 CROSSINGS = 60
-"""Most crossings of the setpoint that can be distinguished in one panel."""
+"""Maximum number of crossings of the setpoint that can be distinguished in one panel."""
 BINS = 200
 CLOSE_CROSSINGS = 8
 """Number of the last crossings, which an inset of the panel enlarges."""

@@ -11,7 +11,7 @@ from heatwright.spec.quantity import about, duration, tidy
 from heatwright.spec.simulation import AMBIENT
 
 MOST_STEPS = 3
-"""Most steps of power that the heading lists."""
+"""Maximum number of steps of power that the heading lists."""
 
 REMARK = 48
 """Column at which the remarks begin."""

@@ -171,9 +171,9 @@ class Shown:
             self._thread.join()
 
     def order(self, order: Mapping[str, Any], answer: Callable[[str], None]) -> None:
-        """Refuse any order: this page only shows data."""
+        """Refuse any command: this page only shows data."""
         del order
-        answer("This page accepts no orders.")
+        answer("This page accepts no commands.")
 
     def scenario(self) -> str:
         """Raise Unsaid: this page records no actions."""

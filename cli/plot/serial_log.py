@@ -8,7 +8,7 @@ from heatwright.sim.identify.cells import DIALECTS, fields, value
 from heatwright.spec import Controller, SerialLog
 
 LEAST_S = 10.0
-"""Least time between two requests: an answer of 600 entries takes 6 s."""
+"""Shortest time between two requests: an answer of 600 entries takes 6 s."""
 WIDTH = 4
 _COMMAS = DIALECTS[0]
 

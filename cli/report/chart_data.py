@@ -30,7 +30,7 @@ from heatwright.sim.trace import StepLog, Trace
 from heatwright.spec import Controller
 
 MOST_POINTS = 4000
-"""Most points of a curve: four for each pixel column of a wide window."""
+"""Maximum number of points of a curve: four for each pixel column of a wide window."""
 
 TALL, MIDDLE, LOW = 260, 170, 90
 """Heights of panels in pixels."""

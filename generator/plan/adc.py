@@ -1,4 +1,4 @@
-"""The ADC: one scan per tick, shared by the analog sensors and the keys."""
+"""The ADC: one scan per tick, shared by the analog sensors and the keypad."""
 
 import math
 from dataclasses import dataclass
@@ -128,7 +128,7 @@ def known_limits(root: Source) -> tuple[Constant, ...]:
 
 
 def has_sensors(controller: Controller) -> bool:
-    """Return whether the ADC measures anything but keys."""
+    """Return whether the ADC measures anything but the keypad."""
     return bool(controller.adc_sensors)
 
 
@@ -140,7 +140,7 @@ def channel_of(controller: Controller, pin: str) -> int:
 
 
 def _channels(root: Source) -> list[Channel]:
-    """List sensors in the order of the file, then keys; a known voltage is first and last."""
+    """List sensors in the order of the file, then the keypad; a known voltage is first and last."""
     controller = root.controller
     channels = [
         _channel(controller, channel_macro(name), sensor.pin, root.at("sensors", name, "pin"))

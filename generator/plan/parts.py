@@ -94,8 +94,8 @@ def pair(
 class Stage(IntEnum):
     """Order of the calls in main.c.
 
-    Keys come before the step that uses the setpoint, readings before the step that uses them, and
-    the heater gate before everything.
+    The keypad comes before the step that uses the setpoint, readings before the step that uses
+    them, and the heater gate before everything.
     """
 
     GUARD = 0
@@ -151,7 +151,7 @@ class Wiring:
     end: str = ""
     """Name of the terminal, if it is not in `what`."""
     ends: bool = True
-    """Whether the wire leads to a terminal; else it ends with its last symbol."""
+    """Whether the wire leads to a terminal; otherwise it ends with its last symbol."""
 
 
 PULL_OHM = "10 kΩ"

@@ -13,7 +13,7 @@ from heatwright.spec.board.uart import baud_setting
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """What something is called, in C too, and where in the spec it stands."""
+    """The name of a part, also in C, and its place in the spec."""
 
     name: str
     NAME: str
@@ -44,7 +44,7 @@ class Source:
         return c_comment(f"{self.spec.file_name}:{self.spec.line(self.path)} {keys[1:]}{left_out}")
 
     def named(self, name: str) -> Named:
-        """Name what stands here, for its templates."""
+        """Name the part at this place, for its templates."""
         return Named(name, name.upper(), self.where)
 
     def count(self, name: str, value: int, derivation: str) -> Constant:

@@ -70,7 +70,7 @@ def _read(elf: Path) -> tuple[Program, list[int]]:
         image = ELFFile(file)
         text, table = image.get_section_index(".text"), image.get_section_by_name(".symtab")
         if text is None or not isinstance(table, SymbolTableSection):
-            raise StackUnknown(f"{elf} holds no code with names")
+            raise StackUnknown(f"{elf} has no code with names")
         code = image.get_section(text).data()
         symbols = [(symbol.name, symbol.entry) for symbol in table.iter_symbols()]
         flags = image.header["e_flags"]

@@ -140,7 +140,7 @@ def _sbiw(state: State, instruction: Instruction, _: int) -> State:
 
 
 def _move_high(state: State, d: int, less: int) -> State:
-    """Move a pair by 256 bytes: the compiler then changes the high register alone."""
+    """Change a stack address in a pair by 256: the compiler then changes only the high register."""
     low, high = state.registers[d - 1 : d + 1] if d else (None, None)
     if high is None or high.kind != "high" or low != Byte("low", high.number):
         return state.holding({d: None})

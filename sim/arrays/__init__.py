@@ -1,4 +1,4 @@
-"""The reference model on arrays: many controllers and plants, one per lane, stepped together.
+"""The reference model on arrays: many trials, one in each lane, simulated side by side.
 
 There is one model, `heatwright.sim.reference`, written for one controller. Here its modules' syntax
 trees are translated so that each number may be an array with one element for each lane. Where an

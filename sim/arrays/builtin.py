@@ -85,7 +85,7 @@ class Bisect:
 
 
 class Each:
-    """One separate object for each lane; their methods return numbers."""
+    """One separate object for each lane, whose methods return numbers."""
 
     def __init__(self, objects: Sequence[Value]) -> None:
         """Store the objects, in the order of the lanes."""

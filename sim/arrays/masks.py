@@ -1,7 +1,7 @@
 """Functions that the translated model calls: they track the active lanes and merge their values.
 
-A value is either uniform, that is one object that all lanes share, or an array with an element for
-each lane. `active` is the mask of the active lanes, those that run now; None means all of them.
+A lane is one of the trials that are simulated side by side. A value is either one object for all
+lanes, or an array with an element for each lane. `active` masks the lanes that run now; None: all.
 """
 
 import operator
@@ -18,11 +18,11 @@ Mask = NDArray[np.bool_]
 Value = Any
 
 _NUMBERS = (np.ndarray, np.generic, int, float, str)
-"""Includes str: an array may hold one name for each lane."""
+"""Includes str: an array may have one name for each lane."""
 
 
 class AllLanesError(Exception):
-    """Something that all lanes have in common would be changed for some of them only."""
+    """Something that all lanes share would be changed for some lanes only."""
 
 
 class _Unset:
@@ -85,7 +85,7 @@ def _tuple_as(kind: Value, parts: list[Value]) -> Value:
 
 
 def _alike(new: Value, old: Value) -> bool:
-    """Return whether two have types of one name (a translated one exists twice) and one length."""
+    """Return whether two values have types of one name (each may exist twice) and one length."""
     return type(new).__name__ == type(old).__name__ and len(new) == len(old)
 
 
@@ -107,7 +107,7 @@ def _lacking(mask: Value, value: Value) -> Value:
 
 
 def is_none(value: Value) -> Value:
-    """Return `value is None`, by lane if only some lanes have a value."""
+    """Return whether a value is None: a bool, or an array with a bool for each lane."""
     if isinstance(value, tuple) and value:
         value = value[0]
     return value.missing if isinstance(value, Maybe) else value is None
@@ -313,7 +313,7 @@ def or_(left: Value, right: Callable[[], Value]) -> Value:
 
 
 def _joined(left: Value, right: Callable[[], Value], asked: Mask) -> Value:
-    """Return the right operand for the lanes that need it, else the left one."""
+    """Return the right operand for the lanes that need it, otherwise the left one."""
     whole = NOW.active
     asked = asked if whole is None else asked & whole
     if not asked.any():

@@ -1,7 +1,7 @@
 """N thermal networks of one structure, stepped together: one matrix-vector product for each.
 
-Each lane equals its own `thermal_network.Plant` bit for bit: it uses that plant's matrices, the
-same routine for the product, and that plant's random generators for the noise.
+Each lane (one trial) equals its `thermal_network.Plant` bit for bit: it uses that plant's matrices,
+the same routine for the product, and that plant's random generators for the noise.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""N objects of the model as one: numbers that differ become arrays with one element per lane."""
+"""N objects of the model as one: numbers that differ become arrays, one element for each trial."""
 
 import types
 from collections import deque

@@ -1,4 +1,4 @@
-"""N controllers on N machines, stepped at once: `bench` for lanes."""
+"""N controllers on N machines, each pair in one lane of the arrays: `bench`, side by side."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any

@@ -60,7 +60,7 @@ class Elf:
         self._starts = [function.start for function in self.functions]
 
     def function_at(self, address: int) -> Function | None:
-        """Return the function that holds the flash byte, or None."""
+        """Return the function that contains the flash byte, or None."""
         place = bisect.bisect_right(self._starts, address) - 1
         found = self.functions[place] if place >= 0 else None
         return found if found and address < found.end else None

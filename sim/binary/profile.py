@@ -139,7 +139,7 @@ class Profile:
 
     @property
     def stack_used(self) -> int:
-        """Most bytes of stack in use at any time."""
+        """Maximum number of bytes of stack in use at any time."""
         top = int(self._lib.hw_ram_end(self._hw))
         return top - int(self._lib.hw_profile_stack(self._hw))
 

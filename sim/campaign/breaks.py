@@ -24,7 +24,7 @@ def _switch(heat: Heat) -> Act:
 
 
 def _stand(world: World) -> None:
-    """Hold the tip at its present temperature for ever."""
+    """Hold the tip at its present temperature permanently."""
     stood_c = world.sensed_c
     world.wiring.feel[world.site.loop.sensor] = lambda _: stood_c
 

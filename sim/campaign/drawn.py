@@ -1,6 +1,6 @@
 """One machine of a campaign, drawn at random from the campaign's seed and its run's number.
 
-Each quantity has its own random stream, by seed, run and name: runs can be drawn in any order and
+Each quantity has its own random stream, from seed, run and name: runs can be drawn in any order and
 on any computer, and varying one more quantity does not change the others.
 """
 
@@ -90,7 +90,7 @@ class _Draws:
         return np.random.default_rng((*self._entropy, zlib.crc32(name.encode())))
 
     def of(self, column: str, spread: Spread | None, own: float = 0.0) -> float:
-        """Draw a quantity; one that does not vary keeps its own value, and has no column."""
+        """Draw a quantity. A quantity that does not vary keeps its own value, and has no column."""
         if spread is None:
             return own
         self.values[column] = value = spread.draw(self.stream(column), own)
@@ -100,7 +100,7 @@ class _Draws:
         return float(self.stream(f"{name} happens").random()) * 100 < chance_percent
 
     def forget(self, *columns: str) -> None:
-        """Record that this does not happen in this run."""
+        """Record None in these columns: their event does not happen in this run."""
         self.values.update(dict.fromkeys(columns))
 
 

@@ -18,9 +18,9 @@ _AROUND = re.compile(r"(±|\+/?-|normal\b)\s*(.*)", re.DOTALL)
 class Spread(NamedTuple):
     """A distribution of a quantity in base units.
 
-    values -- `within`: the half width, `normal`: the standard deviation, both about the quantity's
-    nominal value; `between`: both ends; `one_of`: all values. is_share -- whether the half width
-    is a share of the nominal value. text -- as written in the file.
+    values -- `within`: the half width, `normal`: the standard deviation, both around the quantity's
+    nominal value; `between`: both ends; `one_of`: all values. is_share -- whether the half width is
+    a share of the nominal value. text -- as written in the file.
     """
 
     how: Literal["within", "normal", "between", "one_of"]
@@ -34,7 +34,7 @@ class Spread(NamedTuple):
         return self.how in {"within", "normal"}
 
     def ends(self, own: float = 0.0) -> tuple[float, float]:
-        """Return the least and the greatest value that can be drawn, for a nominal value."""
+        """Return the lowest and the highest value that can be drawn, for a nominal value."""
         if not self.is_around:
             return min(self.values), max(self.values)
         half = self.values[0] * (abs(own) if self.is_share else 1.0)
@@ -55,7 +55,7 @@ class Spread(NamedTuple):
 
 
 class Spreads(Checked):
-    """Marks a field that holds a distribution: `Annotated[Spread, Spreads(CAPACITY)]`.
+    """Marks a field with a distribution: `Annotated[Spread, Spreads(CAPACITY)]`.
 
     own -- whether the quantity has a nominal value, as ± and normal need; shares -- whether their
     width may be a share of it.

@@ -21,9 +21,9 @@ from heatwright.spec.units import (
 )
 
 ALL = "all"
-"""In place of a name: all that are not named."""
+"""Stands in place of a name, for all parts that are not named."""
 LEAST_CAPACITY, LEAST_RESISTANCE = 0.001, 1e-6
-"""The least values in a spec, J/K and K/W."""
+"""The lowest values in a spec, J/K and K/W."""
 
 _Chance = Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)]
 _At = Annotated[Spread, Spreads(DURATION, least=0.0, own=False)]
@@ -77,10 +77,10 @@ class Faults(Model):
 
     chance_percent: _Chance = Field(alias="chance", description="Share of the runs with it.")
     of: tuple[Reference, ...] = Field(
-        (), max_length=MOST_ENTRIES, description="Faults to choose from; left out: all that apply."
+        (), max_length=MOST_ENTRIES, description="Faults to choose from. Default: all that apply."
     )
     at_s: _At | None = Field(
-        None, alias="at", description="When; left out: in the first six tenths of the scenario."
+        None, alias="at", description="When it fails. Default: in the scenario's first six tenths."
     )
 
 

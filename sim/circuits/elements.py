@@ -70,7 +70,7 @@ SUPPLY_V = 5.0
 def coded_ohm(sensor: Thermistor, celsius: Array) -> Array:
     """Return the resistance with which the divider gives the codes of a table.
 
-    A code of so many readings is the middle of its step, (code / readings + 1/2) / 1024 of the
+    A code of several readings is the middle of its step, (code / readings + 1/2) / 1024 of the
     reference; between pairs the voltage is linear in T, beyond them ln R is linear in 1/T.
     """
     assert isinstance(sensor.curve, CodesCurve)  # noqa: S101 - for what has one

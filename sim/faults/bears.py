@@ -1,4 +1,4 @@
-"""How hot each node of a machine may become; derived where the spec does not say it."""
+"""How hot each node of a machine may become; derived where the spec has no limit for it."""
 
 import math
 from collections.abc import Mapping
@@ -26,9 +26,9 @@ _KNOWN: dict[str, Mapping[str, float]] = {}
 
 
 def bears_c(controller: Controller, plant: ThermalNetwork) -> Mapping[str, float]:
-    """Return what every node bears, °C: `bears` of the plant, else what full power heats it to.
+    """Return each node's limit, °C: `bears` of the plant, or what full power heats the node to.
 
-    A machine must bear what its own protection lets happen: full power from cold until the
+    A machine must withstand what its own protection allows: full power from cold until the
     loop's sensor reads `protection.maximum`, then until that rule must have switched it off,
     then the heat that spreads after that; or a long time just below that maximum. A tenth of the
     rise is added. Each loop heats the nodes that are nearer to it than to other loops, and those
@@ -50,7 +50,7 @@ def _derived_c(controller: Controller, plant: ThermalNetwork) -> dict[str, float
 
 
 def room_c(controller: Controller, wished_c: float) -> float:
-    """Return the ambient nearest to a wished one at which a machine at rest trips no rule, °C."""
+    """Return the ambient nearest to a wished one at which a steady machine trips no rule, °C."""
     least_c = max(coldest_c(controller, name) for name in controller.loops)
     most_c = min(most_c for _, most_c in hottest_c(controller))
     return max(least_c, min(most_c, wished_c))
@@ -71,13 +71,13 @@ def hottest_c(controller: Controller, without: str = "") -> list[tuple[str, floa
 
 
 def coldest_c(controller: Controller, name: str) -> float:
-    """Return the lowest temperature at which a loop at rest does not trip, °C."""
+    """Return the lowest temperature at which a loop in the steady state does not trip, °C."""
     loop = controller.loops[name]
     return loop.protection.minimum_c + _away_k(controller, loop.sensor)
 
 
 def _away_k(controller: Controller, sensor: str) -> float:
-    """Return the least distance of a machine at rest from its limits, K: sensor step and noise."""
+    """Return the least distance of a steady machine from its limits, K: sensor step and noise."""
     sense = controller.simulation.plant.sense[sensor] if controller.simulation else None
     noise_k = SIGMAS * sense.noise_k if sense else 0.0
     return REST_K + controller.thermometers[sensor].step_k + noise_k

@@ -22,11 +22,11 @@ TICK_S = 0.010
 MAIN_PERMIT_S = 0.100
 """Time since the main loop last renewed its permit after which the gate closes."""
 CYCLES_A_BIT = 24
-"""At most, to read one byte of the EEPROM and add it to a CRC, divided by the byte's 8 bits."""
+"""Maximum time to read one byte of the EEPROM and add it to a CRC, divided by its 8 bits."""
 RAM_CYCLES_A_BYTE = 100
-"""At most, to test one byte of the RAM with its neighbour."""
+"""Maximum time to test one byte of the RAM with its neighbour."""
 FLASH_CYCLES_A_BYTE = 72
-"""At most, to read one byte of the flash, also beyond 64 KB, and add it to a CRC."""
+"""Maximum time to read one byte of the flash, also beyond 64 KB, and add it to a CRC."""
 
 
 def reading_s(loop: Loop) -> float:
@@ -35,7 +35,7 @@ def reading_s(loop: Loop) -> float:
 
 
 def answer_s(loop: Loop) -> float:
-    """Return the longest time to a trip after a sensor fails: STEPS(stale_after) steps and one."""
+    """Return the longest time to a trip after a sensor fails: STEPS(stale_after) + 1 steps."""
     return lasting_s(loop.protection.stale_after_s, loop)
 
 

@@ -29,7 +29,7 @@ from heatwright.spec.registry import module_of
 def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     """Return all faults by loop; those of the whole controller are tried on the first loop.
 
-    Memory faults use the operated loop that trips soonest without its sensor: some begin so.
+    Memory faults use the operated loop that trips soonest without its sensor, as some need a trip.
 
     Ids are unique; with several loops, the id of a loop's own fault begins with the loop's name.
 

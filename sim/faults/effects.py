@@ -90,7 +90,7 @@ def drifting(world: World, rate_k_per_s: float, end_c: float) -> Feel:
 
 
 def jumping(world: World, by_k: float, every_s: float) -> Feel:
-    """Let the tip be wrong and right in turn, beginning with wrong: a loose contact."""
+    """Let the tip's temperature be wrong and right in turn, first wrong: a loose contact."""
     began_s = world.now_s
 
     def feel(felt_c: float) -> float:

@@ -33,7 +33,7 @@ class Trip:
 
     rules -- ids of the rules of which one must trip; empty: the one that the reference model names
     first; allowed_s -- bound on the time from when `due` is met, without a gap, to the trip;
-    due_within_s -- how long `due` may take to be met; certain -- whether every machine meets it.
+    due_within_s -- how long `due` may take to be met; certain -- whether every machine meets `due`.
     """
 
     rules: tuple[str, ...]
@@ -48,7 +48,7 @@ class Fault:
     """One way to fail: its cause, its cure, and how long the machine is watched.
 
     The expected trip is not written here: the reference model takes the same readings and says
-    which rule trips first, and when. The plant says what temperatures the machine bears.
+    which rule trips first, and when. The plant gives the limits of the machine's temperatures.
 
     make -- creates a world in the state in which the fault occurs; cause, cure -- begin and end
     the fault. watch_s -- how long to watch if nothing trips. calm -- no rule may trip but those of
@@ -86,7 +86,7 @@ class Fault:
 class FaultResult:
     """The result of one trial.
 
-    fault -- its id; loop -- on which it was tried; calm -- no rule was to trip; rule -- id of the
+    fault -- its id; loop -- the loop under test; calm -- no rule was to trip; rule -- id of the
     rule that tripped, or None; counting -- ids of the rules that were counting steps at the trip,
     or at the end without one: they would have tripped next; tripped_after_s -- time from cause to
     trip, s; allowed_s -- bound on that time, if there is one that does not depend on the machine;

@@ -65,7 +65,7 @@ def machines(site: Place) -> Iterator[Healthy]:
             f"resistances, {ambient_c:.3g} °C ambient"
         )
         yield from reachable(site, name, what, network, ambient_c)
-    what = "the most noise at its sensor that its rules bear"
+    what = "the most noise at its sensor that trips no rule"
     yield from reachable(site, "healthy_noisy", what, noisy(site), site.ambient_c)
 
 

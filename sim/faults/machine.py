@@ -96,7 +96,7 @@ def _travel_s(site: Place) -> float:
 
 
 def rise_k(site: Place, after_s: float) -> float:
-    """Return how far full power raises the loop's sensor in a time (at most a day) from rest, K."""
+    """Return how far full power raises the loop's sensor from cold in a time (at most a day), K."""
     most_k = 0.0
     for time_s, risen_k in course(site, site.network, ambient_c=0.0):
         most_k = risen_k
@@ -169,7 +169,7 @@ def _comes_warm(
     target_c: float,
     needs: Sequence[tuple[float, float]],
 ) -> bool:
-    """Whether the machine reaches a setpoint from `WARM_K` below, starting with its heat spread."""
+    """Whether a machine that starts in the steady state reaches a setpoint from `WARM_K` below."""
     start_c, most_c = target_c - WARM_K, target_c + _beyond_k(site.loop)
     if start_c <= ambient_c:
         return True  # as from cold

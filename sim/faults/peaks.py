@@ -10,7 +10,7 @@ SPREADING_S = 600.0
 
 
 class Peaks:
-    """The highest temperature of every node since a moment, and the power given since then."""
+    """The highest temperature of every node, and the power given, since the recording began."""
 
     def __init__(self, machine: Machine, sensor: str) -> None:
         """Begin now; sensor -- one whose highest temperature is recorded, too."""
@@ -43,7 +43,7 @@ class Peaks:
         return dict(zip(self._machine.plant.nodes, found, strict=True))
 
     def latest_off_s(self, node: str, bears_c: float) -> float:
-        """Return by when heaters off would have kept a node from too much heat, s from the start.
+        """Return by when heaters had to be off to keep a node within its limit, s from the start.
 
         Found by bisection over the recorded power; 0 if the node was too hot from the beginning.
         """

@@ -9,10 +9,10 @@ On any other machine, if a rule trips, its fault must
 3. stay latched after the cause is removed, and through a loss of power;
 4. be cleared by an acknowledgement after that.
 
-Many are also acknowledged earlier, while the cause lasts: the rules then decide whether one trips
-again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine. From
-each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
-machine may become hotter than it bears, until the heat has spread after the first trip.
+Many faults are also acknowledged earlier, while the cause lasts: the rules then decide whether one
+trips again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine.
+From each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
+machine may become hotter than its limit (`bears`), until the heat has spread after the first trip.
 """
 
 import math
@@ -269,7 +269,7 @@ class _Trial:
         self.world.until(SPREAD, SPREADING_S)
 
     def _judge_peaks(self) -> None:
-        """Check that no node became hotter than it bears; report only the first one."""
+        """Check that no node became hotter than its limit; report only the first one."""
         self.peak_c = self.world.peak_c
         self.world.peaks.end()
         borne_c = self.world.bears_c
@@ -277,9 +277,9 @@ class _Trial:
             bears_c = borne_c[node]
             if peak_c > bears_c:
                 self._wrong(
-                    f"{node} reached {peak_c:.1f} °C but bears only {bears_c:.1f} °C. If it bears "
-                    f"that, write simulation.plant.bears: {{{node}: {math.ceil(peak_c)} °C}}. "
-                    f"Else {self._remedy(node, bears_c)}"
+                    f"{node} reached {peak_c:.1f} °C but its limit is {bears_c:.1f} °C. If it "
+                    f"withstands that, write simulation.plant.bears: {{{node}: {math.ceil(peak_c)} "
+                    f"°C}}. Otherwise {self._remedy(node, bears_c)}"
                 )
                 return
 
@@ -400,7 +400,7 @@ _is_latched = OfState(lambda now: now.fault != 0)
 
 
 def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
-    """Whether a trip came after those that had to lock out; `within` is taken 1 s shorter."""
+    """Whether a trip came after the trips that had to lock out; `within` counts 1 s shorter."""
     soon, last_s = 0, -math.inf
     for trip in trips:
         if soon == lockout.trips:

@@ -156,7 +156,7 @@ class HeaterLog:
         return found
 
     def last_on_s(self, since_s: float) -> float | None:
-        """Return when a heater was last on, if after `since_s` (device time, s); else None."""
+        """Return when a heater was last on, if after `since_s` (device time, s); otherwise None."""
         self._device.feed()
         last_s = max(self._last_end_s.values())
         if any(self._on.values()):

@@ -19,14 +19,14 @@ from heatwright.spec.facts import LoopFacts, facts_of
 
 @dataclass(frozen=True)
 class Place:
-    """A controller on its machine, and the loop on which something is tried."""
+    """A controller on its machine, and the loop under test."""
 
     controller: Controller
     loop_name: str
 
     @property
     def loop(self) -> Loop:
-        """The loop on which something is tried."""
+        """The loop under test."""
         return self.controller.loops[self.loop_name]
 
     @property

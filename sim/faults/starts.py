@@ -24,8 +24,8 @@ SINGLE_K = 0.001
 def setpoints_c(site: Place) -> tuple[float, ...]:
     """Return setpoints that the operator can set, °C, ascending; without one, the initial one.
 
-    A host can set any: these go down from the maximum in steps of 10 K. Keys go in their own from
-    the initial setpoint, or several steps at once in a menu, where they can be held down.
+    A host can set any: these go down from the maximum in steps of 10 K. A keypad changes the
+    initial setpoint by its own steps, or by several steps at once in a menu.
     """
     setpoint, step_k = site.loop.setpoint, site.key_step_k
     if site.has_menu:
@@ -51,9 +51,9 @@ def highest_c(site: Place) -> float:
 
 @lru_cache(maxsize=16)
 def permitted_c(site: Place, start_c: float) -> float:
-    """Return a start temperature, °C: this one, if no monitor and no other loop trips there.
+    """Return a start temperature, °C: `start_c`, if no monitor and no other loop trips there.
 
-    Else the highest one below it: the other sensors become warm with the loop.
+    Otherwise the highest one below it: the other sensors become warm with the loop.
     """
     limits_c, around_c = hottest_c(site.controller, site.loop_name), site.ambient_c
     if not limits_c:

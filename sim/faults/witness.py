@@ -115,7 +115,7 @@ def _spans(times_s: Numbers, since_s: Numbers, until_s: Numbers) -> NDArray[np.i
 
 
 def _extremes(values: Numbers, spans: NDArray[np.intp]) -> tuple[Numbers, Numbers]:
-    """Return the least and the greatest value of each span."""
+    """Return the lowest and the highest value of each span."""
     if not len(spans):
         return np.empty(0), np.empty(0)
     padded = np.append(values, 0.0)  # so that a span may end at the end

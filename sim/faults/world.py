@@ -45,8 +45,8 @@ ROUNDING = 1e-6
 ANSWER_S = 1.0
 ANSWER_CHARACTERS = 2048
 CHARACTER_BITS = 11
-"""A host has its answer within ANSWER_S and the time of so many characters, if the line works:
-earlier questions are answered first."""
+"""A host has its answer within ANSWER_S plus the time of this number of characters, if the line
+works: earlier questions are answered first."""
 
 Condition = Callable[["World"], bool]
 
@@ -120,10 +120,10 @@ Spoilt = tuple[dict[str, Heat], dict[str, Beside], dict[str, Feel], float, dict[
 class Wiring:
     """The connections between controller and machine, which can break.
 
-    heat -- by output: changes its power. besides -- by output: another source of heat at its node.
-    feel -- by sensor: from the machine's temperature to the tip's, °C. volts -- of the heaters'
-    supply, as a share of the nominal voltage; taken -- by output: the share of its power that
-    something takes away at its node.
+    heat -- by output: changes its power. besides -- by output: an additional source of heat at its
+    node. feel -- by sensor: from the machine's temperature to the tip's, °C. volts -- of the
+    heaters' supply, as a share of the nominal voltage; taken -- by output: the share of its power
+    that something takes away at its node.
     """
 
     heat: dict[str, Heat] = field(default_factory=dict)
@@ -154,7 +154,7 @@ class World:
         self.ambient_c = weather.ambient_c
         sensors = (loop.sensor for loop in site.controller.loops.values())
         sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
-        period_s = site.loop.period_s  # in whole steps, else readings would seem to jump
+        period_s = site.loop.period_s  # in whole steps, otherwise readings would seem to jump
         shortest_s = site.controller.shortest_period_s
         most_s = min(STEP_S, metered_step_s(site.controller), shortest_s)
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
@@ -228,7 +228,7 @@ class World:
 
     @property
     def bears_c(self) -> Mapping[str, float]:
-        """What every node bears, °C."""
+        """Each node's highest allowed temperature, °C."""
         return bears_c(self.site.controller, self._network)
 
     def run(self, seconds: float) -> None:
@@ -278,7 +278,7 @@ class World:
         self._machine.by_hand(act)
 
     def _look(self) -> None:
-        """Tell the machine what is broken; peaks do not count while another source heats it."""
+        """Tell the machine what is broken; no peaks are recorded while another source heats it."""
         wiring = self.wiring
         if wiring.spoils != self._spoilt:
             self._spoilt = heat, besides, feels, volts, taken = wiring.spoils

@@ -115,7 +115,7 @@ class Host:
         self._input["command"], self._input["value"], self._input["gains"] = command, value, gains
 
     def order(self, order: int, argument: int = 0) -> None:
-        """Give the program an order before the next step: `program.order` of docs/control.md."""
+        """Give the program a command before the next step: `program.order` of docs/control.md."""
         self._input["order"], self._input["argument"] = order, argument
 
     def acknowledge(self) -> None:

@@ -105,7 +105,7 @@ def _raw_type(sensor: Thermometer) -> str:
 
 
 def program_files(parts: Parts) -> list[str]:
-    """Return the stems of the files that move the setpoint, each after those that it needs."""
+    """Return the stems of the files that set the setpoint, each after those that it needs."""
     return ["programs", "progress", "program"] * parts.programmed
 
 

@@ -21,7 +21,7 @@ enum { LOOP_COUNT = sizeof loops / sizeof *loops };
 
 extern char _end[] __attribute__((visibility("hidden")));
 
-static char first = 1; /* of the firmware's memory; not 0, else it would not be in .data */
+static char first = 1; /* of the firmware's memory; not 0, otherwise it would not be in .data */
 static char *image;    /* a copy of that memory at power-up */
 static struct host_world *world;
 static struct host_course *courses; /* those that run now, one for each loop */
@@ -158,7 +158,7 @@ uint8_t host_level(uint8_t port)
 #ifdef CONTACT_PORT
     if (port == CONTACT_PORT) {
         const bool closed = (host_port[RELAY_PORT] & RELAY_MASK) != RELAY_OFF;
-        /* Closed to ground while the relay is open, else pulled up. */
+        /* Closed to ground while the relay is open, otherwise pulled up. */
         level = (uint8_t)(closed ? level | CONTACT_MASK : level & ~CONTACT_MASK);
     }
 #endif

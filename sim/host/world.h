@@ -13,14 +13,14 @@ struct host_input {
     uint8_t reading_status;
     uint8_t acknowledge; /* acts before the command */
     int32_t reading_raw; /* of any kind of sensor */
-    float setpoint_c; /* for a loop without a host; else see HOST_SET */
+    float setpoint_c; /* for a loop without a host; otherwise see HOST_SET */
     uint8_t command;
     float value;
     float gains[3]; /* kp, ki, kd; for HOST_LIMITS: integral minimum and maximum, output maximum */
     uint8_t current_status;
     int16_t current_raw;
     uint16_t silent_ticks; /* since the last message of the master or host */
-    uint8_t order; /* order to the program: PROGRAM_* of program.order */
+    uint8_t order; /* command to the program: PROGRAM_* of program.order */
     uint8_t argument;
     uint8_t open_inputs; /* the machine's, by bits; the first loop's count, until its next step */
     uint8_t monitored; /* index of the monitors' readings, or HOST_BAD + a status;
@@ -96,7 +96,7 @@ struct host_world {
     uint32_t eeprom_writes;
     int32_t writes_left;      /* EEPROM writes until the power fails; below 0: never */
     uint8_t refused;          /* whether the last command was refused */
-    uint8_t order_refused;    /* whether the last order to the program was refused */
+    uint8_t order_refused;    /* whether the last command to the program was refused */
     uint32_t cooler_ticks;    /* ticks with the cooler on since the reset */
     uint32_t both_on;         /* ticks with heater and cooler both on */
     uint32_t feed_halts;      /* ticks in which the gate stopped the feed */

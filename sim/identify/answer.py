@@ -16,7 +16,7 @@ from heatwright.sim.trace import Series
 from heatwright.spec import ThermalNetwork
 
 LEAST_LAG_S = 1e-6
-"""In place of 0, so that the sensor always has its own state."""
+"""Replaces a lag of 0, so that the sensor always has its own state."""
 
 APART = 1e-6
 """Two equal time constants have no separate modes; this relative distance separates them."""

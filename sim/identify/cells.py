@@ -34,7 +34,7 @@ DIALECTS = (
     Dialect(None, "."),
     Dialect(None, ","),
 )
-"""In order of preference, if several fit."""
+"""All dialects, in order of preference if several fit."""
 
 
 def unstamped(line: str) -> tuple[float | None, str]:

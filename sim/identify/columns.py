@@ -9,7 +9,7 @@ from heatwright.sim.identify.unusable import Unusable
 
 ROLES = ("time", "temperature", "duty", "power")
 OTHERS = re.compile(r"set.?point|target|ambient|fault|error", re.IGNORECASE)
-"""Columns with the unit of a temperature or a duty that are something else."""
+"""Names of columns with the unit of a temperature or a duty that are something else."""
 
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\])]*)[\])]$")
 _ENDINGS = (("_percent", "%"), ("_ms", "ms"), ("_c", "°C"), ("_s", "s"), ("_w", "W"))

@@ -39,7 +39,7 @@ class Identified:
     left_out: NDArray[np.bool_]
     """Rows whose readings no machine could give; they were left out of the fit."""
     at_rest: bool
-    """Whether the fit assumes that the machine was at rest when the record began."""
+    """Whether the fit assumes that the machine was in its steady state when the record began."""
     warnings: tuple[str, ...]
 
     @property
@@ -84,9 +84,9 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
     Args:
         record: times, readings, power.
         structure: the structure of the plant to find.
-        ambient_c: ambient temperature if known, °C; else it is fitted, too.
+        ambient_c: ambient temperature if known, °C; otherwise it is fitted, too.
         age_s: how old a reading is when it is logged, s.
-        cold: whether the machine was at ambient when the record began; else this is judged.
+        cold: whether the machine was at ambient when the record began; otherwise this is judged.
         progress: called with the progress of the fits.
 
     Raises:
@@ -132,14 +132,14 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
     for before_w in (0.0,) if cold else sorted({0.0, first_w}):
         for rest in (True,) if cold else (True, False):
             if before_w > 0 and rest and not moves:
-                continue  # at rest under constant power nothing would ever move
+                continue  # in the steady state of a constant power nothing would ever move
             each = replace(setting, before_w=before_w, rest=rest)
             for start in beginnings(each):
                 yield each, start
 
 
 def _as_good(rested: Solution, free: Solution) -> bool:
-    """Return whether a start at rest fits as well as free temperatures at the start.
+    """Return whether a start in the steady state fits as well as free temperatures at the start.
 
     By the Bayesian information criterion (Schwarz, Annals of Statistics 6, 1978), with the
     equivalent number of independent residuals.

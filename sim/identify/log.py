@@ -20,7 +20,7 @@ from heatwright.sim.identify.unusable import Unusable
 from heatwright.sim.trace import Series
 
 LARGEST_LOG = 64 << 20
-"""Bytes; a day at ten lines a second is below it."""
+"""Maximum size, bytes: a day at ten lines a second takes less."""
 
 SAMPLE = 500
 """Number of lines from which the format of a log is determined."""
@@ -41,7 +41,7 @@ class Log:
     dropped: int
     """Number of lines that were something else."""
     stamped: bool = False
-    """Whether the last column holds the clock times that stood before the lines."""
+    """Whether the last column has the clock times that stood before the lines."""
 
 
 def read_log(data: bytes) -> Log:
@@ -58,7 +58,7 @@ def read_log(data: bytes) -> Log:
     dialect, width, count = _form(sample)
     if max(of_labels, count) < 1:
         raise Unusable(
-            "holds no rows of numbers; a log has one line for each reading, such as 20.5,100"
+            "has no rows of numbers; a log has one line for each reading, such as 20.5,100"
         )
     if of_labels > count:
         return _of_labels(bare, stamps)

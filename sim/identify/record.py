@@ -45,7 +45,7 @@ class Record:
     """Times of the readings, s: from 0, ascending."""
     readings_c: Series
     powers_w: Series
-    """Each holds from its row to the next."""
+    """Each power lasts from its row to the next."""
     notes: tuple[str, ...] = field(default=())
     """Notes for the user: what was assumed or left out."""
 
@@ -56,12 +56,12 @@ class Record:
 
     @property
     def duration_s(self) -> float:
-        """From the first reading to the last, s."""
+        """Time from the first reading to the last, s."""
         return float(self.times_s[-1])
 
     @property
     def steps(self) -> tuple[tuple[float, float, float], ...]:
-        """When the power changed, s, from what, and to what, W."""
+        """Changes of the power: time, s, and power before and after it, W."""
         places = np.flatnonzero(np.diff(self.powers_w)) + 1
         return tuple(
             (float(self.times_s[k]), float(self.powers_w[k - 1]), float(self.powers_w[k]))
@@ -156,7 +156,7 @@ def _powers(values: Series, roles: Roles, scales: Scales, notes: list[str]) -> S
 
 
 def _guessed(duty: Series, notes: list[str]) -> float:
-    """Return the duty of full power: 1 for duties up to 1, else 100."""
+    """Return the duty of full power: 1 for duties up to 1, otherwise 100."""
     full = 1.0 if np.nanmax(duty, initial=0.0) <= 1 else 100.0
     notes.append(f"full power is taken to be a duty of {full:g} (--full says otherwise)")
     return full

@@ -49,7 +49,7 @@ class Setting:
     before_w: float = 0.0
     """Power before the record, W."""
     rest: bool = False
-    """Whether the machine was at rest under that power when the record began."""
+    """Whether the machine was in the steady state of that power when the record began."""
 
     @property
     def seen(self) -> NDArray[np.intp]:
@@ -57,7 +57,7 @@ class Setting:
         return np.flatnonzero(np.isfinite(self.record.readings_c))
 
     def thinned(self, most: int) -> NDArray[np.intp]:
-        """Choose about `most` of the rows in `seen`, evenly spaced."""
+        """Choose roughly `most` of the rows in `seen`, evenly spaced."""
         seen = self.seen
         return seen[:: max(1, len(seen) // most)]
 
@@ -117,7 +117,7 @@ class Search:
         return Beginning(values, np.asarray(start_c, dtype=np.float64), cost)
 
     def _columns(self, shape: Series) -> tuple[list[Series], Series]:
-        """Return the responses to the power and to each start, and that to the ambient."""
+        """Return the responses to the power, to each start temperature, and to the ambient."""
         setting, structure = self._setting, self._setting.structure
         names = structure.names
         found = modes(structure.network(shape), names.heater, names.sensor)

@@ -13,7 +13,7 @@ from heatwright.spec.units import CAPACITY, DURATION, THERMAL_RESISTANCE
 
 MOST_EVALUATIONS = 200
 LEAST_CAPACITY, LEAST_RESISTANCE = 1e-3, 1e-6
-"""The least values that a spec may have, J/K and K/W."""
+"""The lowest values that a spec may have, J/K and K/W."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ def solve(
     Args:
         setting: the record and the assumptions.
         start: the start values.
-        most_rows: use only about so many readings.
-        exact: compute slopes by central differences, as the intervals need; else by forward ones.
+        most_rows: use only about this number of readings.
+        exact: compute slopes by central differences, as the intervals need; or by forward ones.
 
     """
     rows = setting.seen if most_rows is None else setting.thinned(most_rows)
@@ -115,7 +115,7 @@ class _Model:
 
 
 class _Vector:
-    """Parameters, then temperatures at the start, as one vector; what is above 0 as a logarithm."""
+    """Parameters, then temperatures at the start, as one vector; positive numbers as logarithms."""
 
     def __init__(self, setting: Setting) -> None:
         parameters, states = setting.structure.parameters, setting.structure.states

@@ -14,7 +14,7 @@ from heatwright.spec.quantity import about
 FIRST = 5
 """Number of rows whose median is the temperature at the record's beginning."""
 COLDER_K = 2.0
-"""A machine this much colder than the ambient cannot simply have been off for long."""
+"""A machine that is colder than the ambient by this cannot simply have been off for long."""
 
 
 class Found(NamedTuple):
@@ -61,7 +61,7 @@ def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool
     """Return whether the record determines the parameter.
 
     Heat capacity and resistance: the interval ends within a factor of e. Lag and dead time: 0 is
-    outside it. Ambient: half of it is narrower than the movement of the record.
+    outside it. Ambient: half of the interval is narrower than the movement of the record.
     """
     if parameter.logarithmic:
         return half < 1

@@ -26,16 +26,16 @@ RESEND = re.compile(r"(?:Resend|rs)\D*(\d+)", re.IGNORECASE)
 TEMPERATURE = re.compile(r"T:(-?\d+\.?\d*) /(-?\d+\.?\d*)")
 REFUSED = re.compile(r"echo:.*(nothing was changed$| refused: |Unknown command|Invalid )")
 TALK_S = 0.02
-"""How often it reads answers while it is busy: the board answers within this time."""
+"""How often the host reads answers while it is busy: the board answers within this time."""
 POLL_S = 5.0
 """Time between two polls, as with OctoPrint and Printrun."""
 MOST_WAITING = 10_000
-"""Most bytes that are kept of a line that never ends."""
+"""Maximum number of bytes that are kept of a line that never ends."""
 
 
 @dataclass(frozen=True)
 class HostLine:
-    """A line and its time, s: of its last character if from the board, else when it was sent."""
+    """A line and its time, s: of its last character if from the board, or when it was sent."""
 
     time_s: float
     text: str
@@ -97,7 +97,7 @@ class GcodeHost:
     # -- operation -----------------------------------------------------------------------------
 
     def send(self, line: str) -> None:
-        """Send a line once those before it are answered; does nothing while unplugged."""
+        """Send a line once the lines before it are answered; does nothing while unplugged."""
         if not self._plugged:
             return
         self._poll_cycle = self._avr.cycle + round(POLL_S * self._avr.clock_hz)

@@ -23,8 +23,8 @@ REMEMBERED_S = 10.0
 class Led:
     """One LED with its resistor.
 
-    meaning -- the meaning in the spec; changes -- (time in s, whether it is bright from then on) of
-    the ten seconds before the last change, and the one before those.
+    meaning -- the meaning in the spec; changes -- (time in s, whether it is bright from then on) in
+    the ten seconds before the last change, and the change before those.
     """
 
     def __init__(self, avr: Avr, pin: str, active: str, meaning: str) -> None:
@@ -54,7 +54,7 @@ class Led:
     def light(self, now_s: float) -> Light:
         """Return what the LED has shown in the two seconds before a time.
 
-        Blinking is bright and dark for half a second each, to a tick; anything else that changes is
+        Blinking is bright and dark for half a second each, within a tick; any other change is
         unsteady.
         """
         begin_s = now_s - LOOK_S

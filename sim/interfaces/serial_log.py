@@ -18,7 +18,7 @@ MISMATCH = 0.045
 """Largest relative difference of two baud rates at which 8N1 is still received (half a bit in ten,
 less the receiver's own sampling; ATmega328P data sheet, table 20-3: 4.5 %)."""
 MOST_WAITING = 10_000
-"""Most bytes that are kept of a line that never ends."""
+"""Maximum number of bytes that are kept of a line that never ends."""
 
 
 @dataclass(frozen=True)

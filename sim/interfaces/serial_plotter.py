@@ -17,7 +17,7 @@ ENDS = {"LF": b"\n", "CR LF": b"\r\n"}
 
 
 def line_of(decimals: int) -> re.Pattern[bytes]:
-    """Return the pattern of a line whose numbers have so many decimals."""
+    """Return the pattern of a line whose numbers have this number of decimals."""
     number = rb"-?\d+" + (rb"\.\d{%d}" % decimals if decimals else b"")
     return re.compile(rb"\$(%b(?: %b)*);" % (number, number))
 

@@ -13,8 +13,8 @@ ALONE_S = 10.0
 class Limit(NamedTuple):
     """The limit that plant, chips and Python cannot improve.
 
-    awake_per_s -- awake cycles per simulated second; cycle_s -- computing time of one, s, with its
-    share of the wake-ups.
+    awake_per_s -- awake cycles per simulated second; cycle_s -- computing time of an awake cycle,
+    s, with its share of the wake-ups.
     """
 
     awake_per_s: float

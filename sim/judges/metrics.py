@@ -187,7 +187,7 @@ def settling(
 def switchings(log: StepLog, controller: Controller, loop: str) -> float:
     """Count how often the heater was switched on.
 
-    At a partial duty that is once per pulse; else once per change from off to full.
+    At a partial duty that is once per pulse; otherwise once per change from off to full.
     """
     spec = controller.loops[loop]
     pulses_hz = pulse_rates(log, controller, spec.heater)

@@ -55,7 +55,7 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
     if loop.fan is not None and not device.outputs[loop.fan].on:
         yield Missing("fan", f"The fan {loop.fan} is off.")
     if loop.fan in device.proofs and device.read(f"proof_{loop.fan}.c:still_ticks"):
-        yield Missing("fan", f"The proof that fan {loop.fan} turns is missing.")
+        yield Missing("fan", f"The signal that fan {loop.fan} turns is missing.")
     if loop.cooler is not None and device.outputs[loop.cooler].on:
         yield Missing("cooler", f"The cooler {loop.cooler} is on.")
 

@@ -9,8 +9,8 @@ class SerialNoise:
     """Disturbs a serial line in both directions, the same in every run.
 
     to_board_share, to_host_share -- share of the bytes that are damaged. Those to the host stay
-    ASCII: Printrun's host stops reading for good at a byte that is no UTF-8. spares -- lines to the
-    host with this beginning are never damaged. is_on -- whether anything is damaged at all.
+    ASCII: Printrun's host stops reading permanently at a byte that is no UTF-8. spares -- lines to
+    the host with this beginning are never damaged. is_on -- whether anything is damaged at all.
     """
 
     def __init__(

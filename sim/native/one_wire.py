@@ -50,7 +50,7 @@ class Line(Checked):
         self._wire = wire
 
     def receive(self, bits: int) -> None:
-        """Receive so many bits; they are given to ``received``, first bit lowest."""
+        """Receive a number of bits; they are given to ``received``, first bit lowest."""
         self._lib.hw_onewire_receive(self._wire, bits)
 
     def send(self, data: bytes) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Part:
-    """First RAM byte, the sleep register with its enable and mode bits, EEPROM byte time (s).
+    """First RAM address; sleep register, its enable and mode bits; time to write an EEPROM byte.
 
     adc_mux5 -- the bit in ADCSRB that selects channels 8 to 15; 0: there are none.
     adc_known -- the code in ADMUX that selects the band gap's voltage.

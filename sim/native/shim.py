@@ -1,8 +1,8 @@
 """Compile and load the shim.
 
 It is built once per machine into the user's cache (``$XDG_CACHE_HOME/heatwright/native``, default
-``~/.cache``), by ``python -m heatwright.sim.native.build`` or on first use. The file name holds a
-digest of the sources, of the simavr version and of this Python's ABI, so a change of any of them
+``~/.cache``), by ``python -m heatwright.sim.native.build`` or on first use. The file name contains
+a digest of the sources, of the simavr version and of this Python's ABI, so a change of any of them
 causes a new build, and processes that build at the same time do not disturb each other.
 """
 
@@ -40,7 +40,7 @@ def _install() -> str:
 
 
 def simavr_headers() -> tuple[Path, str]:
-    """Return the include folder that holds ``simavr/`` and simavr's version.
+    """Return the include folder that contains ``simavr/`` and simavr's version.
 
     Raises SimulatorMissing if simavr is absent or its version is untested: its timing and its
     structures change between versions.

@@ -18,7 +18,7 @@ WORD_BYTES, TOLD_BYTES = 16, 17
 
 @dataclass(frozen=True)
 class Timing:
-    """Least times in ns that the master must keep.
+    """Minimum times, ns, that the master must keep.
 
     output, enable -- the slave's own delays: a bit is valid so long after its edge, or select.
     """

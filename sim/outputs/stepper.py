@@ -17,18 +17,18 @@ from heatwright.spec import Stepper as StepperOutput
 
 
 class DriverTiming(NamedTuple):
-    """Least times of a driver, s."""
+    """Minimum times of a driver, s."""
 
     high_s: float
     low_s: float
     setup_s: float
-    """From a change of DIR or ENABLE to a rise of STEP."""
+    """Time from a change of DIR or ENABLE to a rise of STEP."""
     hold_s: float
-    """From a rise of STEP to a change of DIR."""
+    """Time from a rise of STEP to a change of DIR."""
 
 
 DRV8825 = DriverTiming(1.9e-6, 1.9e-6, 650e-9, 650e-9)
-"""Texas Instruments SLVSA73, timing requirements: stricter in all than the A4988."""
+"""Texas Instruments SLVSA73, timing requirements: every time is stricter than the A4988's."""
 
 STEP = np.dtype([("cycle", "<u8"), ("way", "i1")])
 """A step: its cycle, and +1 forward, -1 backward, 0 no movement."""

@@ -51,7 +51,7 @@ class Plant(Protocol):
         Args:
             active: each output's mean active fraction over it, 0..1.
             feed_mm_per_s: the filament's mean speed over it.
-            conducts: the same as `active`, for the currents, if some heat has another source.
+            conducts: the same as `active`, but for the currents, if some heat has another source.
 
         """
 

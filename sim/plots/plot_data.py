@@ -28,13 +28,13 @@ LOOPS = (READING, "#d55e00", "#009e73", "#cc79a7", "#b0a000", "#56b4e9")
 LOOPS are the colours of several loops, one for all curves of a loop."""
 
 LEAST_ZOOM_K = 0.5
-"""Half of the least height of the zoom: eight steps of a 12-bit sensor."""
+"""Half of the smallest height of the zoom: eight steps of a 12-bit sensor."""
 
 USUAL_SHARE = 0.95
 """Share of a program's deviations that must fit into their plot."""
 
 LEAST_BAND_K = 1.0
-"""Half of the least height of the plot of a program's deviations."""
+"""Half of the smallest height of the plot of a program's deviations."""
 
 SEEN_SHARE = 0.05
 """Smallest visible part of a plot, as a share of its height."""
@@ -43,7 +43,7 @@ ROOM = 1.15
 """Height of the zoom over the height of its curve."""
 
 TIME_UNITS = (("h", 3600.0, 3 * 3600.0), ("min", 60.0, 300.0), ("s", 1.0, 0.0))
-"""Units of the time axis: name, seconds, and the least length of a run that uses it, s."""
+"""Units of the time axis: name, seconds, and the shortest length of a run that uses it, s."""
 
 Tripped = tuple[float, int]
 """Time (s) and code of a fault."""
@@ -211,7 +211,7 @@ def eventful_s(log: StepLog) -> float:
 
 
 def zoom(readings_c: Series, setpoint_c: float) -> tuple[float, float]:
-    """Choose a range around the setpoint that holds the readings after they first reached it."""
+    """Choose a range around the setpoint that contains the readings after they first reached it."""
     errors_k = readings_c - setpoint_c
     met = np.flatnonzero(np.diff(np.sign(errors_k)) != 0)
     start = int(met[0]) if len(met) else 2 * len(errors_k) // 3
@@ -220,7 +220,7 @@ def zoom(readings_c: Series, setpoint_c: float) -> tuple[float, float]:
 
 
 def runs_program(log: StepLog) -> bool:
-    """Return whether a program has moved the setpoint."""
+    """Return whether a program has set the setpoint."""
     return "program.state" in (log.dtype.names or ()) and bool(
         (log["program.state"] == RUNNING).any()
     )
@@ -241,7 +241,7 @@ def deviation_k(log: StepLog) -> Series:
 def band_k(log: StepLog) -> tuple[float, float]:
     """Choose the range of a program's deviations: symmetric, with all but a twentieth of them.
 
-    Else the large deviations of a machine that cools too slowly would make the others invisible.
+    Otherwise the large deviations of a machine that cools too slowly would hide the others.
     """
     half_k = ROOM * float(np.quantile(np.abs(deviation_k(followed(log))), USUAL_SHARE))
     half_k = max(LEAST_BAND_K, half_k)
@@ -249,7 +249,7 @@ def band_k(log: StepLog) -> tuple[float, float]:
 
 
 def thinned(values: NDArray[np.generic], most: int) -> NDArray[np.intp]:
-    """Choose rows that draw the same curve: first, last, least and greatest of each slice.
+    """Choose rows that draw the same curve: first, last, lowest and highest of each slice.
 
     (Jugel et al., M4: A Visualization-Oriented Time Series Data Aggregation, VLDB 2014.)
     """

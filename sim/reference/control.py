@@ -38,7 +38,7 @@ class Control(Protocol):
     full_percent: Single
 
     def reset(self) -> None:
-        """Start anew after a fault."""
+        """Start again after a fault."""
 
     def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Return the duty in percent."""

@@ -25,7 +25,7 @@ from heatwright.spec.scenario.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
 """SELECT acknowledges a fault that was latched when it was pressed, if all keys had been released
-for so long before and SELECT is released within these times."""
+for this long before, and SELECT is released within these times."""
 
 
 class ReferenceDevice:
@@ -33,7 +33,7 @@ class ReferenceDevice:
 
     Control steps run at whole multiples of a loop's period after power-up; at the same time, in the
     order of the loops in the spec. Keys, lines from a host or a display, a master's writes and
-    orders to a program act at once. A fault of one loop switches all heaters off at once.
+    commands to a program act at once. A fault of one loop switches all heaters off at once.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class ReferenceDevice:
 
     @property
     def numbers(self) -> Mapping[str, Single]:
-        """The numbers that keys have set, by field of the algorithm."""
+        """The numbers that the keypad has set, by field of the algorithm."""
         return self._pages.values
 
     @property
@@ -204,7 +204,7 @@ class ReferenceDevice:
         return meant
 
     def _choose(self, by_k: Single) -> None:
-        """Change the setpoint of a loop with programs; refused while a program runs."""
+        """Change the setpoint of a loop with programs; this is refused while a program runs."""
         if self._keypad is not None and by_k:
             loop = self._loops[self._keypad.loop]
             ends, wanted_c = loop.spec.setpoint, loop.operator.setpoint_c + by_k
@@ -222,7 +222,7 @@ class ReferenceDevice:
             self._mind_fault()
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give an order to the program; one that the firmware would refuse changes nothing.
+        """Give a command to the program; one that the firmware would refuse changes nothing.
 
         Raises ValueError: the controller has no programs.
         """
@@ -242,7 +242,7 @@ class ReferenceDevice:
         self._master.write(name, value)
 
     def advance(self, until_s: float) -> None:
-        """Run to a time since power-up, s. What is due at that very time is done after it."""
+        """Run to a time since power-up, s. What is due at exactly that time is done later."""
         until_us = round(until_s * SECOND_US)
         loops = self._loops.values()
         while (due_us := self._due_us) < until_us:

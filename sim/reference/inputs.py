@@ -1,4 +1,4 @@
-"""Inputs of a control step beside reading and setpoint, for some loops (docs/control.md)."""
+"""Inputs of a control step in addition to reading and setpoint (docs/control.md)."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -30,7 +30,7 @@ class Limits(NamedTuple):
 
 
 class Orders(NamedTuple):
-    """Inputs of a step that not every loop has; most are orders."""
+    """Inputs of a step that not every loop has; most are commands."""
 
     mode: int = AUTOMATIC
     manual_percent: Single = ZERO
@@ -46,7 +46,7 @@ class Orders(NamedTuple):
     current_raw: int = 0
     """The raw reading of the heater's current."""
     program: tuple[int, int] = (0, 0)
-    """The waiting order to the program, and its argument; (0, 0): none."""
+    """The waiting command to the program, and its argument; (0, 0): none."""
     maximum_c: Single | None = None
     """The operator's critical temperature; needed if it is adjustable."""
     watch_fault: int = 0
@@ -54,7 +54,7 @@ class Orders(NamedTuple):
     paused: int = 0
     """Whether an input of the machine pauses the heat."""
     numbers: Mapping[str, Single] = MappingProxyType({})
-    """By field of the algorithm, the numbers that keys have set; needed if keys can."""
+    """By field of the algorithm, the numbers that the keypad has set; needed if the keypad can."""
     monitors: Mapping[str, tuple[int, int]] = MappingProxyType({})
     """By monitor that is checked in the step: status and raw number of its reading."""
 

@@ -74,7 +74,7 @@ class Reference:
         self.cooling = 0
         """Whether the last step asked for the cooler."""
         self.order_waits = False
-        """Whether the order to the program still waits after the last step."""
+        """Whether the command to the program still waits after the last step."""
         self.fault_code = 0
         self.fault_temperature_c = ZERO
         self._acknowledgements = 0
@@ -118,7 +118,7 @@ class Reference:
         """Run one control step.
 
         Args:
-            status: 0 for a valid reading, else the code of the fault.
+            status: 0 for a valid reading, otherwise the code of the fault.
             raw: the sensor's code.
             setpoint: the operator's setpoint, °C.
             acknowledge: whether the operator acknowledged the fault since the last step.
@@ -155,7 +155,7 @@ class Reference:
         return self._values(setpoint, orders)
 
     def _run_program(self, status: int, orders: Orders, setpoint: Single) -> tuple[Orders, Single]:
-        """Run the program's step, and return the orders and the setpoint that it makes."""
+        """Run the program's step, and return the commands and the setpoint that it makes."""
         if self.program is None:
             return orders, setpoint
         temperature_c = self._readings.mean.temperature_c

@@ -64,9 +64,9 @@ class Faults:
     """Ways to fail, set at any time.
 
     frozen -- conversions do not change the reading; idle -- no conversion starts; weak -- the
-    supply fails in the middle of each; slow -- they take this factor times the data sheet's
-    longest; corrupt_next -- so many scratchpad reads from now on have a wrong bit; corrupt_rate --
-    share of reads that have one (0..1, seeded).
+    supply fails in the middle of each conversion; slow -- factor on the data sheet's longest
+    conversion time; corrupt_next -- number of the next reads of the scratchpad with a wrong bit;
+    corrupt_rate -- share of reads with a wrong bit (0..1, seeded).
     """
 
     frozen: bool = False
@@ -139,7 +139,7 @@ class Ds18b20:
         self.line.connect(False)
 
     def plug(self) -> None:
-        """Plug the chip in again: it starts anew."""
+        """Plug the chip in again: it starts again."""
         self.brown_out()
         self.line.connect(True)
 

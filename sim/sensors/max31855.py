@@ -23,7 +23,7 @@ ALWAYS_ZERO = (17, 3)
 OPEN_CODE = 0x1FFF
 """The code while the thermocouple is open or shorted: all ones but the sign."""
 TIMING = Timing(period=200, hold=100, idle=200, output=40, enable=100)
-"""Serial interface timing: at most 5 MHz, 200 ns between two answers, else 100 ns or less."""
+"""Serial interface timing: at most 5 MHz, 200 ns between two answers, otherwise 100 ns or less."""
 
 
 def raw_code(temperature_c: float) -> int:

@@ -38,11 +38,11 @@ RANGES_C = {
     "B": (250.0, 1820.0), "E": (-200.0, 1000.0), "J": (-210.0, 1200.0), "K": (-200.0, 1372.0),
     "N": (-200.0, 1300.0), "R": (-50.0, 1768.0), "S": (-50.0, 1768.0), "T": (-200.0, 400.0),
 }  # fmt: skip
-"""The range of each type; beyond an end it sets a fault bit, and gives the end."""
+"""The range of each type; beyond an end the chip sets a fault bit, and gives the end."""
 JUNCTION_C = (-55.0, 125.0)
-"""The range of its own thermometer, with the same behaviour at the ends."""
+"""The range of the chip's own thermometer, with the same behaviour at the ends."""
 TEST_EVERY = 16
-"""It tests for an open thermocouple once in so many conversions."""
+"""The chip tests for an open thermocouple once in this number of conversions."""
 STEP_C, JUNCTION_STEP_C = 2.0**-7, 2.0**-6
 WRITE = 0x80
 """Added to the address of the first register in a write."""
@@ -63,9 +63,9 @@ class Max31856(SpiChip):
 
     wire -- the type of the connected thermocouple; internal_c -- the temperature of the chip and of
     the cold junction, °C; held -- an open input keeps its voltage, as its capacitor does for a
-    while; else it is at the bias, 0 mV; beyond_supply -- a terminal is above its supply or below
-    ground; orders -- number of accepted writes; misused -- number of writes that the data sheet
-    forbids: another mains filter while it converts.
+    while; otherwise it is at the bias, 0 mV; beyond_supply -- a terminal is above its supply or
+    below ground; orders -- number of accepted writes; misused -- number of writes that the data
+    sheet forbids: another mains filter while it converts.
     """
 
     longest_s = 0.0  # set by the registers: see Settings
@@ -131,7 +131,7 @@ class Max31856(SpiChip):
         self._shown = self._status(bytes(self._registers))
 
     def addressed(self, address: int, cycle: int) -> None:
-        """Load the answer to a read: the registers from an address on, the first after the last."""
+        """Load the answer to a read: all registers from `address` on, the first after the last."""
         del cycle
         if address & WRITE:
             return
@@ -204,7 +204,7 @@ class Max31856(SpiChip):
             if ended < 1:
                 break
             if self._beyond_supply:
-                self._began = cycle  # it stops, and starts anew after that
+                self._began = cycle  # it stops, and starts again after that
                 break
             last = self._began + ended * lasts
             self._began = last if settings.automatic else None

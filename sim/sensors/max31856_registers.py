@@ -63,7 +63,7 @@ class Settings:
 
     @property
     def measures_junction(self) -> bool:
-        """Whether it measures the cold junction itself; else the program writes its temperature."""
+        """Whether it measures the cold junction itself; or the program writes the temperature."""
         return not self.registers[CR0] & NO_JUNCTION
 
     @property

@@ -23,7 +23,7 @@ ALWAYS_ZERO = (15, 1)
 DRIVEN_BITS = 15
 """The last bit, D0, is three-state."""
 TIMING = Timing(period=1e9 / 4.3e6, output=100, enable=100)
-"""Serial interface timing: at most 4.3 MHz, else 100 ns or less."""
+"""Serial interface timing: at most 4.3 MHz, otherwise 100 ns or less."""
 
 
 def raw_code(temperature_c: float) -> int:

@@ -13,7 +13,7 @@ from heatwright.spec import Board
 __all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
 
 REMEMBERED_S = 2.0
-"""How much of the tip's past conversions may use, s: longer than any slow conversion."""
+"""How old a temperature conversions may use, s: longer than any slow conversion."""
 
 Wire = Literal["ground", "supply"]
 
@@ -23,9 +23,9 @@ class Faults:
     """Ways to fail, set at any time.
 
     open -- the thermocouple is broken; frozen -- conversions do not change the reading; slow --
-    they take this factor times the data sheet's longest; dumb -- it answers with zeros, like a
-    chip without clock or a burnt one; corrupt_next, corrupt_rate -- so many answers, or this share
-    of them (0..1, seeded), have one of the `corruptible` bits inverted.
+    factor on the data sheet's longest conversion time; dumb -- it answers with zeros, like a chip
+    without clock or a burnt one; corrupt_next, corrupt_rate -- number of the next answers, or share
+    of all answers (0..1, seeded), with one of the `corruptible` bits inverted.
     """
 
     open: bool = False
@@ -39,7 +39,7 @@ class Faults:
 class SpiChip:
     """A converter on its wires; its subclass defines the answer.
 
-    tip -- the thermocouple's; faults -- see Faults; port -- its end of the wires; reads --
+    tip -- of the thermocouple; faults -- see Faults; port -- the chip's end of the wires; reads --
     number of answers begun.
     """
 
@@ -77,7 +77,7 @@ class SpiChip:
         self.port.connect(False)
 
     def plug(self) -> None:
-        """Plug the chip in again: it starts anew."""
+        """Plug the chip in again: it starts again."""
         self.brown_out()
         self.port.connect(True)
 
@@ -113,7 +113,7 @@ class SpiChip:
     # -- measuring -----------------------------------------------------------------------------
 
     def _power_on(self, cycle: int) -> None:
-        """Start anew at a cycle."""
+        """Start again at a cycle."""
         raise NotImplementedError
 
     def _go_on(self, cycle: int) -> None:

@@ -17,7 +17,7 @@ from heatwright.spec import Board
 NUMBER = re.compile(r"-?\d+(\.\d+)?")
 SETPOINT_ROW = 1
 ALLOWED_K = 1e-3
-"""Tolerance of a setpoint that keys have set: the firmware adds in single precision."""
+"""Tolerance of a setpoint that the keypad has set: the firmware adds in single precision."""
 FIRST_TWO_MORE = 3
 """Start-ups that define a period; the first one, at power-on, is slower than the others."""
 WRITES_OF_A_BYTE = 2

@@ -23,7 +23,7 @@ SWING_K = 0.1
 
 SLOWER, DEEPER, BOTTOM_S, DIPS = 4.0, 1.25, 1.0, 3
 """A dip of the reading: how much slower than `rise_rate`, how much deeper than what counts as
-steady, the time at its bottom, and the number of dips in the time of the rules of effort."""
+steady, the time at its bottom, and the number of dips in the time of the effort rules."""
 
 STARTED_S = 1.5
 """When a loop is switched on: program and display have started by then."""
@@ -118,11 +118,11 @@ def _swing(
 def _dips(loop: Loop, middle_c: float, averaged_s: float, lasts_s: float) -> list[float]:
     """Return the reduction of the reading in each period from one dip to the next, K.
 
-    There are dips only if the rules of effort could trip during the measurement, as a steady
-    reading needs some power. A dip is deep enough to count as movement, slower than `rise_rate`,
-    and long enough to be read. Every other one is a rise: an on-off heater goes off again, and an
-    integral does not grow. All are rises if a dip would last so long that heat without a rise is a
-    fault; none is a rise if a rise without heat is a fault.
+    There are dips only if rule effort_high or effort_low could trip during the measurement, as a
+    steady reading needs some power. A dip is deep enough to count as movement, slower than
+    `rise_rate`, and long enough to be read. Every other one is a rise: an on-off heater goes off
+    again, and an integral does not grow. All are rises if a dip would last so long that heat
+    without a rise is a fault; none is a rise if a rise without heat is a fault.
     """
     rules, effort = loop.protection, loop.protection.effort
     if effort is None or effort.for_s > lasts_s:
@@ -174,7 +174,7 @@ def resting_c(controller: Controller, loop: str) -> float:
 
     It is always above `protection.minimum`. If the first step of a key would go above it, it is at
     that step, or as near as the rule runaway allows. A loop without keys rests at its setpoint:
-    below, it might ask for full power for ever.
+    below, it might ask for full power permanently.
     """
     setpoint, protection = controller.loops[loop].setpoint, controller.loops[loop].protection
     low_c = max(setpoint.minimum_c, protection.minimum_c + ABOVE_MINIMUM_K)

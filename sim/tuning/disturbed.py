@@ -12,7 +12,7 @@ LOAD_PERCENT = 10.0
 """Share of the power that a load suddenly takes away."""
 
 LONGEST = 20_000
-"""Most control steps that are computed."""
+"""Maximum number of control steps that are computed."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Load:
     after_s: float
     """Time of the largest error, s."""
     half_s: float | None
-    """Time after which the error stays below half of that, s; None: not in the time computed."""
+    """Time after which the error stays below half of `dip_k`, s; None: not in the time computed."""
 
 
 def load_answer(process: Process, gains: Gains, period_s: float) -> Load:

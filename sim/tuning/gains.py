@@ -30,7 +30,7 @@ class Series(NamedTuple):
         """Return the same controller in parallel form.
 
         gain·(Ti·s + 1)·(Td·s + 1) / (Ti·s·(Tf·s + 1)) in partial fractions. A derivative time below
-        the filter's would need a negative kd: a derivative is then useless, and left out.
+        the filter's would need a negative kd: such a derivative is left out.
         """
         ki = self.gain / self.integral_s
         if self.derivative_s <= filter_s:

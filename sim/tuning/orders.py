@@ -1,4 +1,4 @@
-"""Orders of a host or a master to a commanded loop, as events of a scenario."""
+"""Commands of a host or a master to a commanded loop, as events of a scenario."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ from heatwright.spec import Controller, Event
 from heatwright.spec.commands import gcode_of, modbus_of
 
 ORDER_S = 1.0
-"""Time of the order; a loop that is not commanded starts on its own."""
+"""Time of the command; a loop that is not commanded starts on its own."""
 
 
 def heat(controller: Controller, loop: str, target_c: float) -> tuple[Event, ...]:

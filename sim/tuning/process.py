@@ -15,7 +15,7 @@ from heatwright.spec import Controller
 Matrix = NDArray[np.float64]
 
 SAME = 1e-6
-"""A pole and a zero with a smaller relative distance cancel."""
+"""A pole and a zero with a smaller relative distance than this cancel."""
 
 
 @dataclass(frozen=True)

@@ -25,10 +25,10 @@ from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 
 BETTER = 0.999
-"""A new cost must be below this share of the old one; else the search keeps the old gains."""
+"""A new cost must be below this share of the old one; otherwise the search keeps the old gains."""
 GENERATIONS = 12
 FIRST, LAST = 1.0, 1 / 8
-"""First and least size of the search's steps, in octaves of a gain or time."""
+"""First and smallest size of the search's steps, in octaves of a gain or time."""
 _KEPT = ("temperature_c", "setpoint_c", "has_reading", "enabled", "fault.code")
 
 
@@ -151,7 +151,7 @@ def _terms(gains: Gains) -> tuple[bool, ...]:
 
 
 def worst_cost(outcomes: Iterable[Outcome]) -> float:
-    """Return the cost of gains: that on their worst machine."""
+    """Return the cost of gains, which is their cost on the worst machine."""
     return max(each.cost for each in outcomes)
 
 
@@ -170,8 +170,8 @@ def improved(
 ) -> Gains:
     """Improve gains until no step of an eighth of an octave helps: a compass search.
 
-    T. G. Kolda, R. M. Lewis, V. Torczon, "Optimization by direct search", SIAM Review 45 (2003).
-    It varies gain, integral time and derivative time by their logarithms; what is 0 stays 0. Steps
+    T. G. Kolda, R. M. Lewis, V. Torczon, "Optimization by direct search", SIAM Review 45 (2003). It
+    varies gain, integral time and derivative time by their logarithms; a value of 0 stays 0. Steps
     of two sizes are tried together.
 
     Args:
@@ -198,7 +198,7 @@ def improved(
 
 
 def _at(start: Gains, octaves: NDArray[np.float64]) -> Gains:
-    """Return gains changed by so many octaves of gain, integral time and derivative time."""
+    """Return gains changed by some octaves of gain, integral time and derivative time."""
     gain, integral, derivative = (2.0**octaves).tolist()
     return Gains(
         start.kp * gain, start.ki * gain / integral, start.kd * gain * derivative, start.filter_s

@@ -23,14 +23,14 @@ SETTINGS_SLOT_BYTES = 64
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """Bytes of a record besides settings and trip count: CRC, size, digest, sequence number, fault."""
 MOST_RECORD_BYTES = 255
-"""Most bytes of a record: its size, and which byte is written next, each fit into one byte."""
+"""Maximum size of a record: its size and the number of the next byte each fit into one byte."""
 MOST_SETTINGS_SLOTS = 16
-"""Most slots. The start checks each, 64 bytes in at most 0.6 ms at 8 MHz: well within the shortest
-watchdog period of 30 ms."""
+"""Maximum number of slots. The start checks each, 64 bytes in at most 0.6 ms at 8 MHz: well within
+the shortest watchdog period of 30 ms."""
 CYCLES_A_BYTE = 75
-"""Most cycles to read a byte and add it to a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
+"""Maximum number of cycles to read a byte and add it to a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
 FEWEST_SETTINGS_SLOTS = 4
-"""Fewest slots, if programs or a log need room: 400 000 saves, a hundred a day for ten years."""
+"""Minimum number, if programs or a log need room: 400 000 saves, a hundred a day for ten years."""
 
 PROGRAM_BYTES = 12 + 1 + 1
 """Bytes of a program without its segments: name with its end, number of segments."""
@@ -45,7 +45,7 @@ PROGRESS_BYTES = 4 + (4 + 2 + 4 * 4 + 4 * 4) + 2 + 1
 temperatures; four counts; CRC, and the sequence number's lowest byte again."""
 FEWEST_PROGRESS_SLOTS = 2
 MOST_PROGRESS_SLOTS = 255
-"""Most slots: the lowest byte of a slot's sequence number must differ in the next round."""
+"""Maximum number of slots: a slot's sequence number must have another lowest byte in each round."""
 
 LOG_FRAME_BYTES = 2 + 1 + 1
 """Bytes that show whether a log entry is complete: turn, digest, turn again."""
@@ -157,5 +157,5 @@ def _slots_for(years: float, every_s: float) -> int:
 
 
 def slowest_s(years: float, slots: int) -> float:
-    """Return the shortest interval of writes with which so many slots last so many years, s."""
+    """Return the shortest interval between writes with which the slots last for `years`, s."""
     return years * YEAR_S / (CELL_WRITES * slots)

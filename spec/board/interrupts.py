@@ -12,9 +12,9 @@ ANY_S = 100e-6
 SLOT_S = 50e-6
 """Longest delay of a 1-Wire slot: one that writes a zero lasts 64 µs, and may last 120 µs."""
 OTHERS_S = 10e-6
-"""Time of other interrupts before that of a PWM: those of a line and of another channel."""
+"""Time of other interrupts before that of a PWM: of a serial line and of another channel."""
 BITS_OF_A_BYTE = 10
-"""Fewest bits of a byte on a serial line: a start bit, eight bits, a stop bit."""
+"""Minimum number of bits of a byte on a serial line: a start bit, eight bits, a stop bit."""
 
 # Cycles of the tick's interrupt, each a little more than was measured: their sum is a bound.
 TICK_CYCLES = 135

@@ -10,10 +10,10 @@ FREQUENCY_TOLERANCE = 0.005
 """Tolerance of an Uno's ceramic resonator: no PWM frequency is held closer."""
 
 FEWEST_COUNTS = 100
-"""Fewest steps of a PWM period: one step is then at most 1 % of the power."""
+"""Minimum number of steps of a PWM period: one step is then at most 1 % of the power."""
 
 FASTEST_BY_INTERRUPTS_HZ = 500.0
-"""Two interrupts a period, some 100 cycles each: 0.6 % of the time of a 16 MHz processor."""
+"""Its two interrupts a period, some 100 cycles each, take 0.6 % of the time at 16 MHz."""
 
 MOST_COUNTS_BY_INTERRUPTS = (1 << 15) - 1
 """Half a round of a free-running 16-bit timer: an edge that is up to a period late is then not
@@ -42,8 +42,8 @@ def pwm_settings(clock_hz: int, timer: Timer) -> Iterator[PwmSetting]:
 def pwm_setting(board: Board, output: PwmOutput) -> PwmSetting:
     """Find the setting nearest to the output's frequency, on the timer of its pin.
 
-    An 8-bit timer counts to 256 (fast PWM, mode 3); a 16-bit one to any number (mode 14), here
-    with the smallest prescaler that holds the period, for the finest steps.
+    An 8-bit timer counts to 256 (fast PWM, mode 3); a 16-bit one to any number (mode 14), here with
+    the smallest prescaler that makes the period, for the finest steps.
 
     Raises:
         ValueError: the pin has no timer.

@@ -78,9 +78,9 @@ def share_pwm(controller: Controller) -> PwmTimers:
 
 
 def _by_timers(board: Board, outputs: Mapping[str, PwmOutput]) -> Iterator[tuple[str, PwmChannel]]:
-    """List the outputs that the timers of their pins make; a timer has one frequency.
+    """List the PWM outputs that the timers of their own pins generate: one frequency for a timer.
 
-    It is that of its first output too fast for interrupts, or else of its first output.
+    It is that of its first output too fast for interrupts or, without one, of its first output.
     """
     able: dict[int, dict[str, tuple[str, PwmSetting, float]]] = {}
     for name, output in outputs.items():

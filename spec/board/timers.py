@@ -23,21 +23,21 @@ TICK_S = 0.01
 """The firmware's tick; every period and time-out is a whole number of ticks."""
 
 PULSE_LOOKS = 10
-"""Fewest samples of a tachometer's pin in one tick: one in every second interrupt of the timer, and
-none in that of the tick, which is long."""
+"""Minimum number of samples of a tachometer's pin in one tick: one in every second interrupt of the
+timer, but none in the tick's interrupt, which is long."""
 
 MOST_DIVIDER = 255
-"""Most interrupts of the timer in one tick: they are counted in a byte."""
+"""Maximum number of interrupts of the timer in one tick: they are counted in a byte."""
 
 FASTEST_STEPS_HZ = 10_000
-"""Most steps of a stepper in a second: their interrupts of some 10 us take a tenth of it."""
+"""Maximum steps of a stepper per second: their interrupts of some 10 us take a tenth of it."""
 
 _ALL: tuple[Path, ...] = (("controller",), ("outputs",), ("sensors",))
 _REMEDY = "Use time_proportional in place of pwm, or a board with more timers"
 
 
 class Interval(NamedTuple):
-    """A compare match every `counts` counts of clock/`prescaler`, `divider` of them to a tick."""
+    """A compare match every `counts` counts of clock/`prescaler`, `divider` matches to a tick."""
 
     prescaler: int
     counts: int
@@ -141,7 +141,7 @@ def allocate(controller: Controller) -> TimerUse:
 
 
 def _best_for_tick(board: Board, free: list[int], looks: int) -> int | None:
-    """Choose the timer with the fewest interrupts; of equals not timer 0, else the lowest."""
+    """Choose the timer with the fewest interrupts; of equals not timer 0, otherwise the lowest."""
     rated = []
     for number_ in free:
         interval = tick_interval(board.clock_hz, board.timers[number_], looks)

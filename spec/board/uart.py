@@ -6,13 +6,13 @@ LARGEST_DIVISOR = 4095
 """UBRR has twelve bits."""
 
 BAUD_TOLERANCE = 0.0225
-"""Half of what a receiver that samples 16 times a bit bears over the ten bits of a frame (−4.5 %,
-+4.6 %: data sheet, table of receiver baud rate errors, 8 bits without parity); the other half is
-for the other end. 115200 baud from 16 MHz, 2.1 % off, is within it."""
+"""Half of the tolerance of a receiver that samples 16 times a bit over the ten bits of a frame
+(−4.5 %, +4.6 %: data sheet, table of receiver baud rate errors, 8 bits without parity); the other
+half is for the other end. 115200 baud from 16 MHz, 2.1 % off, is within it."""
 
 
 RECEIVED_TOLERANCE = 2 * BAUD_TOLERANCE
-"""Largest error of the baud rate that a receiver bears, if the other end's clock is right."""
+"""Largest error of the baud rate that a receiver tolerates if the other end's clock is right."""
 
 
 class BaudSetting(NamedTuple):

@@ -46,7 +46,7 @@ def wired_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
                 yield (section, name, key), pin_name, ""
     for name, output in controller.outputs.items():
         if output.proof is not None:
-            yield ("outputs", name, "proof", "pin"), output.proof.pin, "the proof that a fan turns"
+            yield ("outputs", name, "proof", "pin"), output.proof.pin, "the signal that a fan turns"
     path: Path = ("safety", "relay_feedback")
     if controller.safety.relay_feedback is not None:
         yield path, controller.safety.relay_feedback, "the relay's feedback"

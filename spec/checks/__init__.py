@@ -206,8 +206,8 @@ SIMULATION_CHECKS: tuple[PlantCheck, ...] = (
 def check(controller: Controller) -> list[Finding]:
     """Run all checks on a controller.
 
-    The extremes of numbers that keys can set, and the rows of a comparison, add only findings that
-    the controller itself does not have.
+    The extremes of numbers that the keypad can set, and the rows of a comparison, add only findings
+    that the controller itself does not have.
     """
     simulation = controller.simulation
     found: list[Finding] = []
@@ -233,7 +233,7 @@ def check(controller: Controller) -> list[Finding]:
 def _of_extremes(
     controller: Controller, whole: bool, known: set[tuple[object, ...]]
 ) -> list[Finding]:
-    """Check the controller at the extremes of the numbers that keys can set."""
+    """Check the controller at the extremes of the numbers that the keypad can set."""
     if [*adjusted.numbers_have_a_use(controller), *adjusted.numbers_in_range(controller)]:
         return []
     found = []

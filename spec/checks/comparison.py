@@ -69,7 +69,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
 
 
 def row_path(controller: Controller, index: int, path: Path) -> Path:
-    """Translate a path in the row's controller to one in the row; else return the row's path."""
+    """Translate a path in the row's controller to one in the row, or return the row's path."""
     name = row_loop(controller, controller.comparison[index])
     loop = controller.loops[name]
     row: Path = ("comparison", index)

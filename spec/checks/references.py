@@ -127,8 +127,8 @@ def proofs_are_of_fans(controller: Controller) -> Findings:
             if heating is not None and proof.within_s >= heating.within_s:
                 yield Finding(
                     (*path, "within"),
-                    f"the heater stays off until the proof comes, and rule heating_failed of the "
-                    f"loop {key} trips after {duration(heating.within_s)}",
+                    f"the heater stays off until the fan's signal comes, and rule heating_failed "
+                    f"of loop {key} trips after {duration(heating.within_s)}",
                     f"Use less than {duration(heating.within_s)}",
                     (("loops", key, "protection", "heating"),),
                 )

@@ -61,7 +61,7 @@ def extrusion_takes_heat(controller: Controller) -> Findings:
 
 
 def keys_exist(controller: Controller) -> Findings:
-    """Find presses of keys on a controller without keys."""
+    """Find presses of keys on a controller without a keypad."""
     if keypad_of(controller) is None:
         remedy = "Add {kind: lcd_keypad, loop: …} to interfaces, or delete the event"
         reason = "no interface has keys"

@@ -13,7 +13,7 @@ _STAND_INS: dict[Path, object] = {("heatwright",): FORMAT, ("controller", "name"
 """Values of required keys that the checks do not use."""
 
 _MOST_ROUNDS = 12
-"""Most rounds: each replaces or removes broken entries, or the entries that need them."""
+"""Maximum number of rounds: each replaces or removes broken entries, or entries that need them."""
 
 
 def without_broken_parts(data: Any) -> Controller | None:
@@ -52,7 +52,7 @@ def _mend(data: dict[str, Any], place: Place) -> None:
 
 
 def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
-    """Follow a path to the mapping that holds its end, and no further than to a list.
+    """Follow a path to the mapping that contains its end, and no further than to a list.
 
     To remove an item of a list would change the paths of the items after it.
     """

@@ -21,7 +21,7 @@ from heatwright.spec.loading.user_file import STDIN, read_file
 from heatwright.spec.problems import Path, Problem, SpecError
 
 MOST_PROBLEMS = 100
-"""Most problems that are reported at once."""
+"""Maximum number of problems that are reported at once."""
 
 
 LATER = (

@@ -3,7 +3,7 @@
 ELSEWHERE = {
     ("Analog", "quantity"): "Use kind: current for the current of a heater",
     ("TimeProportionalOutput", "current"): "Measure the current of a digital or pwm output",
-    ("Event", "setpoint"): "Write it as a master: write: {LOOP.setpoint: 50 °C}",
+    ("Event", "setpoint"): "Let the simulated master write it: write: {LOOP.setpoint: 50 °C}",
     ("Segment", "rate"): "Write at:, as in {to: 540 °C, at: 150 K/h}",
 }
 """Keys that a user may try in a model, and what to write instead."""

@@ -24,7 +24,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def advice(word: str, known: Sequence[str]) -> str:
-    """Say what was probably meant, or else what there is."""
+    """Say what was probably meant, otherwise what there is."""
     match = closest(word, known)
     if match is not None:
         return f"Did you mean {match}?"

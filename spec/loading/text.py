@@ -6,7 +6,7 @@ import re
 from heatwright.spec.problems import Problem
 
 LARGEST_FILE = 256 * 1024
-"""Most bytes: a hundred times a real spec, and little enough to be checked at once."""
+"""Maximum number of bytes: a hundred times a real spec, and little enough to be checked at once."""
 
 _ODD_MARKS = (
     (codecs.BOM_UTF32_LE, "UTF-32"),

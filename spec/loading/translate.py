@@ -15,7 +15,7 @@ Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
 
 MOST_WORDED = 1000
-"""Most errors that are reported one by one: a suggestion for each takes time."""
+"""Maximum number of errors that are reported one by one: a suggestion for each takes time."""
 _TOO_MANY = ("this is wrong, too", "Correct what is wrong above, and look again")
 
 

@@ -10,7 +10,7 @@ from heatwright.spec.problems import LONGEST_QUOTE, Path, Problem, dotted, shown
 from heatwright.spec.quantity import NUMBER
 
 DEEPEST = 24
-"""Most levels of nesting; the language needs eight."""
+"""Maximum number of levels of nesting; the language needs eight."""
 
 # YAML 1.1 would read `off` as false, `1:30` as 90 and 010 as 8: only these words and decimal
 # numbers mean anything here, everything else is text.
@@ -36,7 +36,7 @@ class Tree:
         self.problems: dict[Path, Problem] = {}
 
     def position(self, path: Path) -> Position:
-        """Find an entry, or the nearest one that holds it, in the file."""
+        """Find an entry, or the nearest one that contains it, in the file."""
         while path and path not in self.positions:
             path = path[:-1]
         return self.positions.get(path, (1, 1))

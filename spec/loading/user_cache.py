@@ -8,7 +8,7 @@ from pathlib import Path
 def cache_dir() -> Path:
     """`$XDG_CACHE_HOME/heatwright`, or what the system uses in its place.
 
-    The XDG specification has a relative path ignored, as if nothing were set.
+    A relative path is ignored, as the XDG specification says.
     """
     asked = os.environ.get("XDG_CACHE_HOME", "")
     if Path(asked).is_absolute():

@@ -82,7 +82,7 @@ def chart_top_c(controller: Controller) -> int:
 
 
 def _highest_c(loop: Loop, controller: Controller) -> dict[str, float]:
-    """Return what each selectable type bears, °C: at most the highest setpoint of that type."""
+    """Return the highest setpoint that each selectable type allows, °C."""
     sensor = controller.thermometers[loop.sensor]
     less = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
     return {kind: less.get(kind, HIGHEST_C[kind]) for kind in sensor.selectable}

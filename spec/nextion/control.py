@@ -22,7 +22,7 @@ CONTROL_CHART_PX = (800, 180)
 CONTROL_CHART_EVERY_S = 1.0
 
 LISTED = 8
-"""Most faults that the page of faults lists."""
+"""Maximum number of faults that the page of faults lists."""
 LONGEST_FAULT = 40
 
 
@@ -48,7 +48,7 @@ def settings_page(number: int, *, adjustable: bool, selectable: bool, saves: boo
 
 
 def thermo_page(number: int, highest_c: Mapping[str, float]) -> Page:
-    """Lay out the choice of the thermocouple's type: each with the highest setpoint it bears."""
+    """Lay out the choice of the thermocouple's type: each with the highest setpoint it allows."""
     sheet = Sheet("thermo", number, "Choice of the thermocouple's type.")
     sheet.text("type", (300, 5, 60, 50), 1, LARGE, pco=AMBER)
     sheet.label("title", (10, 5, 280, 50), "Thermocouple", LARGE)

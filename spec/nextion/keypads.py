@@ -1,4 +1,4 @@
-"""The pages with keys: entry of a segment, of one number, of a name."""
+"""The pages with a keypad: they edit a segment, one number, or a name."""
 
 from collections.abc import Callable, Iterable
 
@@ -7,7 +7,7 @@ from heatwright.spec.nextion.programming import LONGEST_NUMBER
 from heatwright.spec.programs import LONGEST_NAME
 
 KINDS = ("time", "K/h", "fast", "until", "hold")
-"""Names of a segment's forms on the pages, in the order of their numbers in command 7."""
+"""Names of the kinds of segment on the pages, in the order of their numbers in command 7."""
 
 KEYS = ("7", "8", "9", "4", "5", "6", "1", "2", "3", ".", "0", "-")
 LETTERS = ("abcdefghij", "klmnopqrst", "uvwxyz_-+/", "0123456789")
@@ -18,7 +18,7 @@ Change = Callable[[str], tuple[str, ...]]
 
 
 def point_page(number: int) -> Page:
-    """Lay out the entry of one segment: two fields, a keypad, the form."""
+    """Lay out the page that edits one segment: two fields, a keypad, the kinds of segment."""
     sheet = Sheet("point", number, "Entry of a segment.")
     sheet.number("n", (10, 5, 60, 50))
     sheet.text("k", (90, 5, 120, 50), 5, LARGE, shared=True)

@@ -1,7 +1,7 @@
 """The page that is shown most: temperature, program, clocks, chart; and the question before a stop.
 
-The names are those of the display this one takes after: temp, day, hour1, minute1, day2, hour2,
-minute2, programm, point, ERROR, bt1, and 24 as the number of the chart.
+The components' names are those of the display that this one copies: temp, day, hour1, minute1,
+day2, hour2, minute2, programm, point, ERROR, bt1, and 24 as the number of the chart.
 """
 
 from dataclasses import replace
@@ -26,7 +26,7 @@ CHART_EVERY_S = 60.0
 """Time between two pixels: ten hours in the chart's width."""
 LONGEST_STATE = 30
 LONGEST_ENERGY = 12
-"""Most characters of an energy, such as `1234.56 kWh`."""
+"""Maximum number of characters of an energy, such as `1234.56 kWh`."""
 
 
 def main_page(number: int, top_c: int, *, programs: bool) -> Page:

@@ -14,7 +14,7 @@ from heatwright.spec.programs import LONGEST_NAME
 ROWS = 10
 """Segments on a page; a program with more has a second one."""
 LONGEST_NUMBER = 9
-"""Most characters of a time, a rate or a temperature, such as 44640.25."""
+"""Maximum number of characters of a time, a rate or a temperature, such as 44640.25."""
 
 
 def programs_page(number: int, places: int) -> Page:
@@ -33,7 +33,7 @@ def programs_page(number: int, places: int) -> Page:
 
 
 def points_page(number: int, first: int, points: int, *, more: str) -> Page:
-    """Lay out the segments from `first` on. more -- another page of them, or empty."""
+    """Lay out the segments from `first` on. more -- the next page of segments, or empty."""
     name = "points" if first == 1 else "points2"
     sheet = Sheet(name, number, f"Segments {first} to {min(points, first + ROWS - 1)}.")
     sheet.number("programm", (10, 5, 40, 36), SMALL, shared=False)

@@ -72,8 +72,8 @@ _OPEN: dict[str, dict[str, str]] = {
     "runaway": {"above_k": "above"},
     "rising_while_off": {"rise_k": "rise", "settle_s": "settle"},
 }
-"""Keys that are derived unless they are given, by rule and field; a later rule needs the ones
-before it."""
+"""Keys that are derived unless they are given, by rule and field. A later rule needs the numbers
+that were derived before it."""
 
 
 def with_derived(controller: Controller) -> Controller:
@@ -193,13 +193,13 @@ class _Rules:
         }
 
     def _put(self, rule: str, field: str, choices: Iterable[tuple[float, str]]) -> float:
-        """Set a rule's number to the greatest of the choices, and return it."""
+        """Set a rule's number to the largest of the choices, and return it."""
         value, self._words[rule][_OPEN[rule][field]] = max(choices)
         self._values[rule][field] = value
         return value
 
     def _number(self, rule: str, field: str) -> float:
-        """Return a rule's number: derived, or else the present one; infinite without the rule."""
+        """Return a rule's number: derived, otherwise the present one; infinite without the rule."""
         limits = getattr(self._protection, rule)
         return math.inf if limits is None else self._values[rule].get(field, getattr(limits, field))
 
@@ -208,8 +208,8 @@ class _Rules:
 
         A duty below what this plant needs on a cold day, at a weak supply, would trip on a healthy
         machine. Above that, a higher duty suits machines that lose more than their plant; but all
-        nodes must bear it for ever, because nobody notices it while the reading is frozen, and it
-        must be so far below full power that a range is left to count.
+        nodes must withstand it permanently, because nobody notices it while the reading is frozen,
+        and it must be so far below full power that a range is left to count.
         """
         heated = self._heated
         held = f"what {celsius(heated.highest_c)} takes on a cold day"
@@ -218,7 +218,7 @@ class _Rules:
         half_w, weak_w = (needed_w + heated.full_w) / 2, needed_w / WEAK
         choices = [
             (LOSSES * needed_w, f"{number(LOSSES)} times {held}"),
-            max((heated.borne_w(), "what all nodes bear for ever"), (weak_w, weak)),
+            max((heated.borne_w(), "what all nodes withstand"), (weak_w, weak)),
             (half_w, f"half way from {held} to full power"),
         ]
         least_w, words = min(choices)
@@ -228,7 +228,7 @@ class _Rules:
         self._put("frozen", "holding_percent", [(percent, words)])
 
     def _derive_within(self) -> None:
-        """Find how long full power may last for a rise: healthy machines need it, nodes bear it."""
+        """Find how long full power may last: machines need it for a rise, nodes withstand it."""
         heated = self._heated
         rise_k = self._number("heating", "rise_k")
         needs_s = heated.slowest_rise(rise_k)[0]
@@ -243,14 +243,14 @@ class _Rules:
                 LEAST_TIMES,
             ),
             self._bears_within,
-            "so long all nodes bear full power",
+            "so long all nodes withstand full power",
         )
 
     def _derive_for(self) -> None:
-        """Find how long heat above `holding` may go on without a movement of the reading.
+        """Find how long the duty may be above `holding` without a change of the reading.
 
-        As long as without a plant, so that a machine that loses more does not trip where it rests;
-        but no longer than nodes bear the heat, and never shorter than a healthy machine needs.
+        As long as without a plant, so that a machine that loses more does not trip at rest; but no
+        longer than nodes withstand it, and never shorter than a healthy machine needs.
         """
         within_s, still_s = self._number("heating", "within_s"), self._still_s
         if still_s is None:
@@ -270,13 +270,13 @@ class _Rules:
                 first=first,
             ),
             lambda each: self._bears_still(within_s, each),
-            "so long all nodes bear what is asked for",
+            "so long all nodes withstand what is asked for",
         )
 
     def _put_time(
         self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
     ) -> None:
-        """Set the usual time or what a healthy machine needs, limited to what nodes bear."""
+        """Set the usual time or what a healthy machine needs, limited by the nodes."""
         heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
         wished_s, words = max(
             (times.usual_s, "as usual"),
@@ -364,7 +364,7 @@ class _Rules:
             )
 
     def _bears_still(self, within_s: float, for_s: float) -> bool:
-        """Return whether nodes bear a frozen reading, on a machine that was at rest before."""
+        """Return whether nodes withstand a frozen reading that begins in the steady state."""
         heated = self._heated
         held_percent = 100 * heated.hold_w / heated.power_w
         lies = [
@@ -374,7 +374,7 @@ class _Rules:
         return all(self._bears(lie, within_s, for_s) for lie in lies)
 
     def _bears_within(self, within_s: float) -> bool:
-        """Return whether nodes bear full power for this time, with the `frozen` that follows."""
+        """Return whether nodes withstand full power for a time, with the `frozen` that follows."""
         for_s = self._number("frozen", "for_s")
         if "for_s" in self._open["frozen"] and self._still_s is not None:
             for_s = max(BEHIND * within_s, TIMES * self._still_s + self._heated.late_s)
@@ -383,7 +383,7 @@ class _Rules:
         )
 
     def _bears(self, lie: Lie, within_s: float, for_s: float) -> bool:
-        """Return whether all nodes bear the heat until a rule trips, on a warm day."""
+        """Return whether all nodes withstand the heat until a rule trips, on a warm day."""
         heated = self._heated
         plant, bears_k = heated.warm
         holding_percent = self._number("frozen", "holding_percent")
@@ -393,7 +393,7 @@ class _Rules:
 
     @staticmethod
     def _longest_s(bears: Callable[[float], bool], most_s: float) -> float:
-        """Return the longest time that is borne, by halving; at most `most_s`, 0 for none."""
+        """Return by bisection the longest time that is allowed; at most `most_s`, 0 for none."""
         if bears(most_s):
             return most_s
         return most_borne(bears, 0.0, most_s)

@@ -2,7 +2,7 @@
 
 The plant gives the power that holds a reading. A healthy machine needs more or less: resistances
 differ by the plant's tolerance, supply and room temperature vary, fans run, material is fed. The
-heater's power, filtered as the plant feels it, must stay between the extremes of all that.
+heater's power, filtered as the plant does, must stay between the extremes of all that.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SUPPLY = (0.85, 1.1)
 """A mains may be 15 % low and 10 % high (EN 50160); the power goes with the square."""
 
 SPARE = 0.05
-"""Margin of a limit, as a share: a machine at the corner of its tolerances swings about it."""
+"""Margin of a limit, as a share: a machine at the corner of its tolerances swings around it."""
 
 SUN_K = 5.0
 """How much warmer than a summer's room a machine may read unheated: sun, a sensor's error."""
@@ -55,7 +55,7 @@ LEAST_SHARE = 4e-6
 
 BEND_PERCENT = 1.0
 MOST_LINES = 8
-"""Most straight lines that approximate a curve of radiation."""
+"""Maximum number of straight lines that approximate a curve of radiation."""
 
 POINTS, SLOW_TIMES = 120, 8.0
 """Points of a simulated course, and its length in time constants of the slowest part."""
@@ -82,7 +82,7 @@ def effort_of(
 
 
 def band_percent(tolerance: float) -> tuple[float, float]:
-    """Return the most and the least power of a machine, in % of what its plant takes.
+    """Return the highest and the lowest power of a machine, in % of what its plant takes.
 
     Rounded outwards to two digits.
     """
@@ -198,8 +198,8 @@ class _Search:
             rule = rule.model_copy(update={"for_s": for_s})
             words["for"] = (
                 f"a healthy machine is beyond it for up to {about(longest_s)} s; "
-                f"{number(TIMES)} times that, or half of the {about(self._filter_s)} s for which "
-                "the plant feels a power, and delays"
+                f"{number(TIMES)} times that, or half of the plant's response time to a "
+                f"power, {about(self._filter_s)} s, and delays"
             )
         return rule.derived_as(words).with_band(band)
 
@@ -278,7 +278,7 @@ class _Search:
 
 
 class _Course:
-    """A healthy machine with ideal control, or switched about its setpoint."""
+    """A healthy machine with ideal control, or switched around its setpoint."""
 
     def __init__(  # noqa: PLR0913, PLR0917 - each is another part of it
         self,

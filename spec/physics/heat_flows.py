@@ -1,7 +1,7 @@
 """Heat flows between the nodes of a network: by conduction, and by radiation.
 
-Conduction is linear. Radiation, σ·ε·A·(Ta⁴ − Tb⁴) in kelvin, is taken for its tangent about a
-state: q ≈ q₀ + ga·(θa − θa₀) − gb·(θb − θb₀) with g = 4·σ·ε·A·T³.
+Conduction is linear. Radiation, σ·ε·A·(Ta⁴ − Tb⁴) in kelvin, is replaced by its tangent at a state:
+q ≈ q₀ + ga·(θa − θa₀) − gb·(θb − θb₀) with g = 4·σ·ε·A·T³.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,7 +40,7 @@ class HeatFlows:
         self.linear = not network.radiation
 
     def about(self, state: Vector) -> tuple[Matrix, Vector]:
-        """Return conductances G and constants c of the flows G·θ + c about a state, W/K and W."""
+        """Return conductances G, W/K, and constants c, W, of the flows G·θ + c at a state."""
         conductances = [row[:] for row in self._conduction]
         constants = [0.0] * len(conductances)
         for surface in self._radiation:
@@ -55,7 +55,7 @@ class HeatFlows:
         return False
 
     def _kelvin(self, above_ambient_k: float) -> float:
-        """Absolute temperature, K, but not so low that the tangent would become level."""
+        """Absolute temperature, K, at least COLDEST_K: at 0 K the slope of the radiation is 0."""
         return max(self._ambient_k + above_ambient_k, COLDEST_K)
 
     def _ends(self, surface: Radiation) -> Iterator[tuple[int, float]]:

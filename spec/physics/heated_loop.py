@@ -27,14 +27,14 @@ WINTER_C, SUMMER_C = 5.0, 35.0
 """Temperature of a workshop in winter and in summer."""
 
 SPARE = 0.1
-"""What a node bears beyond what the protection allows, as a share of its rise above ambient."""
+"""Margin of a node's limit above what the protection allows, as a share of its rise."""
 
 TIMES = 3.0
 """Factor on a time that the plant takes, as the real machine may be slower: its capacities and
 resistances may be 30 % larger, and less of its power may remain after its losses."""
 
 LEAST_TIMES = 2.0
-"""As `TIMES`, if the nodes bear no longer time: some 30 % larger, with a supply 10 % low."""
+"""As `TIMES`, if the nodes withstand no longer time: some 30 % larger, a supply 10 % low."""
 
 SHORTEST_STEPS = 10
 """Shortest derived time, in control steps: some lost readings must not cause a trip."""
@@ -43,7 +43,7 @@ OWN = 0.1
 """Share of the range of setpoints: after such a rise a course no longer depends on its start."""
 
 HALVINGS = 10
-"""Bisections in the search for a time that all nodes bear: exact to a thousandth."""
+"""Bisections in the search for a time that all nodes withstand: exact to a thousandth."""
 
 BORNE_HALVINGS = 40
 MOST_POINTS = 400
@@ -98,7 +98,7 @@ def heated_loop(controller: Controller, name: str, simulation: Simulation) -> He
 def most_borne(
     bears: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
 ) -> float:
-    """Return the most that is borne, between a borne and a too large value, by halving."""
+    """Return by bisection the largest value that `bears` allows: `low` is allowed, `high` not."""
     for _ in range(halvings):
         middle = (low + high) / 2
         low, high = (middle, high) if bears(middle) else (low, middle)
@@ -164,19 +164,19 @@ class HeatedLoop:
 
     @cached_property
     def warm_rest(self) -> Vector:
-        """State of rest at the highest setpoint on a warm day."""
+        """Steady state at the highest setpoint on a warm day."""
         return self.warm[0].rest(self.highest_c - max(SUMMER_C, self.ambient_c))
 
     @cached_property
     def warm(self) -> tuple[Heated, Vector]:
-        """The plant on a warm day, and what each of its nodes bears above that day's ambient, K."""
+        """The plant on a warm day, and each node's limit above that day's ambient, K."""
         return self._bears_k(max(SUMMER_C, self.ambient_c))
 
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
-        """Return the plant in some surroundings, and what each of its nodes bears above them.
+        """Return the plant in some surroundings, and each node's limit above their temperature, K.
 
-        The spec's `bears`; else 1.1 times the rise at full power from cold until the rule of
-        `protection.maximum` switches the heater off, or at rest with the sensor at that maximum.
+        The spec's `bears`; without it 1.1 times the rise at full power from cold until the rule of
+        `protection.maximum` switches the heater off, or of the steady state at that maximum.
         """
         plant, size = self.at(ambient_c), len(self._network.nodes)
         most_k = self._maximum_c - ambient_c
@@ -196,7 +196,7 @@ class HeatedLoop:
         ]
 
     def borne_k(self) -> dict[str, float]:
-        """Temperatures that nodes bear, above the spec's ambient, K.
+        """Limits of the nodes' temperatures, above the spec's ambient, K.
 
         Only of this loop's own nodes if others heat the machine, too; the higher of two days.
         """
@@ -212,7 +212,7 @@ class HeatedLoop:
         }
 
     def borne_w(self) -> float:
-        """Power that every node bears for ever in summer, W; infinite if all bear full power."""
+        """Power that all nodes withstand permanently in summer, W; infinite if it is full power."""
         plant, bears_k = self.warm
 
         def borne(power_w: float) -> bool:
@@ -258,7 +258,7 @@ class HeatedLoop:
     def longest_still_s(self, power_w: float) -> float:
         """Return how long a reading may stand still at a power, below the highest setpoint, s.
 
-        It moves once the temperature is a step from where it was.
+        The reading moves once the temperature has changed by a step.
         """
         return max(
             _longest_within(self._sensed(state, power_w), self.step_k) for state in self.starts
@@ -356,7 +356,7 @@ class HeatedLoop:
         return self._coasting[-1][1]
 
     def settles_s(self, enough_k: float) -> float:
-        """Return the time after which the coasting up is over but for `enough_k`, s."""
+        """Return the time after which the reading coasts up by no more than `enough_k`, s."""
         return next(
             time_s for time_s, over_k in self._coasting if self.overshoot_k - over_k < enough_k
         )

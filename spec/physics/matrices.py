@@ -14,7 +14,7 @@ GROUP, TERMS = 4, 12
 precision of 1."""
 
 MOST_KEPT = 4096
-"""Most stored exponentials: twice those of a spec, some megabytes."""
+"""Maximum number of stored exponentials: twice those of a spec, some megabytes."""
 
 _FACTORS = [1 / math.factorial(order) for order in range(TERMS + 1)]
 

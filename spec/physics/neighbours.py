@@ -57,7 +57,7 @@ def _rest(
     flows: HeatFlows,
     holding: Sequence[Neighbour],
 ) -> list[float]:
-    """Find all temperatures above ambient at rest, followed by the neighbours' powers."""
+    """Return the steady state: each node above ambient, K, then each neighbour's power, W."""
     size, found = len(nodes), [0.0] * (len(nodes) + len(holding))
     heated = [nodes.index(network.heat[one.heater]) for one in holding]
     sensed = [_place(network, nodes, one.sensor) for one in holding]

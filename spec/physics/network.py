@@ -1,4 +1,4 @@
-"""Solves a thermal network: temperatures at rest, courses, and the response to switched power.
+"""Solves a thermal network: steady temperatures, courses, and the response to switched power.
 
 Temperatures are above ambient: with capacities C and flows G·θ + c (the network's, ambient left
 out; c comes from radiation alone), C·dθ/dt = P − G·θ − c. A sensor follows its node with a
@@ -22,14 +22,14 @@ from heatwright.spec.physics.matrices import (
 from heatwright.spec.simulation import ThermalNetwork
 
 MOST_TRIES = 200
-"""Most iterations of Newton's method. Far above the solution each reduces the temperature by a
-quarter; close to it each doubles the number of correct digits."""
+"""Maximum number of iterations of Newton's method. Far above the solution each reduces the
+temperature by a quarter; close to it each doubles the number of correct digits."""
 
 EXACT = 1e-12
 """Relative change of a result below which an iteration ends."""
 
 MOST_HALVINGS = 12
-"""Most times that a step is halved: only absurd plants have a part that changes so fast."""
+"""Maximum number of halvings of a step: only absurd plants have a part that changes so fast."""
 
 
 class Heated:
@@ -76,14 +76,14 @@ class Heated:
         return self._at_rest(self._sensed, sensed_k + ahead_k, rate_k_per_s)[-1]
 
     def rest(self, sensed_k: float) -> Vector:
-        """State in which nothing moves, the sensor at a temperature above ambient."""
+        """Steady state with the sensor at a temperature above ambient."""
         *nodes, _ = self._at_rest(self._sensed, sensed_k)
         return [*nodes, *([sensed_k] if self.lag_s else []), 1.0]
 
     def _at_rest(self, given: int, value: float, rate_k_per_s: float = 0.0) -> Vector:
         """Find the nodes' temperatures, followed by the power; one of these values is given.
 
-        All nodes are at rest, or rise at one rate.
+        All nodes are in the steady state, or rise at one rate.
         """
         size = len(self._capacities)
         found = [0.0] * (size + 1)
@@ -105,7 +105,7 @@ class Heated:
         """Peak-to-peak swing at the sensor when the power is on for half of each window.
 
         Only the fundamental: a square wave of power P has one of amplitude 2·P/π, and the network
-        and the lag leave little of its harmonics. Linearized about ambient, where the least is
+        and the lag leave little of its harmonics. Linearized at ambient, where the least is
         radiated and the swing is widest.
         """
         omega = 2 * math.pi / window_s
@@ -136,10 +136,10 @@ class Heated:
         return sum(lags_s) + self.lag_s + self.delay_s
 
     def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
-        """Return the mean time for which the sensor feels a power, and the slowest lag, s.
+        """Return the mean response time of the sensor to a power, and the slowest lag, s.
 
-        About rest at a temperature above ambient; found by inverse iteration, which begins with the
-        rise by the heater.
+        Linearised at the steady state of a temperature above ambient; found by inverse iteration,
+        which begins with the rise by the heater.
         """
         size = len(self._capacities)
         conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
@@ -164,7 +164,7 @@ class Heated:
     def step(self, power_w: float, time_s: float, about: Vector) -> Matrix:
         """Matrix that takes a state on by `time_s` at a constant power.
 
-        Exact for conduction; what radiates is taken for its tangent about a state.
+        Exact for conduction; radiation is replaced by its tangent at a state.
         """
         matrix = self._rates(time_s, about)
         matrix[self._heated][-1] += power_w / self._capacities[self._heated] * time_s
@@ -193,7 +193,7 @@ class Heated:
         return matrix
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Return whether a state is too far from the one about which a matrix was made."""
+        """Return whether a state is too far from the one at which a matrix was linearised."""
         return self._flows.bent(about, state)
 
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:

@@ -36,7 +36,7 @@ class Reserve(NamedTuple):
 
     @property
     def recommended_w(self) -> tuple[float, float]:
-        """Least and greatest power that is recommended."""
+        """Smallest and largest power that is recommended."""
         low, high = (self.needed_w * (1 + share) for share in RECOMMENDED)
         return low, high
 

@@ -19,7 +19,7 @@ FILM_W_PER_M2K = 8.7
 
 FOOT_M = 0.3048
 BTU_W_PER_M2K = 5.678263
-"""Jürges' law is known in feet and in BTU/(h·ft²·°F)."""
+"""Jürges' law is given in feet and in BTU/(h·ft²·°F)."""
 FRESH_FT_PER_S = 16.0
 """Speed from which the film grows with its power of 0.78."""
 

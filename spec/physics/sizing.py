@@ -40,16 +40,16 @@ class Wall(Model):
         alias="area", description="Surface of one side."
     )
     layers: tuple[Layer, ...] = Field(
-        max_length=MOST_ENTRIES, description="Its materials, from side to side."
+        max_length=MOST_ENTRIES, description="The wall's layers, from side to side."
     )
     inside_w_per_m2k: _Film = Field(
         8.7, alias="inside", description="Heat transfer from the air inside to the wall."
     )
     outside_w_per_m2k: _Film | None = Field(
-        None, alias="outside", description="The same, outside; left out: 8.7 W/m²K, or by wind."
+        None, alias="outside", description="The same, outside. Default: from `wind`, or 8.7 W/m²K."
     )
     wind_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.0, most=30.0)] | None = Field(
-        None, alias="wind", description="Speed of the air along it, instead of `outside`."
+        None, alias="wind", description="Speed of the air along the wall, instead of `outside`."
     )
     emissivity: _Emissivity = Field(
         0.0, description="Share of what a black body would radiate, outside."
@@ -71,23 +71,23 @@ class Wire(Model):
         alias="resistivity", description="Resistivity of the hot alloy."
     )
     surface_load_w_per_cm2: Annotated[float, Quantity(SURFACE_LOAD, least=0.001)] = Field(
-        alias="surface_load", description="Heat that its surface gives off at full power."
+        alias="surface_load", description="Heat that the wire's surface gives off at full power."
     )
     voltage_v: Annotated[float, Quantity(VOLTAGE, least=0.001)] | None = Field(
         None,
         alias="voltage",
-        description="Voltage at which it has the heater's power; left out: the heater's rated "
-        "voltage, or its supply.",
+        description="Voltage at which the wire has the heater's power. Default: the heater's "
+        "`rated`, or its `supply`.",
     )
     air_speed_m_per_s: Annotated[float, Quantity(AIR_SPEED, least=0.1, most=100.0)] = Field(
-        alias="air_speed", description="Speed of the air across it."
+        alias="air_speed", description="Speed of the air across the wire."
     )
     air_c: Temperature | None = Field(
-        None, alias="air", description="Temperature of the air; left out: the highest setpoint."
+        None, alias="air", description="Temperature of the air. Default: the highest setpoint."
     )
     emissivity: _Emissivity = Field(0.0, description="Share of what a black body would radiate.")
     measured_c: Temperature | None = Field(
-        None, alias="measured", description="Measured temperature of the wire, to compare with."
+        None, alias="measured", description="Measured temperature of the wire, for comparison."
     )
 
 

@@ -30,7 +30,7 @@ SPREADING_S = 600.0
 """How long a machine is followed after the heater went off, as in `verify`."""
 
 LONGEST_S = 4 * 3600.0
-"""Machines are at rest by then, or `verify` watches them no longer."""
+"""Machines are in the steady state by then, or `verify` watches them no longer."""
 
 
 class Times(NamedTuple):

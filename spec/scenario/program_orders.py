@@ -1,4 +1,4 @@
-"""Orders to a program in a scenario: `program: start 1`, `program: pause`."""
+"""Commands to a program in a scenario: `program: start 1`, `program: pause`."""
 
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
@@ -6,11 +6,11 @@ from heatwright.spec.problems import Checked, refuse, shown
 
 Order = Literal["start", "pause", "resume", "skip", "jump", "stop"]
 NUMBERED = ("start", "jump")
-"""The orders that have a number: of a program, of a segment."""
+"""The commands with a number: of a program, or of a segment."""
 
 
 class ProgramOrder(NamedTuple):
-    """One order; numbers count from 1, 0 where there is none."""
+    """One command; numbers count from 1, 0 where there is none."""
 
     order: Order
     number: int = 0
@@ -27,7 +27,7 @@ def _order(value: Any) -> ProgramOrder:
     if order not in get_args(Order) or not fits or any(not 1 <= int(word) <= 99 for word in rest):
         word = f"{shown(value)} is" if isinstance(value, str) else "this is"
         raise refuse(
-            f"{word} no order to a program",
+            f"{word} no command to a program",
             "Write start 1, pause, resume, skip, jump 3 or stop",
         )
     return ProgramOrder(order, int(rest[0]) if rest else 0)  # type: ignore[arg-type]

@@ -14,14 +14,14 @@ COARSEST_MCU = "atmega2560"
 """The chip with the highest internal reference, 2.56 V: its steps are used if no board is given."""
 
 SLOPE_OVER_K = 0.01
-"""Difference of temperatures over which a curve is taken for straight."""
+"""Difference of temperatures over which a curve counts as straight."""
 
 LEAST_CHANGE = 1e-12
 """Share of the reference below which a change is lost in double precision."""
 
 
 def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
-    """Return the width of an ADC step about a temperature, K, from the slope there.
+    """Return the width of an ADC step at a temperature, K, from the slope there.
 
     Beyond the range, where no reading is valid, it is that of the range's end.
     """

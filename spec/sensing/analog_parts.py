@@ -47,7 +47,7 @@ class AnalogSensor(Averaged):
         )
     )
     oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
-        1, description="Readings, one every 10 ms, that are summed to one."
+        1, description="Number of readings, one every 10 ms, that are summed up to one."
     )
     reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
@@ -97,12 +97,12 @@ class AnalogSensor(Averaged):
         return step_at_k(self, temperature_c, mcu)
 
     def shown_range(self, mcu: str) -> tuple[float, float]:
-        """Range that it can show on a chip, °C: the spec's, on any chip."""
+        """Range that the sensor can show, °C: the spec's `range`, on any chip."""
         del mcu
         return self.range_c
 
     def fitting(self, period_s: float) -> str:
-        """Name the most readings that fit into a period, if one does."""
+        """Name the largest number of readings that fit into a period, if one does."""
         most = math.floor(round(period_s / TICK_S, 6))
         return f"oversample at most {most}" if period_s >= TICK_S else ""
 
@@ -117,7 +117,7 @@ class Divider(Model):
         None, alias="pull_down", description="Resistor to ground; the element goes to the supply."
     )
     supply_v: _Supply | None = Field(
-        None, alias="supply", description="The divider's own supply; left out: the board's 5 V."
+        None, alias="supply", description="The divider's own supply. Default: the board's 5 V."
     )
 
     @model_validator(mode="after")
@@ -133,9 +133,9 @@ class Divider(Model):
 class Amplifier(Model):
     """A differential amplifier: `gain` times the voltage of the element above that of R₀."""
 
-    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Amplification.")
+    gain: Annotated[float, BareNumber(0.0, 1e6, "33.3")] = Field(description="Gain.")
     excitation_v: _Supply = Field(
-        alias="excitation", description="Voltage that feeds the element and the amplifier."
+        alias="excitation", description="Voltage that feeds the element and R₀."
     )
     series_ohm: Ohm = Field(
         alias="series", description="Resistor through which the element is fed."
@@ -150,8 +150,8 @@ class Amplifier(Model):
 class BetaCurve(Model):
     """A thermistor by one resistance and its beta: R = R₀ · exp(β · (1/T − 1/T₀))."""
 
-    resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at one temperature.")
-    at_c: _OfCurve = Field(alias="at", description="That temperature.")
+    resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at `at`.")
+    at_c: _OfCurve = Field(alias="at", description="Temperature of `resistance`.")
     beta_k: Annotated[float, Quantity(BETA, least=1.0)] = Field(
         alias="beta", description="Beta value; the data sheet names it with two temperatures."
     )
@@ -218,7 +218,7 @@ def _rising(pairs: tuple[_Pair, ...]) -> tuple[_Pair, ...]:
 
 
 class CodesCurve(Model):
-    """A thermistor by a table of what the ADC reads; between pairs it is straight."""
+    """A thermistor by a table of the ADC's codes; between two pairs the temperature is linear."""
 
     codes: Annotated[tuple[_Pair, ...], AfterValidator(_rising)] = Field(
         description="Pairs of the ADC's code and the temperature."

@@ -1,4 +1,4 @@
-"""The error budget of an analog chain: the error of a reading by each part's tolerance.
+"""The error budget of an analog chain: the error that each part's tolerance causes in a reading.
 
 Each part is changed by its tolerance, both ways, in the circuit's exact formula; the error is how
 far the firmware, which assumes nominal parts, then reads wrong. The worst case is the sum of all
@@ -21,7 +21,7 @@ from heatwright.spec.sensing.tolerances import (
 )
 
 INTERNAL_TOLERANCE_V = {1.1: 0.1, 2.56: 0.26}
-"""± of the chips' internal references, V: 1.0 .. 1.2, and 2.3 .. 2.8 (data sheets)."""
+"""Tolerances of the chips' internal references, ± V: 1.0 .. 1.2, 2.3 .. 2.8 (data sheets)."""
 
 CLASSES = {"AA": (0.1, 0.0017), "A": (0.15, 0.002), "B": (0.3, 0.005), "C": (0.6, 0.01)}
 """Platinum elements, ±(a + b·|t|) K (IEC 60751:2008, 5.1.1)."""
@@ -36,7 +36,7 @@ EDGE = 0.5 / CODES
 
 
 class Line(NamedTuple):
-    """The error by one part: its tolerance in words, and the error at each place."""
+    """The error that one part causes: its tolerance in words, and the error at each place."""
 
     part: str
     tolerance: str
@@ -45,7 +45,7 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True)
 class Budget:
-    """The errors by the parts of a chain at some places, which are temperatures or currents.
+    """The errors of a chain's parts at some places, which are temperatures or currents.
 
     unit -- K for places in °C, A for places in A; untold -- keys of `tolerances` that the spec
     leaves out: their errors are missing.
@@ -63,7 +63,7 @@ class Budget:
 
     @property
     def worst_case(self) -> str:
-        """The words for `worst`, which does not hold parts whose tolerance is left out."""
+        """The words for `worst`, which excludes parts whose tolerance is left out."""
         return "worst case of what is told" if self.untold else "worst case"
 
     @property

@@ -33,11 +33,11 @@ class Circuit(Protocol):
 
     @property
     def lowest(self) -> float:
-        """The least the circuit can give, as a share of the reference, 0..1."""
+        """The lowest voltage of the circuit, as a share of the reference, 0..1."""
 
     @property
     def highest(self) -> float:
-        """The most the circuit can give, as a share of the reference, 0..1."""
+        """The highest voltage of the circuit, as a share of the reference, 0..1."""
 
     @property
     def open_is_high(self) -> bool:

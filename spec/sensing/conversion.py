@@ -19,10 +19,10 @@ from heatwright.spec.sensing.fewest import Tube, fewest_points
 
 CODES = 1024
 TICK_S = 0.010
-"""Each tick takes one code of each channel."""
+"""Time between two codes of a channel: each tick takes one."""
 
 LEAST_MARGIN_STEPS = 2
-"""Fewest codes between an end of the range and what an open or shorted sensor reads."""
+"""Minimum number of codes between an end of the range and what an open or shorted sensor reads."""
 
 ROUNDINGS = 6
 """Rounding errors in single precision, relative to the largest temperature: one of the point, one
@@ -131,7 +131,7 @@ def _code(ratio: float) -> int:
 
 
 def _edges(chain: Circuit, bounds: Limits) -> list[float]:
-    """List the temperatures between which each code of the range stands, both ends included."""
+    """List the temperatures that bound each code of the range, both ends included."""
     return [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
 
 

@@ -34,17 +34,17 @@ class CurrentSensor(Model):
     kind: Literal["current"]
     pin: PinName = Field(description="A pin that leads to the ADC.")
     scale_v_per_a: Annotated[float, Quantity(VOLTAGE_PER_AMPERE, least=0.0001)] = Field(
-        alias="scale", description="Voltage for each ampere."
+        alias="scale", description="Voltage per ampere."
     )
     offset_v: Volt = Field(0.0, alias="offset", description="Voltage at 0 A.")
     oversample: Annotated[int, WholeNumber("a number of readings", 1, 32, 4)] = Field(
-        4, description="Readings, one every 10 ms, that are summed to one."
+        4, description="Number of readings, one every 10 ms, that are summed up to one."
     )
     reference: FullScale = Field(
         "supply", description="Full scale of the ADC: `supply`, `internal`, or the volts at AREF."
     )
     tolerances: VoltageTolerances = Field(
-        DEFAULTS, validate_default=True, description="How exact sensor and reference are."
+        DEFAULTS, validate_default=True, description="Tolerances of sensor and reference."
     )
     least: ClassVar[Least] = Least(210, 4)
     on_adc: ClassVar[Literal[True]] = True
@@ -73,7 +73,7 @@ class Current(Model):
     trip_a: _Ampere | None = Field(
         None,
         alias="trip",
-        description="Rule `over_current`: root mean square that trips; else 1.25 times the limit.",
+        description="Rule `over_current`: root mean square that trips. Default: 1.25 of the limit.",
     )
 
     @model_validator(mode="after")

@@ -59,7 +59,7 @@ class SteinhartHart:
     c: float
 
     def ohm(self, celsius: float) -> float:
-        """Resistance at a temperature: Newton's method, for b > 0 and c ≥ 0 the curve is steep."""
+        """Resistance, by Newton's method: the derivative is at least b for b > 0 and c ≥ 0."""
         wanted = 1 / (celsius + KELVIN)
         log = (wanted - self.a) / self.b
         for _ in range(NEWTON_STEPS):
@@ -80,7 +80,7 @@ class SteinhartHart:
 class Points:
     """A table of (°C, Ω), temperature ascending; between its points ln R is linear in 1/T.
 
-    That is a beta of its own between each two points. Beyond its ends the outermost ones go on.
+    So each piece has a beta of its own. Beyond its ends the outermost pieces go on.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -108,8 +108,8 @@ class Points:
 class Coded:
     """An element by its divider's voltage: (share of the divider's supply, °C), share ascending.
 
-    Between two pairs the temperature is straight over the share, as a firmware that has such a
-    table takes it. Beyond its ends the outermost pairs go on as a beta does.
+    Between two pairs the temperature is linear in the share, as in a firmware with such a table.
+    Beyond its ends the outermost pairs go on as a beta does.
     """
 
     pairs: tuple[tuple[float, float], ...]
@@ -148,7 +148,7 @@ class Coded:
 
 @dataclass(frozen=True)
 class Platinum:
-    """A platinum resistance thermometer after IEC 60751:2008, −200 to 850 °C.
+    """A platinum resistance thermometer according to IEC 60751:2008, −200 to 850 °C.
 
     R = R₀ · (1 + A·t + B·t²) from 0 °C up, and R₀ · (1 + A·t + B·t² + C·(t − 100)·t³) below.
     """
@@ -180,7 +180,7 @@ class Platinum:
 
 @dataclass(frozen=True)
 class LinearPlatinum:
-    """R = R₀ · (1 + α · t): a platinum element as one number describes it, α in 1/K."""
+    """R = R₀ · (1 + α · t): a platinum element with one coefficient, α in 1/K."""
 
     zero_ohm: float
     per_k: float

@@ -1,4 +1,4 @@
-"""The broken line of fewest points within a tube.
+"""The broken line with the fewest points within a tube.
 
 At each place 0, 1, 2 … the tube has a lowest and a highest value; the line must pass between them
 everywhere, and may bend at any place, at any value. A search in the manner of H. Imai and M. Iri,
@@ -23,7 +23,7 @@ class Tube(NamedTuple):
 
 
 class Window(NamedTuple):
-    """Values at a place that straight lines reach which began at place `origin`."""
+    """Values at a place that straight lines from place `origin` reach."""
 
     low: float
     high: float
@@ -112,7 +112,7 @@ class _Corridor:
         self._ahead = _longest(tube, 0, 1)
         self._back = _longest(tube, self.last, -1)
         self.least = len(self._back) - 1
-        """Least number of pieces of any line."""
+        """Minimum number of pieces of any line."""
 
     def bends(self, bend: int, pieces: int, most: int) -> list[int]:
         """List the places where bend number `bend` can be, or `most` of them, evenly."""

@@ -15,7 +15,7 @@ from heatwright.spec.units import FREQUENCY
 ThermocoupleType = Literal["B", "E", "J", "K", "N", "R", "S", "T"]
 
 TYPE_CODES = "".join(get_args(ThermocoupleType))
-"""The converter's code of a type is its place here (data sheet, CR1)."""
+"""The converter's code of a type is the type's place in this list (data sheet, CR1)."""
 
 RANGE_C: dict[str, tuple[float, float]] = {
     "B": (250.0, 1820.0),
@@ -37,11 +37,11 @@ types age within hours."""
 
 AVERAGES = (1, 2, 4, 8, 16)
 OPEN_TEST_S = 0.015
-"""Most time that the test for an open thermocouple adds to a conversion, with less than 5 kΩ in its
-wires (data sheet, "Open-Circuit Fault Detection")."""
+"""Longest time that the test for an open thermocouple adds to a conversion, with less than 5 kΩ in
+its wires (data sheet, "Open-Circuit Fault Detection")."""
 READ_TICKS, SET_UP_TICKS = 7, 9
-"""Most ticks that the firmware takes to read and check all registers; and to set the chip up and
-notice that the first conversion is over."""
+"""Maximum number of ticks that the firmware takes to read and check all registers; and to set the
+chip up and notice that the first conversion is over."""
 
 
 class _Samples(WholeNumber):
@@ -64,9 +64,9 @@ class Max31856(Averaged):
 
     kind: Literal["max31856"]
     chip_select: PinName = Field(description="Pin at the converter's CS.")
-    clock: PinName = Field(description="Pin at its SCK.")
-    data_in: PinName = Field(description="Pin at its SDI, the data to it.")
-    data_out: PinName = Field(description="Pin at its SDO, the data from it.")
+    clock: PinName = Field(description="Pin at the converter's SCK.")
+    data_in: PinName = Field(description="Pin at the converter's data input, SDI.")
+    data_out: PinName = Field(description="Pin at the converter's data output, SDO.")
     thermocouple: ThermocoupleType = Field("K", description="Type of the thermocouple.")
     selectable: tuple[ThermocoupleType, ...] = Field(
         (), max_length=8, description="Types that the operator may choose; kept in EEPROM."
@@ -175,7 +175,7 @@ def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, fl
         maximum_c: the loop's protection, °C: as far above the setpoint with each type.
 
     Returns:
-        °C in tenths, by the types; mostly none.
+        tenths of °C, by the types; mostly none.
 
     """
     found = {}

@@ -27,8 +27,8 @@ class _Converter(Averaged):
 
     kind: str
     chip_select: PinName = Field(description="Pin at the converter's CS.")
-    clock: PinName = Field(description="Pin at its SCK.")
-    data_out: PinName = Field(description="Pin at its SO.")
+    clock: PinName = Field(description="Pin at the converter's SCK.")
+    data_out: PinName = Field(description="Pin at the converter's SO.")
     data_in: ClassVar[None] = None
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False

@@ -23,10 +23,10 @@ class _Tolerances(Model):
     """Tolerances of all chains on the ADC."""
 
     reference_v: _Volts | None = Field(
-        None, alias="reference", description="± of the ADC's full scale."
+        None, alias="reference", description="Tolerance, ±, of the ADC's full scale."
     )
     adc_steps: Annotated[float, BareNumber(0.0, 32.0, "2", closed=True)] = Field(
-        USUAL_ADC_STEPS, alias="adc", description="± of the ADC itself, in its steps."
+        USUAL_ADC_STEPS, alias="adc", description="Error, ±, of the ADC itself, in its steps."
     )
 
     @model_serializer(mode="wrap")
@@ -39,7 +39,7 @@ class _CircuitTolerances(_Tolerances):
     """Tolerances of circuits of resistors."""
 
     resistors_percent: Share | None = Field(
-        None, alias="resistors", description="± of each resistor of the circuit."
+        None, alias="resistors", description="Tolerance, ±, of each resistor of the circuit."
     )
     supply_v: _SupplyVolts | None = Field(
         None,
@@ -52,10 +52,10 @@ class ThermistorTolerances(_CircuitTolerances):
     """Tolerances of a thermistor in its divider."""
 
     element_percent: Share | None = Field(
-        None, alias="element", description="± of the thermistor's resistance."
+        None, alias="element", description="Tolerance, ±, of the thermistor's resistance."
     )
     beta_percent: Share | None = Field(
-        None, alias="beta", description="± of its beta; only of a curve by beta."
+        None, alias="beta", description="Tolerance, ±, of beta; only for a curve by beta."
     )
 
 
@@ -63,7 +63,7 @@ class RtdTolerances(_CircuitTolerances):
     """Tolerances of a platinum element in its circuit."""
 
     element_class: Literal["AA", "A", "B", "C"] | None = Field(
-        None, alias="element", description="Class of the element after IEC 60751."
+        None, alias="element", description="Class of the element according to IEC 60751."
     )
 
 
@@ -78,8 +78,8 @@ class Accuracy(Model):
     """The accuracy that is required of a chain."""
 
     within_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] = Field(
-        alias="within", description="Largest error that is allowed, ±."
+        alias="within", description="Largest allowed error, ±."
     )
     between_c: (
         Annotated[tuple[float, float], QuantityRange(TEMPERATURE, least=ABSOLUTE_ZERO_C)] | None
-    ) = Field(None, alias="between", description="At these temperatures; left out: the range.")
+    ) = Field(None, alias="between", description="At these temperatures. Default: the range.")

@@ -54,7 +54,7 @@ struct program_state {
     uint8_t number;   /* the place of the program */
     uint8_t segment;  /* from 1 */
     uint8_t segments; /* how many the program has */
-    uint8_t order;    /* the order that this step executes */
+    uint8_t order;    /* the command that this step executes */
     uint8_t argument;
     uint8_t leap;     /* the setpoint jumped in this step */
     uint8_t kind;     /* of the segment: PROGRAM_OVER and so on */
@@ -76,8 +76,8 @@ struct program_state {
 
 extern struct program_state program;
 
-/* Orders of the operator, executed in the next control step, or in the next with a good reading if
- * the order needs one. False: the order cannot be executed now. */
+/* Commands of the operator, executed in the next control step, or in the next with a good reading if
+ * the command needs one. False: the command cannot be executed now. */
 bool program_start(uint8_t number);
 bool program_pause(void);
 bool program_resume(void);
@@ -85,7 +85,7 @@ bool program_skip(void);
 bool program_jump(uint8_t segment);
 bool program_stop(void);
 
-/* True if an order waits for the next step. */
+/* True if a command waits for the next step. */
 bool program_is_ordered(void);
 
 /* The program as it was at its start: editing does not change the running program. */

@@ -151,7 +151,7 @@ class TestTheAuthorsLaw:
 class TestOtherKilns:
     def test_the_loop_is_stable_and_on_this_one_has_room(self, kiln):
         found = assert_margins(kiln, at_c=GAINS_AT_C)
-        assert_told("gain and phase that the loop bears at 500 °C", found.gain, found.phase_deg)
+        assert_told("gain and phase margin of the loop at 500 °C", found.gain, found.phase_deg)
         for plant in PLANTS:
             assert_margins(scaled(kiln, *plant), at_c=GAINS_AT_C, gain=1, phase_deg=0)
 

@@ -338,7 +338,7 @@ SCENARIOS = {
           for name, (_, reason) in SCENARIOS.items()),
         ("identify no.csv", "no.csv: cannot be read: no such file"),
         ("identify pipe --power 40W", "pipe: cannot be read: it is no regular file"),
-        ("identify empty.csv --power 40W", "empty.csv: holds no rows of numbers"),
+        ("identify empty.csv --power 40W", "empty.csv: has no rows of numbers"),
         ("identify step.csv", "step.csv: has the duty, not the power; say what full duty is"),
         ("identify step.csv --power 40", "40 has no unit"),
         ("identify step.csv --power 0W", "--power: must be above 0"),

@@ -217,7 +217,7 @@ def test_a_line_that_never_ends_does_not_hold_a_recording_up(
 ) -> None:
     with board(lambda _: said) as port, ends_within(60):
         found = heatwright(f"identify a.csv --spec oven.yaml --port {port} --for 0.3s", status=2)
-    assert "holds no rows of numbers" in found.err
+    assert "has no rows of numbers" in found.err
 
 
 @pytest.mark.parametrize(

@@ -138,10 +138,10 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
     "nozzle measured 1.33 A at .* s, where 1.78 to 1.78 A flowed": lambda _: making(
         faults_of("fabricator")["small_jumps"], reads_three_quarters
     ),
-    "air reached .* °C but bears only 70.0 °C.*write loops.air.protection.heating.within: .* s": (
+    "air reached .* °C but its limit is 70.0 °C.*write loops.air.protection.heating.within: .* s": (
         fragile(70.0)
     ),
-    "air reached .* °C but bears only 66.0 °C.* use a heater of less power": fragile(66.0),
+    "air reached .* °C but its limit is 66.0 °C.* use a heater of less power": fragile(66.0),
     "the judge complains": partial(replace, judge=lambda _: "the judge complains"),
 }
 

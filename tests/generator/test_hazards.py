@@ -60,7 +60,7 @@ def test_what_no_rule_sees_is_told() -> None:
     """The chamber has a fan without a proof, and no safety relay."""
     rows = {row.cause: row for row in hazards(example("chamber").controller)}
     assert rows["A fan that a heater needs stands still"].seen == "nothing"
-    assert "only the thermal fuse" in rows["A heater's switch conducts for ever"].remains
+    assert "only the thermal fuse" in rows["A heater's switch conducts permanently"].remains
 
 
 def test_a_current_beside_a_ds18b20_brings_no_rule_of_what_a_thermometer_on_the_adc_reads() -> None:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The page: shows the news that come over the WebSocket, and sends the user's actions as orders.
+// The page: shows the news that come over the WebSocket, and sends the user's actions as commands.
 
 import { Chart } from "./chart.js";
 import { connect, element, figuresOf, moment, panelOf, roll } from "./panels.js";

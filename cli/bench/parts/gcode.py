@@ -9,7 +9,7 @@ from heatwright.cli.bench.world import LiveWorld
 from heatwright.spec import Controller
 
 MOST_TYPED = 1000
-"""Most lines that may wait for the board."""
+"""Maximum number of lines that may wait for the board."""
 
 
 class Terminal(Seat):

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 Order = Mapping[str, Any]
-"""An order as the page sent it; each value is checked before it is used."""
+"""A command as the page sent it; each value is checked before it is used."""
 
 
 class BadOrder(ValueError):
-    """The order cannot be executed; the text says why."""
+    """The command cannot be executed; the text says why."""
 
 
 class Line(NamedTuple):
@@ -32,7 +32,7 @@ class Line(NamedTuple):
 
 
 class Live(Protocol):
-    """The part of `Board` that an order needs."""
+    """The part of `Board` that a command needs."""
 
     world: LiveWorld
 
@@ -82,13 +82,13 @@ class Seat:
         return None
 
     def act(self, live: Live, order: Order) -> None:
-        """Execute an order of the page. Raises BadOrder."""
+        """Execute a command of the page. Raises BadOrder."""
         del live, order
-        raise BadOrder(f"The interface {self.kind} accepts no orders.")
+        raise BadOrder(f"The interface {self.kind} accepts no commands.")
 
 
 def text_of(order: Order, key: str, longest: int = 500) -> str:
-    """Return a text of an order: printable ASCII, of at most `longest` characters."""
+    """Return a text of a command: printable ASCII, of at most `longest` characters."""
     value = order.get(key)
     if not isinstance(value, str) or not value.isprintable() or not value.isascii():
         raise BadOrder(f"{key}: only printable ASCII characters are allowed.")
@@ -98,7 +98,7 @@ def text_of(order: Order, key: str, longest: int = 500) -> str:
 
 
 def number_of(order: Order, key: str, least: float, most: float) -> float:
-    """Return a number of an order, from `least` to `most`."""
+    """Return a number of a command, from `least` to `most`."""
     value = order.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise BadOrder(f"{key}: a number is needed.")
@@ -108,7 +108,7 @@ def number_of(order: Order, key: str, least: float, most: float) -> float:
 
 
 def flag_of(order: Order, key: str) -> bool:
-    """Return a boolean of an order."""
+    """Return a boolean of a command."""
     value = order.get(key)
     if not isinstance(value, bool):
         raise BadOrder(f"{key}: true or false is needed.")

@@ -127,7 +127,7 @@
 #define LOOP_AIR_EFFORT_SHARE 0.0017486488f
 /* chamber.yaml:25 loops.air.protection.effort (default): a smaller move counts as constant */
 #define LOOP_AIR_EFFORT_MOVE_K 2.0f
-/* chamber.yaml:25 loops.air.protection.effort.for (default): 290 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 168 s; 1.5 times that, or half of the 571 s for which the plant feels a power, and delays */
+/* chamber.yaml:25 loops.air.protection.effort.for (default): 290 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 168 s; 1.5 times that, or half of the plant's response time to a power, 571 s, and delays */
 #define LOOP_AIR_EFFORT_STEPS 290u
 
 /* ---- LCD keypad shield ---- */

@@ -58,7 +58,7 @@ bool loop_air_is_enabled(void);
 /* Switch off without a command: after a fault. */
 void loop_air_switch_off(void);
 
-/* False while the loop is off: then the band about the setpoint means nothing. */
+/* False while the loop is off: then the band around the setpoint means nothing. */
 bool loop_air_regulates(void);
 
 #endif

@@ -16,10 +16,10 @@ extern struct settings settings;
 /* Read the newest valid record, or take the defaults of the spec. */
 void settings_start(void);
 
-/* Update the checksum (seal): after each change of a setpoint, a maximum or a type. */
+/* Update the checksum: after each change of a setpoint, a maximum or a type. */
 void settings_seal(void);
 
-/* True if the sealed settings are as they were last set. If a flipped bit changed one, those of the spec are used. */
+/* True if the settings with the checksum are unchanged. If a flipped bit changed one, those of the spec are used. */
 bool settings_are_sound(void);
 
 /* Write a record soon, in the background. */

@@ -18,12 +18,12 @@ static const float SLOPE_K = 10.0f;     /* below the target: the slope is measur
 static const float RELAY_FROM_K = 1.0f; /* below the target: the first overshoot is over */
 static const float LEAST_HYSTERESIS_K = 1.0f;
 static const float MOST_HYSTERESIS_K = 5.0f;
-static const float BELOW_HOLD_PERCENT = 12.0f; /* integral's minimum: so far below the holding duty */
-static const float PER_HOLD = 1.5f;            /* integral's maximum: so many times the holding duty */
+static const float BELOW_HOLD_PERCENT = 12.0f; /* integral's minimum: this far below the holding duty */
+static const float PER_HOLD = 1.5f;            /* integral's maximum, as a multiple of the holding duty */
 static const float LEAST_RATIO = 10.0f;        /* integral time / time constant of the closed loop */
 static const float MOST_RATIO = 40.0f;
 static const float LEAST_LACK_PERCENT = 0.01f;
-static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* least slope of a useful result */
+static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* smallest slope of a useful result */
 
 struct autotune_nozzle_state autotune_nozzle;
 

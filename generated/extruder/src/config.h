@@ -179,7 +179,7 @@
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00039985604f
 /* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 5.4342513f
-/* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond it for up to 166 s; 1.5 times that, or half of the 250 s for which the plant feels a power, and delays */
+/* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond it for up to 166 s; 1.5 times that, or half of the plant's response time to a power, 250 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 2500u
 
 /* ---- G-code host ---- */

@@ -12,7 +12,7 @@
 enum {
     LINE_SIZE = 96,       /* as in Marlin */
     BYTES_PER_TICK = 128, /* more than a line; takes 0.7 ms at 16 MHz */
-    MOST_REPEATED = 32,   /* most lines that a host may have sent ahead */
+    MOST_REPEATED = 32,   /* maximum number of lines that a host may have sent ahead */
     NO_STAR = UINT8_MAX
 };
 

@@ -44,7 +44,7 @@ static void set_pin(void)
         }
         OCR5A = (uint16_t)(period_start + change);
         /* If the count has already passed that time, the match would come one whole turn later: look
-         * again, but not for ever, or damaged memory could block the checks that find the damage. */
+         * again, but not endlessly, or damaged memory could block the checks that find the damage. */
         if ((uint16_t)(TCNT5 - period_start) < change) {
             return;
         }

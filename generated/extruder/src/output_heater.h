@@ -7,7 +7,7 @@
 #include <stdint.h>  /* uint16_t */
 
 struct output_heater_state {
-    uint16_t on_counts; /* the duty: so many counts of OUTPUT_HEATER_PERIOD_COUNTS are on */
+    uint16_t on_counts; /* the duty: this number of counts of OUTPUT_HEATER_PERIOD_COUNTS is on */
 };
 
 extern struct output_heater_state output_heater;

@@ -12,7 +12,7 @@
 #include "modbus.h" /* modbus_answer */
 #include "modbus_line.h" /* modbus_line_is_asked */
 
-/* Most ticks that are caught up after a stall; all others are lost, not run in a rush. */
+/* Maximum number of ticks to catch up after a stall; all others are lost, not run in a rush. */
 enum { MOST_TICKS_WAITING = 10 };
 
 static volatile uint8_t ticks_waiting;

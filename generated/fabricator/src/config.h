@@ -170,7 +170,7 @@
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00090654846f
 /* fabricator.yaml:30 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 6.7601275f
-/* fabricator.yaml:30 loops.nozzle.protection.effort.for (default): 230 s in periods of 0.2 s, derived from the plant: a healthy machine is beyond it for up to 150 s; 1.5 times that, or half of the 220 s for which the plant feels a power, and delays */
+/* fabricator.yaml:30 loops.nozzle.protection.effort.for (default): 230 s in periods of 0.2 s, derived from the plant: a healthy machine is beyond it for up to 150 s; 1.5 times that, or half of the plant's response time to a power, 220 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 1150u
 
 /* ---- Current of heater ---- */

@@ -2,10 +2,10 @@
 /* Test of the processor's registers and flags, before anything is kept in them (fabricator.yaml:39 safety.self_checks (default)).
  *
  * Two patterns are copied from each pair of registers to the next and must arrive unchanged; then
- * once more with the patterns exchanged: a stuck bit changes one of them. They are compared with
- * the other register of the first pair, which may itself be the stuck one, and by `cpse`, which
- * needs no flag. The interrupt flag stays 0.
- * If anything is wrong, the firmware does not start: the heaters stay off, as after the reset.
+ * once more with the patterns exchanged: a stuck bit changes one of them. The last pair is compared
+ * with the patterns, loaded crosswise into the first pair, of which a register may be the stuck
+ * one; `cpse` needs no flag. The interrupt flag stays 0. If anything is wrong, the firmware does
+ * not start: the heaters stay off, as after the reset.
  */
 __attribute__((naked, used, section(".init3"))) static void test_registers(void)
 {

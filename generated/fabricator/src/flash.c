@@ -14,7 +14,7 @@
 #include "fault.h"  /* FAULT_* */
 
 #define UNSEALED 0xFFFFu /* the seal before seal.py has written it */
-#define CRC_START 0xFFFFu /* not 0: else a round that read no bytes at all would end with 0 */
+#define CRC_START 0xFFFFu /* not 0: otherwise a round that read no bytes at all would end with 0 */
 const uint16_t flash_seal PROGMEM = UNSEALED;
 
 extern const uint8_t __data_load_end[]; /* set by the linker: where the program ends */

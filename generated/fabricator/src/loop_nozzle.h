@@ -63,7 +63,7 @@ void loop_nozzle_demand_release(void);
 /* Switch off without a command: after a fault. */
 void loop_nozzle_switch_off(void);
 
-/* False while the loop is off: then the band about the setpoint means nothing. */
+/* False while the loop is off: then the band around the setpoint means nothing. */
 bool loop_nozzle_regulates(void);
 
 #endif

@@ -26,7 +26,7 @@ enum { /* function codes */
     EXCEPTION = 0x80 /* added to the function in an answer */
 };
 
-enum { /* most coils or registers in a request */
+enum { /* maximum number of coils or registers in a request */
     MOST_BITS_READ = 2000,
     MOST_WORDS_READ = 125,
     MOST_BITS_WRITTEN = 1968,

@@ -42,7 +42,7 @@ static void apply(uint16_t counts)
 
 void output_heater_set(float duty_percent)
 {
-    /* Volatile: else the compiler may move the arithmetic into the block with interrupts off. */
+    /* Volatile, or the compiler may move the arithmetic into the block with interrupts off. */
     const volatile uint16_t counts
         = (uint16_t)(duty_percent * OUTPUT_HEATER_COUNTS_PER_PERCENT + 0.5f);
 

@@ -106,7 +106,7 @@ static float decide(float error_k)
         return follow();
     }
     /* feeder.yaml:32 loops.nozzle.algorithm.dead_band
-     * The output is kept except for the derivative: a kept peak of it would cause oscillation. */
+     * The integral is kept. The derivative is not: a kept peak of it would cause oscillation. */
     if (error_k <= LOOP_NOZZLE_DEAD_BAND_K && error_k >= -LOOP_NOZZLE_DEAD_BAND_K) {
         algorithm_nozzle.proportional = 0.0f;
         return limit(algorithm_nozzle_unlimited(), LOOP_NOZZLE_OUTPUT_MINIMUM, LOOP_NOZZLE_OUTPUT_MAXIMUM);

@@ -38,7 +38,7 @@ struct autotune_nozzle_state {
 
 extern struct autotune_nozzle_state autotune_nozzle;
 
-/* Start a tuning with so many swings, limited to 3 to 20. */
+/* Start a tuning with this number of swings, limited to 3 to 20. */
 void autotune_nozzle_start(uint8_t cycles);
 
 /* End the tuning without a result, if it runs. */
@@ -51,7 +51,7 @@ void autotune_nozzle_step(bool has_reading, float last_c);
 /* The duty from this step on, in percent. */
 float autotune_nozzle_duty(void);
 
-/* True until the target is first reached: before, the band about it means nothing. */
+/* True until the target is first reached: until then the band around it means nothing. */
 bool autotune_nozzle_is_heating_up(void);
 
 #endif

@@ -10,7 +10,7 @@
 #include "config.h" /* CLOCK_* */
 #include "gate.h"   /* gate_tick */
 
-/* Most ticks that are caught up after a stall; all others are lost, not run in a rush. */
+/* Maximum number of ticks to catch up after a stall; all others are lost, not run in a rush. */
 enum { MOST_TICKS_WAITING = 10 };
 
 static volatile uint8_t ticks_waiting;

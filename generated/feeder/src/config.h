@@ -187,7 +187,7 @@
 #define LOOP_NOZZLE_EFFORT_SHARE 0.0011198209f
 /* feeder.yaml:35 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 2.0f
-/* feeder.yaml:35 loops.nozzle.protection.effort.for (default): 120 s in periods of 0.25 s, derived from the plant: a healthy machine is beyond it for up to 49.6 s; 1.5 times that, or half of the 223 s for which the plant feels a power, and delays */
+/* feeder.yaml:35 loops.nozzle.protection.effort.for (default): 120 s in periods of 0.25 s, derived from the plant: a healthy machine is beyond it for up to 49.6 s; 1.5 times that, or half of the plant's response time to a power, 223 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 480u
 
 /* ---- G-code host ---- */

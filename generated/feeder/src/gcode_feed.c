@@ -84,7 +84,7 @@ static void follow_feed(void)
 }
 
 /* True if the move can be added now: the feed rests, or it moves in the same direction and ends
- * within a second. Else a host could give orders for hours ahead. */
+ * within a second. Otherwise a host could give commands for hours ahead. */
 static bool is_taken_now(int32_t steps)
 {
     if (!output_feed_is_busy()) {

@@ -38,7 +38,7 @@ bool loop_nozzle_is_in_order(void);
 /* Hold a setpoint; 0 switches off. Refused outside the setpoint's range. */
 bool loop_nozzle_set(float setpoint_c);
 
-/* False while the loop is off, in manual mode, or heating up for a tuning: then the band about the setpoint means nothing. */
+/* False while the loop is off, in manual mode, or heating up for a tuning: then the band around the setpoint means nothing. */
 bool loop_nozzle_regulates(void);
 
 /* True if the last step used the newest setpoint, and the temperature is within 1 K of it. */
@@ -47,7 +47,7 @@ bool loop_nozzle_is_ready(void);
 /* Heat with this duty, 0..100 %, in manual mode. */
 bool loop_nozzle_set_manual(float percent);
 
-/* Find the gains by a relay experiment around this temperature, with so many cycles. */
+/* Find the gains by a relay experiment around this temperature, with this number of cycles. */
 bool loop_nozzle_tune(float target_c, uint8_t cycles);
 
 /* End the experiment, if one runs: the loop goes off. */

@@ -44,7 +44,7 @@ static void set_compare(void)
     }
     OCR0A = (uint8_t)(counts - 1u);
     if (TCNT0 >= OCR0A) {
-        TCNT0 = 0; /* too late: else the count would go all the way round */
+        TCNT0 = 0; /* too late: otherwise the count would go all the way round */
     }
 }
 

@@ -34,7 +34,7 @@ struct record {
 enum {
     CHECKED = offsetof(struct record, size), /* the CRC covers the record from here on */
     OWN_SIZE = sizeof(struct record) - CHECKED,
-    SEALED = 1 * sizeof(float), /* number of sealed bytes: the first ones of the settings */
+    SEALED = 1 * sizeof(float), /* number of bytes with the checksum: the first ones of the settings */
     BLANK = 0xFF /* size in a slot that was never written */
 };
 
@@ -54,7 +54,7 @@ static uint8_t slot; /* its slot */
 static uint8_t next_byte = sizeof record; /* to be written next; sizeof record: none */
 static uint8_t saves_wanted;
 static struct kept kept; /* gains and limits for the next record */
-static uint8_t seal; /* sum of the sealed settings, when they were last set */
+static uint8_t seal; /* checksum of these settings, when they were last set */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {

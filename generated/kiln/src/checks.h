@@ -5,7 +5,7 @@
 
 void checks_start(void);
 
-/* First in each tick: renew the main loop's permit if all checks pass, else latch a fault. */
+/* First in each tick: renew the main loop's permit if all checks pass, otherwise latch a fault. */
 void checks_tick(void);
 
 #endif

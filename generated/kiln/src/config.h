@@ -165,7 +165,7 @@
 #define LOOP_CHAMBER_EFFORT_SHARE 0.00075474253f
 /* kiln.yaml:41 loops.chamber.protection.effort (default): a smaller move counts as constant */
 #define LOOP_CHAMBER_EFFORT_MOVE_K 2.0f
-/* kiln.yaml:41 loops.chamber.protection.effort.for (default): 1100 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 667 s; 1.5 times that, or half of the 1320 s for which the plant feels a power, and delays */
+/* kiln.yaml:41 loops.chamber.protection.effort.for (default): 1100 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 667 s; 1.5 times that, or half of the plant's response time to a power, 1320 s, and delays */
 #define LOOP_CHAMBER_EFFORT_STEPS 1100u
 
 /* ---- Touch display ---- */

@@ -63,7 +63,7 @@ bool loop_chamber_is_enabled(void);
 /* Switch off without a command: after a fault. */
 void loop_chamber_switch_off(void);
 
-/* False while the loop is off, in manual mode: then the band about the setpoint means nothing. */
+/* False while the loop is off, in manual mode: then the band around the setpoint means nothing. */
 bool loop_chamber_regulates(void);
 
 /* Heat with this duty, 0..100 %, in manual mode. */

@@ -11,7 +11,7 @@
 
 #include "nextion_numbers.h" /* number_whole, number_scaled */
 
-/* The numbers of the kinds in an order. */
+/* The numbers of the kinds in a command. */
 enum {
     KIND_OVER = 0, /* within minutes; a hold if the temperature stays the same */
     KIND_RATE = 1, /* with kelvins per hour */

@@ -6,7 +6,7 @@
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, uint16_t */
 
-/* Replaces a byte that was damaged, or for which there was no room: no order contains it. */
+/* Replaces a byte that was damaged, or for which there was no room: no command contains it. */
 enum { NEXTION_PORT_DAMAGED = 0x15 };
 
 void nextion_port_start(void);

@@ -792,7 +792,7 @@ bool show_is_due(uint8_t page)
 bool show_say(void)
 {
     struct component component;
-    const uint8_t place = next;
+    const uint8_t place = next % MOST_COMPONENTS; /* also if a flipped bit has moved it beyond */
 
     next++;
     memcpy_P(&component, &COMPONENTS[first + place], sizeof component);

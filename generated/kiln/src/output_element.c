@@ -14,7 +14,7 @@ static bool running;         /* the first duty has been set */
 
 void output_element_set(float duty_percent)
 {
-    /* Volatile: else the compiler may move the arithmetic into the block with interrupts off. */
+    /* Volatile, or the compiler may move the arithmetic into the block with interrupts off. */
     volatile uint16_t steps = (uint16_t)(duty_percent * OUTPUT_ELEMENT_STEPS_PER_PERCENT + 0.5f);
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)

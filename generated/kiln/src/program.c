@@ -8,7 +8,7 @@
 #include "loop_chamber.h" /* loop_chamber */
 #include "progress.h" /* progress_found, progress_save */
 
-/* Single precision holds every whole number up to this one. */
+/* Single precision represents every whole number up to this one. */
 #define LONGEST_RATE_STEPS 16777215.0f
 
 struct program_state program;
@@ -116,7 +116,7 @@ static void begin(uint8_t segment)
     save();
 }
 
-/* ---- orders ---- */
+/* ---- commands ---- */
 
 static bool is_at_work(void)
 {
@@ -126,7 +126,7 @@ static bool is_at_work(void)
 static void take_order(bool ok)
 {
     if (!ok && next_order > PROGRAM_PAUSE) {
-        return; /* the order needs a reading: it waits for one */
+        return; /* the command needs a reading: it waits for one */
     }
     program.order = next_order;
     program.argument = next_argument;
@@ -185,7 +185,7 @@ static void restore(void)
     end(PROGRAM_TOO_FAR);
 }
 
-/* Executes the order; true if it has decided what this step does. */
+/* Executes the command; true if it has decided what this step does. */
 static bool obey(void)
 {
     if (program.order == PROGRAM_STOP && program.state != PROGRAM_IDLE) {
@@ -373,9 +373,9 @@ void program_fail(void)
     interrupt();
 }
 
-/* ---- orders of the operator ---- */
+/* ---- commands of the operator ---- */
 
-/* Accepts an order; none after a stop or a pause that no step has taken yet: off must stay off. */
+/* Accepts a command; none after a stop or a pause that no step has taken yet: off must stay off. */
 static bool give(uint8_t order, uint8_t argument)
 {
     if (fault.code != FAULT_NONE || next_order == PROGRAM_STOP

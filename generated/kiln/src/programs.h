@@ -8,7 +8,7 @@
 
 enum {
     PROGRAM_PLACES = 3, /* numbered from 1: kiln.yaml:50 programs.places (default) */
-    PROGRAM_POINTS = 10, /* most segments of one program: kiln.yaml:52 programs.points */
+    PROGRAM_POINTS = 10, /* maximum number of segments of a program: kiln.yaml:52 programs.points */
     PROGRAM_NAME_SIZE = 13 /* 12 characters and the closing 0 */
 };
 

@@ -47,7 +47,7 @@ __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
  * it damaged; the watchdog's reset initialises all registers. */
 ISR(BADISR_vect)
 {
-    reset_hang_mark = RESET_HANG_MARK; /* a boot loader may clear the cause */
+    reset_hang_mark = RESET_HANG_MARK; /* remains if a boot loader clears MCUSR */
     wdt_enable(WDTO_15MS);
     for (;;) {
     }

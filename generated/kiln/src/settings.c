@@ -36,7 +36,7 @@ struct record {
 enum {
     CHECKED = offsetof(struct record, size), /* the CRC covers the record from here on */
     OWN_SIZE = sizeof(struct record) - CHECKED,
-    SEALED = 2 * sizeof(float), /* number of sealed bytes: the first ones of the settings */
+    SEALED = 2 * sizeof(float), /* number of bytes with the checksum: the first ones of the settings */
     BLANK = 0xFF, /* size in a slot that was never written */
     LAST_TYPE = 7 /* highest code of a thermocouple type in the data sheet */
 };
@@ -58,7 +58,7 @@ static uint8_t next_byte = sizeof record; /* to be written next; sizeof record: 
 static uint8_t saves_wanted;
 static uint16_t save_in_ticks;
 static struct kept kept; /* gains and limits for the next record */
-static uint8_t seal; /* sum of the sealed settings, when they were last set */
+static uint8_t seal; /* checksum of these settings, when they were last set */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {
@@ -134,7 +134,7 @@ static void take_defaults(void)
     keep_chamber(LOOP_CHAMBER_KP, LOOP_CHAMBER_KI, LOOP_CHAMBER_KD);
 }
 
-/* Takes the sealed settings from the newest record. */
+/* Takes the settings with the checksum from the newest record. */
 static void take_sealed_of_record(void)
 {
     if (!(record.kept.chamber_maximum_c < LOOP_CHAMBER_SETPOINT_MINIMUM_C)

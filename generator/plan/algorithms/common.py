@@ -71,12 +71,12 @@ def least_slope(source: Source, prefix: str) -> Constant:
 
 
 def by_keys(source: Source, name: str) -> frozenset[str]:
-    """Fields of a loop's algorithm that keys set."""
+    """Fields of a loop's algorithm that the keypad sets."""
     return frozenset(each.kind.field for each in numbers_of(source.controller, name))
 
 
 def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:
-    """C names of a switching algorithm's numbers: constants, or variables that keys set."""
+    """C names of a switching algorithm's numbers: constants, or variables that the keypad sets."""
     return {
         field: f"algorithm_{name}.{field}" if field in keyed else f"{prefix}_{field.upper()}"
         for field in ("hysteresis_k", "lead_s")

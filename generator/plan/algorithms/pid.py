@@ -96,9 +96,9 @@ class _Terms:
     prefix: str
     loop: Loop
     variable: bool
-    """True if gains can be set: by a host, a master or keys."""
+    """True if gains can be set: by a host, a master or the keypad."""
     moved: bool
-    """True if a program moves the setpoint, whose slope has a term of its own."""
+    """True if a program sets the setpoint, whose slope has a term of its own."""
 
     @property
     def integral(self) -> bool:

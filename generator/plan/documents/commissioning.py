@@ -83,7 +83,7 @@ def _loads(controller: Controller) -> Iterator[Step]:
         yield Step(
             f"Read the label of loop `{name}`'s thermal fuse or thermostat; measure its resistance",
             f"it opens above {hottest}, the firmware's limit, and below the temperature that the "
-            "machine bears; less than 1 Ω",
+            "machine withstands; less than 1 Ω",
         )
     if relay is not None:
         yield Step(f"Measure across the contacts of `{relay}` in the heaters' supply", "open")
@@ -204,7 +204,7 @@ def _heating(controller: Controller) -> Iterator[Step]:
             yield Step(
                 f"Loop `{name}` at full power from cold",
                 f"a rise of at least {quantity(heating.rise_k, 'K')} in every "
-                f"{quantity(heating.within_s, 's')}; else {_codes(controller, 'heating_failed')}",
+                f"{quantity(heating.within_s, 's')}; or {_codes(controller, 'heating_failed')}",
             )
         off_by = _off_by(controller, controller.thermometers[loop.sensor], loop.setpoint.maximum_c)
         yield Step(

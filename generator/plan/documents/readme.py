@@ -140,7 +140,7 @@ def _lockout(controller: Controller) -> ReadmeLockout | None:
 
 
 def _numbers(controller: Controller) -> list[str]:
-    """Name the numbers that keys can set, with their ranges."""
+    """Name the numbers that the keypad can set, with their ranges."""
     keypad = keypad_of(controller)
     return [
         f"{each.kind.key} from {each.minimum:g} to {quantity(each.maximum, each.kind.unit)}"

@@ -137,7 +137,7 @@ class HostNames:
     minded: bool
     """True if a loop trips when the host is silent."""
     keyed: bool
-    """True if such a loop also has keys."""
+    """True if such a loop also has a keypad."""
     temperature_pieces: list[Piece]
     uart: UartRegisters
     setup: list[str]

@@ -27,7 +27,7 @@ COARSE = 10
 
 @dataclass(frozen=True, slots=True)
 class KeypadNames:
-    """The values for the templates of the keys."""
+    """The values for the templates of the keypad."""
 
     where: str
     shared_adc: bool

@@ -1,4 +1,4 @@
-"""A Nextion touch display: its line, its orders, its contents, and documents for its editor."""
+"""A Nextion touch display: its line, its commands, its contents, and documents for its editor."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 TURN_S = 0.02
-"""Least time between two instructions: the display needs time to execute them."""
+"""Shortest time between two instructions: the display needs time to execute them."""
 REFRESH_S = 30.0
 """Time between two refreshes: the longest time for which a disturbed line shows wrong contents."""
 SEARCH_S = 3.0

@@ -4,7 +4,7 @@ from heatwright.generator.plan.registers import BLOCK
 from heatwright.spec import Controller
 
 LONGEST_IN_HAL = 47
-"""Most characters of a name in HAL (HAL_NAME_LEN of hal.h)."""
+"""Maximum number of characters of a name in HAL (HAL_NAME_LEN of hal.h)."""
 LONGEST_SUFFIX = max(len("--in.temperature.float"), len("--set-int.out-of-range"))
 """Length of the longest text behind the names of controller and loop, with both hyphens."""
 LONGEST_LOOP = 12

@@ -1,4 +1,4 @@
-"""Numbers of an algorithm that keys set: their ranges, and their names for the templates."""
+"""Numbers of an algorithm that the keypad sets: their ranges, and their names for the templates."""
 
 from dataclasses import dataclass
 
@@ -58,7 +58,7 @@ def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
 
 
 def key_constants(source: Source, name: str) -> list[Constant]:
-    """Return the constants of the keys and the display: the step of a press, and the decimals."""
+    """Return the constants of the keypad and the display: the step of a press, and the decimals."""
     found = []
     for each in numbers_of(source.controller, name):
         at = _at(source, each)

@@ -9,7 +9,7 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Autotune, Loop, Pid
 
 FILTERS_AND_PERIODS = 1.35
-"""Least time constant of the closed loop, in multiples of derivative filter plus period
+"""Shortest time constant of the closed loop, in multiples of derivative filter plus period
 (docs/control.md, "The rule")."""
 
 

@@ -16,10 +16,10 @@ RULES_S = 0.5
 """Time for which the current must be too high or too low to trip a rule."""
 
 LEAST_PERCENT = 0.1
-"""Least limit of the duty: a wire that needs less trips anyway; squares stay normal numbers."""
+"""Lowest limit of the duty: a wire that needs less trips anyway; squares stay normal numbers."""
 
 FEWEST_STEPS = 5
-"""Least number of control steps in RULES_S: with a filter time constant of up to one step, less
+"""Minimum number of control steps in RULES_S: with a filter time constant of up to one step, less
 than 2 % of an old value is left after four steps."""
 
 IDLE_SHARE = 0.05

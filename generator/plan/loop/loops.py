@@ -202,7 +202,7 @@ def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constan
 
 
 def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """Highest setpoint and maximum for each selectable type that bears less than the spec's."""
+    """Highest setpoint and maximum for each selectable type whose limits are below the spec's."""
     sensor = source.controller.sensors[loop.sensor]
     setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c
     at = Source(source.spec, ("sensors", loop.sensor, "selectable"))

@@ -26,7 +26,7 @@ class CodedType:
 
 @dataclass(frozen=True, slots=True)
 class Types:
-    """Types of thermocouple, grouped by the temperature that they bear."""
+    """Types of thermocouple, grouped by their highest allowed temperature."""
 
     least: CodedType
     others: list[CodedType]

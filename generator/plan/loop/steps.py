@@ -48,7 +48,7 @@ class Feature:
     tick: str = ""
     """Runs after the step."""
     follow: str = ""
-    """Runs in each step in which a program is not idle: it may be paused."""
+    """Runs in each step in which a program is not idle; the program may be paused."""
     set: str = ""
     """Runs when a host sets a setpoint."""
     refuse: str = ""

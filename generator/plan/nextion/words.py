@@ -44,7 +44,7 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
 
 
 def _faults(controller: Controller) -> list[str]:
-    """Words by fault code, from 1 on; only the code if this controller does not have the rule."""
+    """Words by fault code, from 1 on; just the code if this controller does not have the rule."""
     known = {rule.code: f" {rule.display}" for rule in rules_of(controller)}
     return [f"E{code:02d}{known.get(code, '')}" for code in range(1, max(RULES) + 1)]
 

@@ -75,7 +75,7 @@ def plan(source: Source, name: str, output: Stepper, use: UseOfOutput) -> Part:
 
 
 def _prescaler(board: Board, number: int, fastest_steps_per_s: float) -> int:
-    """The finest prescaler for which the fastest interval is one part; else the coarsest."""
+    """The finest prescaler for which the fastest interval is one part; otherwise the coarsest."""
     timer = board.timers[number]
     for prescaler in timer.prescalers:
         counts_per_s = board.clock_hz / prescaler

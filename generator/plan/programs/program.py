@@ -1,4 +1,4 @@
-"""The program that moves a loop's setpoint: its constants, and its calls in start and step."""
+"""The program that sets a loop's setpoint: its constants, and its calls in start and step."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ TENTHS_PER_HOUR = 36_000
 
 
 def plan(root: Source, loop: LoopSummary) -> Part:
-    """Plan program.c; `loop` is the loop whose setpoint the program moves."""
+    """Plan program.c; `loop` is the loop whose setpoint the program sets."""
     programs = root.controller.programs
     assert programs is not None  # noqa: S101 - the caller has looked
     source = root.at("programs")

@@ -130,7 +130,7 @@ def _on_fault(programs: Programs) -> str:
     }
     return (
         "A fault interrupts it. After acknowledging, it can be resumed: it continues if "
-        f"the temperature has changed by no more than {within}, else it "
+        f"the temperature has changed by no more than {within}, otherwise it "
         f"{otherwise[programs.after_power_loss.otherwise]}."
     )
 
@@ -140,9 +140,7 @@ def _after_power_loss(power: AfterPowerLoss) -> str:
     if power.resume_within_k == 0:
         return f"it {otherwise}"
     within = quantity(power.resume_within_k, "K")
-    return (
-        f"it continues if the temperature has changed by no more than {within}, else it {otherwise}"
-    )
+    return f"it continues if the temperature has changed by {within} at most, or it {otherwise}"
 
 
 def _program(source: Source, program: Program) -> StoredProgram:

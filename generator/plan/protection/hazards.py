@@ -62,7 +62,7 @@ def _has_fan(controller: Controller) -> bool:
 def _standing_fan(controller: Controller) -> str:
     if any(rule.id == "fan_stopped" for rule in rules_of(controller)):
         return "a fan that turns but moves no air: the thermal fuse at the element"
-    return "**Nothing proves that the fan turns**: the thermal fuse at the element"
+    return "**No signal shows that the fan turns**: the thermal fuse at the element"
 
 
 def _held_pin(controller: Controller) -> str:
@@ -79,7 +79,7 @@ def _wrong_clock(controller: Controller) -> str:
 
 HAZARDS = (
     Hazard(
-        "A heater's switch conducts for ever",
+        "A heater's switch conducts permanently",
         (
             "over_temperature",
             "runaway_above",
@@ -194,12 +194,12 @@ HAZARDS = (
     Hazard(
         "A door, an emergency stop or a cut-out opens, or its wire is torn",
         ("input_open",),
-        "a contact that stays closed for ever, or a wire that is bridged",
+        "a contact that stays closed permanently, or a wire that is bridged",
     ),
     Hazard(
         "Nobody switches the heater off",
         ("on_too_long",),
-        "without a limit of that time the machine heats for ever",
+        "without a limit of that time the machine heats permanently",
     ),
     Hazard(
         "The host or the master is lost",

@@ -13,7 +13,7 @@ READINGS = tuple(
 
 
 def limit(spec: Spec, rule: str) -> str:
-    """The condition that trips `rule`: once if it is the same for all loops, else loop by loop."""
+    """The condition that trips `rule`: once if it is the same for all loops, or loop by loop."""
     loops = spec.controller.loops
     anywhere = _limits_of_the_controller(spec)
     if rule in anywhere:
@@ -80,7 +80,7 @@ def _of_relay(controller: Controller) -> dict[str, str]:
 
 def _of_proofs(controller: Controller) -> dict[str, str]:
     limits = [
-        f"no proof for {quantity(proof.within_s, 's')} that {name} turns{_speeds(proof)}"
+        f"no signal for {quantity(proof.within_s, 's')} that {name} turns{_speeds(proof)}"
         for name, proof in proofs(controller).items()
     ]
     return {"fan_stopped": "; ".join(limits)} if limits else {}

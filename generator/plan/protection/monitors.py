@@ -10,7 +10,7 @@ from heatwright.spec import Loop, Monitor, monitors_of
 
 MOST_TURN_STEPS = 128
 TURN_S = 2.0
-"""Least time for which a small display shows a warning, and its other text, in turn."""
+"""Shortest time for which a small display shows a warning, and its other text, in turn."""
 
 
 @dataclass(frozen=True, slots=True)

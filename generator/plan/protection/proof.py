@@ -48,7 +48,7 @@ def _proof(source: Source, name: str) -> Part:
     return Part(
         files=pair(f"proof_{name}", "protection/proof", told),
         groups=(Group(f"Proof of {name}", (within, *_counts(source, name, fan))),),
-        pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"proof that {name} turns"),),
+        pins=(lifted(source.at("pin"), f"proof_{name}", pin, f"signal that {name} turns"),),
         start_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_start();"),),
         tick_calls=(Call(Stage.SENSE, f"proof_{name}.h", f"proof_{name}_tick();"),),
         wiring=(

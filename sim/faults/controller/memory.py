@@ -30,7 +30,7 @@ HIGHEST_BIT = 7
 """Highest bit of a byte; in the third byte of a float this is the lowest bit of the exponent."""
 LOWEST_BIT = 0
 SEAL, UNSEALED = "flash_seal", b"\xff\xff"
-"""The constant that holds the program's checksum, and its value before it is sealed."""
+"""The constant with the program's checksum, and its value before seal.py has written it."""
 BYTES = 7
 """How many bytes of a record are written before the power cut: half of the shortest record."""
 REFERENCE_OFF = 0.6
@@ -150,7 +150,7 @@ def change_crystal(world: World, times: float) -> None:
 
 
 def _held_pins(site: Site) -> Iterator[Fault]:
-    """Yield a fault that holds the relay's pin, else the heater's, if the pin is read back."""
+    """Yield a fault that holds the relay's pin, otherwise the heater's, if the pin is read back."""
     able, relay = read_back(site.controller), site.controller.safety.relay
     output = relay if relay in able else site.loop.heater
     if output not in able:
@@ -184,12 +184,12 @@ def _place(world: World, variable: str) -> int:
 
 
 def unseal(world: World) -> None:
-    """Restart with a program that is not sealed."""
+    """Restart with a program without its checksum."""
     _put_seal(world, UNSEALED)
 
 
 def seal(world: World) -> None:
-    """Restart with the program sealed again."""
+    """Restart with the program and its checksum again."""
     program = world.site.program
     _put_seal(world, program.flash_bytes(SEAL, len(UNSEALED)))
 
@@ -212,7 +212,7 @@ def latched(site: Site) -> World:
 
 
 def cut_line(world: World) -> None:
-    """Cut the loop's sensor off, in the way of its kind."""
+    """Disconnect the loop's sensor, in a way that suits its kind."""
     _of_sensor(world.site).cut(world)
 
 

@@ -37,7 +37,7 @@ PERIODS = 2
 """How long the last decision before the upset may keep the heater on, in periods."""
 
 HEATS, TOO_HOT, FORGETS = "heats", "too hot", "forgets"
-"""Bad outcomes: a heater on beyond its bound, a node hotter than it bears, a fault that is no
+"""Bad outcomes: a heater on beyond its bound, a node hotter than its limit, a fault that is no
 longer latched although nobody acknowledged it."""
 BAD = (HEATS, TOO_HOT, FORGETS)
 RESULTS = ("nothing", "told", "reset", "unknown", *BAD)
@@ -180,5 +180,5 @@ def _judged(
     bears_c = world.bears_c
     for node, peak_c in world.peaks.highest_c.items():
         if peak_c > bears_c[node]:
-            return TOO_HOT, f"{node} reached {peak_c:.1f} °C but bears only {bears_c[node]:.1f} °C"
+            return TOO_HOT, f"{node} reached {peak_c:.1f} °C, its limit is {bears_c[node]:.1f} °C"
     return "reset" if resets else "nothing", ""

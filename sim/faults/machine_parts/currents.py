@@ -12,7 +12,7 @@ SOFT_START = 0.25
 class Measured:
     """A heater's currents, A.
 
-    full_a -- while the pin is on; the others are means: mean_a -- at 100 % duty; idle_a -- less
+    full_a -- while the pin is on; all others are means: mean_a -- at 100 % duty; idle_a -- less
     counts as no current; over_a -- more trips; limit_a -- the limit to which the duty is reduced.
     """
 

@@ -1,4 +1,4 @@
-"""Faults that the rules of effort see: wrong readings, and a heater that has become weaker."""
+"""Faults that trip rules effort_high and effort_low: wrong readings, and a weaker heater."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -19,17 +19,17 @@ detectable; an aged heater then needs the second."""
 BEYOND = 1.15
 """Effort of a machine whose reading has drifted, as a multiple of the band's upper limit."""
 SPARE = 0.05
-"""Margin, as a share of what nodes bear above ambient: a drift is detected late."""
+"""Margin, as a share of the nodes' limits above ambient: a drift is detected late."""
 SLOW = 4.0
 """A drift takes this many filter times, and is this many times slower than `rise_rate`."""
 STANDING_K = 1.0
 """How far above the setpoint and its hysteresis the reading stands."""
 FILTERS, TIMES = 4.0, 2.0
-"""How long a machine is watched: so many filter times, plus so many times the rule's `for`."""
+"""How long a machine is watched: FILTERS filter times plus TIMES times the rule's `for`."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield the faults for which the rules of effort exist, where they can see them."""
+    """Yield the faults for which rules effort_high and effort_low exist, where they can trip."""
     effort = site.loop.protection.effort
     if effort is None or site.loop.cooler is not None:
         return
@@ -57,7 +57,7 @@ def _setpoints_c(site: Site) -> list[float]:
 
 
 def _duties(site: Site) -> tuple[float, float]:
-    """Return the least and the greatest duty of the loop at a constant reading, %."""
+    """Return the lowest and the highest duty of the loop at a constant reading, %."""
     pid, full = site.loop.algorithm.pid, site.loop.algorithm.full_percent
     if pid is None:
         return 0.0, full
@@ -77,7 +77,7 @@ def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
 
 
 def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
-    """Yield a reading that drifts low, if all nodes bear the heat that follows."""
+    """Yield a reading that drifts low, if all nodes withstand the heat that follows."""
     setpoint_c = min(_setpoints_c(site), default=None)
     if setpoint_c is None:
         return

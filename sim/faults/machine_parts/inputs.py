@@ -40,7 +40,7 @@ def _opens(site: Site, name: str, each: Input) -> Fault:
 
 
 def _pauses(site: Site, name: str) -> Fault:
-    """A door stands open for long: no heat and no fault, and heat again once it is closed."""
+    """A door is open for long: no heat and no fault, and heat again once the door is closed."""
     on_s = site.loop.protection.on_for_at_most_s or math.inf
     opened_s = math.nan
 

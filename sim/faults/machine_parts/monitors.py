@@ -103,7 +103,7 @@ def _break(watched: Watched, what: str) -> Act:
 
 
 def _over_limit(site: Site, watched: Watched) -> Fault:
-    """The monitored part becomes too hot, and no loop's sensor feels it."""
+    """The monitored part becomes too hot, and no loop's sensor measures it."""
     allowed_s = reading_s(watched.loop)
     hot = Felt(watched.monitor.sensor, standing(watched.over_c))
     name, trip = f"monitor_{watched.name}_over_limit", Trip(("monitor_limit",), allowed_s)

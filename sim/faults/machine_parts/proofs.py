@@ -1,4 +1,4 @@
-"""Faults of fans with a proof: the fan stands still, or its proof is broken."""
+"""Faults of fans with a `proof`: the fan stands still, or its contact or tachometer is broken."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -33,7 +33,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _of_tachometer(site: Site, fan: str, counted: Tachometer) -> Iterator[Fault]:
-    """Yield a fan that is too slow, a line shorted to ground or noisy, and speeds just allowed."""
+    """Yield a fan that is too slow, a line shorted to ground or noisy, and speeds at the limits."""
     slow, fast = (each / counted.speed_rpm for each in (counted.slowest_rpm, counted.fastest_rpm))
     too_fast_hz = counted.pulses_hz(FAST * counted.fastest_rpm)
     yield _unproven(site, fan, f"{fan}_weak", _broken(fan, pace=SLOW * slow))

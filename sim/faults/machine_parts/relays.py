@@ -52,7 +52,7 @@ def _unseen(site: Site) -> Iterator[Fault]:
 
 
 def _breaks(armature: Armature, wire: Wire, *, at_start: bool) -> Act:
-    """Break the closed relay; at_start -- and cut the power: it is found when it has to open."""
+    """Break the closed relay; at_start -- cut the power, too, so that the relay has to open."""
 
     def cause(world: World) -> None:
         _relay(world).fail(armature, wire)

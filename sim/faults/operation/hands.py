@@ -24,7 +24,7 @@ HELD_S = 2.6
 COARSE_STEPS = 10
 LONGEST_HOLD_S = 60.0
 PAGES = 1 + len(KINDS)
-"""The most display pages beside the setpoint's: the time's, and one for each kind of number."""
+"""Maximum number of pages beside the setpoint's: the time's, and one for each kind of number."""
 OFF = ("OFF, UP: ", "Done UP: ")
 """Start of the display's second line if the loop was switched off by a key or by the timer."""
 
@@ -97,7 +97,7 @@ class _Master:
 
 
 class _Unswitched:
-    """Somebody at a loop without a switch: only its setpoint can turn it off, if anything can."""
+    """Somebody at a loop without a switch: only the setpoint may turn such a loop off."""
 
     def switch(self, world: World, *, on: bool) -> None:
         del on
@@ -155,7 +155,7 @@ class _AtKeys(_Unswitched):
 
 
 class _AtPanel(_AtKeys):
-    """Somebody at the keys of a loop without programs, who reads the display."""
+    """Somebody at the keypad of a loop without programs, who reads the display."""
 
     def switch(self, world: World, *, on: bool) -> None:
         if not on:
@@ -173,7 +173,7 @@ class _AtPanel(_AtKeys):
 
 
 class _AtMenu(_AtKeys):
-    """Somebody at the keys of a loop with programs: its values are LEFT of the first screen."""
+    """Somebody at the keypad of a loop with programs: its values are LEFT of the first screen."""
 
     def switch(self, world: World, *, on: bool) -> None:
         world.press("left")

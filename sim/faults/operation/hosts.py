@@ -73,7 +73,7 @@ def _stop(world: World) -> None:
 
 
 def _ask_too_much(world: World) -> None:
-    """Send setpoints that the spec forbids, and some that are no numbers."""
+    """Send setpoints that the spec forbids, and texts that are no numbers."""
     loop = world.site.loop
     beyond = (loop.setpoint.maximum_c + BEYOND_K, loop.protection.maximum_c, 1e6, -BEYOND_K)
     for wanted in (*(f"{each:g}" for each in beyond), "9999999999", "1E3", "nan", "-", ""):

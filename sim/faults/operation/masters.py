@@ -17,7 +17,7 @@ from heatwright.spec import ModbusRtu, modbus_of
 WATCH_S = 60.0
 INSISTS_S = 20.0
 HEARD_S = 3.0
-"""A master polls once a second: it has an answer within this time."""
+"""A master polls once a second: it has its answer within this time."""
 REQUESTS = 40
 EVERY_S = 0.7
 """Not synchronous with the polls, so that some of them are disturbed, too."""

@@ -1,4 +1,4 @@
-"""Faults at keys, display and serial port: stuck keys, random presses, a loose plug, floods."""
+"""Faults at keypad, display and serial port: stuck keys, random presses, a loose plug, floods."""
 
 import random
 from collections.abc import Iterator

@@ -34,7 +34,7 @@ LAGS = "program_lags"
 UNDER_WAY_S = 90.0
 """How long the program runs before the fault: longer than the usual time between two saves."""
 WATCH_S = 30.0
-"""Longer than an operator needs for an order at the keys or the display."""
+"""Longer than an operator needs for a command at the keypad or the touch display."""
 FAR_K = 5.0
 """During a loss of power the machine cools by this much more than a resumption allows."""
 COOLING_S = 4 * 3600.0
@@ -73,9 +73,9 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def shows_s(site: Site) -> float:
-    """Return the longest time until an order, or a start-up, changes the program's state, s.
+    """Return the longest time until a command, or a start-up, changes the program's state, s.
 
-    Only a step with a reading takes an order: it may be a whole period away.
+    Only a step with a reading takes a command: it may be a whole period away.
     """
     return WATCH_S + site.loop.periods_s(starts.FIRST_STEPS)
 

@@ -1,4 +1,4 @@
-"""Faults that leave no valid reading, whatever the sensor."""
+"""Faults after which there is no valid reading, for any kind of sensor."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -38,8 +38,8 @@ CURRENT_RULES = tuple(RULES[code].id for code in (20, 21, 22))
 def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
     """Return a fault whose readings fail in bursts: no rule of the sensor may trip.
 
-    Each burst switches the heater off until the next reading or window. So the rules of heat may
-    trip: a machine that has cooled may not become warm again in time.
+    Each burst switches the heater off until the next reading or window. So rules that watch the
+    heating may trip: a cooled machine may not become warm again in time.
     """
     return replace(
         watched(site, name, act, cure), watch_s=watch_s, again=False, judge=_sensor_is_believed
@@ -77,6 +77,6 @@ def bursts_of_damage(
 
 
 def _sensor_is_believed(world: World) -> str:
-    """Check that no rule tripped except those of heat."""
+    """Check that no rule tripped except those that watch the heating."""
     found = {RULES[trip.code].id for trip in world.trips.since(0.0)} - set(LACKS_HEAT)
     return f"{' and '.join(sorted(found))} tripped for no reason" if found else ""

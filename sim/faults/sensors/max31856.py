@@ -1,4 +1,4 @@
-"""Faults of a MAX31856, which is also configured, and tests for an open input only at times."""
+"""Faults of a MAX31856, which is also configured, and tests for an open input only now and then."""
 
 from collections.abc import Iterator
 from dataclasses import replace

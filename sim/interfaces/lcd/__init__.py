@@ -19,7 +19,7 @@ _LONG_AGO = -(10.0**15)
 
 @dataclass(frozen=True)
 class BusLimits:
-    """Least times of the bus, ns (data sheet, write operation).
+    """Minimum times of the bus, ns (data sheet, write operation).
 
     The default is the column for 2.7 to 4.5 V, stricter than the one for the shield's 5 V.
     """
@@ -74,7 +74,7 @@ class Lcd:
         self._show(time_s * 1e9)
 
     def plug(self, time_s: float) -> None:
-        """Plug the display in again: it starts anew and must be initialised."""
+        """Plug the display in again: it starts again and must be initialised."""
         self.plugged = True
         self.chip.power_on(round(time_s * 1e9))
         self._show(time_s * 1e9)

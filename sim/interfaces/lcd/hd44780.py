@@ -60,7 +60,7 @@ class Hd44780:
         self.power_on(0)
 
     def power_on(self, time_ns: int) -> None:
-        """Start anew: 8-bit bus, one line, display off, cleared, busy for a while."""
+        """Start again: 8-bit bus, one line, display off, cleared, busy for a while."""
         self._ddram = bytearray(b" " * 0x80)
         self._cgram = bytearray(64)
         self._eight_bit = True

@@ -1,8 +1,7 @@
-"""The keys of the LCD keypad shield that give an order in the menu of a loop with programs.
+"""The keys of the LCD keypad shield that give a command in the menu of a loop with programs.
 
-Each sequence of keys begins and ends at the first screen. RIGHT of that are the screen of the times
-and then that of the program; LEFT of it are the single values. A screen forgets its state when it
-is left.
+Each sequence of keys begins and ends at the first screen. RIGHT of it are the screens of the times
+and of the program; LEFT of it are the single values. A screen forgets its state when it is left.
 """
 
 from collections import deque
@@ -14,14 +13,14 @@ from heatwright.spec import ProgramOrder
 
 _TO_PROGRAM, _FROM_PROGRAM = ("right", "right"), ("left", "left")
 _CHOICES = {"pause": 0, "resume": 0, "skip": 1, "stop": 2, "jump": 3}
-"""How often UP is pressed for each order to a running program; `jump 1` goes to its first
+"""How often UP is pressed for each command to a running program; `jump 1` goes to its first
 segment."""
 _AT_ONCE = ("pause", "resume")
-"""Orders that need no confirmation; all others ask for one."""
+"""Commands that need no confirmation; all others ask for one."""
 
 
 def keys_for(order: ProgramOrder) -> tuple[str, ...]:
-    """Return the key presses that give an order to a program, from the first screen and back."""
+    """Return the key presses that give a command to a program, from the first screen and back."""
     if order.order == "start":
         ups = order.number - 1
     elif order.order == "jump":

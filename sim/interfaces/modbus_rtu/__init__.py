@@ -118,7 +118,7 @@ class ModbusMaster:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a user's request is not done yet."""
+        """Whether a user's request is still under way."""
         current = self._current is not None and not self._current.polls
         return current or any(not each.polls for each in self._queue)
 

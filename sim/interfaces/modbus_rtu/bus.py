@@ -51,8 +51,8 @@ class Bus:
     """A line with one master and one slave.
 
     unheard -- bytes the board sent while its driver was off; collisions -- how often it switched
-    that on while the master sent; slowest_release_s -- from the end of an answer until the
-    driver was off, at most.
+    the driver on while the master sent; slowest_release_s -- longest time from the end of an answer
+    until the driver was off.
     """
 
     def __init__(self, avr: Avr, uart: int, baud: int, form: Format, driver: int | None) -> None:

@@ -16,7 +16,7 @@ class Exchange:
     no write by name; sends -- how often it may still be sent; sent_s -- end of its last bit;
     answer -- None until one comes; still None when `done`: there was none; delay_s -- from the end
     of the silence after the request to the answer's first bit; polls -- whether it is one of the
-    master's polls; again -- whether this is the second try, with a change from off to on.
+    master's polls; again -- whether it is the second try, with a change from off to on.
     """
 
     address: int

@@ -13,7 +13,7 @@ EXCEPTION = 0x80
 READS_OF_BITS = (1, 2)
 READS = (*READS_OF_BITS, 3, 4, 23)
 WRITES = {5: 5, 6: 5, 15: 5, 16: 5, 22: 7}
-"""Functions whose answer repeats so many bytes of the request."""
+"""Functions whose answer repeats this number of bytes of the request."""
 SHORTEST = 4
 LONGEST = 256
 

@@ -1,4 +1,4 @@
-"""The registers of a Modbus slave, by docs/modbus.md."""
+"""The registers of a Modbus slave, as docs/modbus.md lists them."""
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ Table = Literal["coil", "discrete_input", "holding_register", "input_register"]
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]
 
 BLOCK = 100
-"""Number of addresses of a loop. The first loop's start here; the controller's are below."""
+"""Number of addresses of a loop. The first loop's begin at it; the controller's are below."""
 TENTH, HUNDREDTH = 0.1, 0.01
 _CODES: dict[Kind, str] = {"bit": ">H", "u16": ">H", "i16": ">h", "u32": ">I", "f32": ">f"}
 

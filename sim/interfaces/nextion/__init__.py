@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 START_S = 0.5
 """Time from power-on to its first message; until then it receives nothing."""
 LOOK_S = 0.2
-"""How often it processes received bytes, s: it answers within this time."""
+"""How often the display processes received bytes, s: it answers within this time."""
 REMEMBERED = 10_000
-"""Most instructions in the history."""
+"""Maximum number of instructions in the history."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Instruction:
 class Nextion:
     """The display at the end of a UART.
 
-    history -- the latest instructions from the board; instructions -- how many came in all; said --
+    history -- the latest instructions from the board; instructions -- their total number; said --
     the latest bytes that the display itself has sent; shortest_gap_s -- the shortest time from the
     first byte of an instruction to that of the next; display -- its state; line -- its line, with
     the display's own `baud`.
@@ -110,7 +110,7 @@ class Nextion:
         self.line.cut()
 
     def plug(self) -> None:
-        """Plug the display in again: it starts anew."""
+        """Plug the display in again: it starts again."""
         self._plugged = True
         self._starts_s = self._avr.time_s + START_S
 

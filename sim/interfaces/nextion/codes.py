@@ -8,7 +8,7 @@ STARTED = b"\0\0\0" + END
 READY = b"\x88" + END
 """The display sends both when it has started."""
 LONGEST_NAME = 14
-"""Most characters in the name of a page or a component."""
+"""Maximum number of characters in the name of a page or a component."""
 
 
 class Code(IntEnum):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 BUFFER_BYTES = 1024
 """Size of the receive buffer; bytes that do not fit are lost, and reported as an error."""
 DEEPEST = 10
-"""Most nested events of one touch: pages that show each other would never end."""
+"""Maximum depth of a touch's nested events: pages that show each other would never end."""
 TOUCHED = ("button", "dual_state")
 """Kinds of component that take a touch even without code."""
 PAGE_EVENTS = ("preinitialize", "postinitialize")
@@ -183,7 +183,7 @@ class Display:
     # -- time ----------------------------------------------------------------------------------
 
     def pass_time(self, milliseconds: float) -> None:
-        """Let the page's timers run on."""
+        """Let the page's timers run for a time."""
         for part in self.memory.timers:
             if part.values["en"]:
                 name = part.component.name

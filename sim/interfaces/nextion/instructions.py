@@ -161,7 +161,7 @@ class Instructions:
             part.touchable = self._number(given[1]) != 0
 
     def _refresh(self, given: Sequence[str]) -> None:
-        """Execute ref: nothing to do, as the picture is always drawn from the memory."""
+        """Execute ref: it does nothing, as the picture is always drawn from the memory."""
         self._part(given[0])
 
     def _click(self, given: Sequence[str]) -> None:

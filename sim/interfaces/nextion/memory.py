@@ -1,7 +1,7 @@
 """The memory of a Nextion display: its pages' components with their attributes, and variables.
 
-The memory holds the components of the shown page, and all with vscope `global`. A local component
-starts anew whenever its page is shown, and other pages cannot access it (Nextion Editor guide).
+The memory has the components of the shown page, and all with vscope `global`. A local component
+starts again whenever its page is shown, and other pages cannot access it (Nextion Editor guide).
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Part:
         return self.values[attribute]
 
     def set(self, attribute: str, value: Value) -> None:
-        """Set an attribute: to a number if it is one, else to a text, cut to its longest length."""
+        """Set an attribute: to a number if it is one, or to a text, cut to its longest length."""
         held = self.get(attribute)
         if attribute in FIXED or type(held) is not type(value):
             raise Refused(Code.INVALID_OPERATION)
@@ -95,7 +95,7 @@ class Memory:
         self.start()
 
     def start(self) -> None:
-        """Start anew, as at power-up; no page is shown yet."""
+        """Start again, as at power-up; no page is shown yet."""
         self.variables = VARIABLES | {"baud": self.kept_baud, "bauds": self.kept_baud}
         self.parts: tuple[dict[str, Part], ...] = tuple(
             {component.name: Part(component) for component in _from_back(page)}

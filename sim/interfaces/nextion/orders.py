@@ -1,4 +1,4 @@
-"""The bytes that the touch display's pages send for an order to the program."""
+"""The bytes that the touch display's pages send for a command to the program."""
 
 from collections.abc import Mapping
 

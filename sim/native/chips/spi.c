@@ -5,7 +5,7 @@
    each edge away from it, and samples one at each edge back (modes 1 and 3): first it receives the
    address, then it sends its answer while it receives more. Python interprets the bits: see
    hw_spi_selected and hw_spi_addressed. Floating pins are high: a board needs a pull-up resistor on
-   the select line, else the chip's state is random. */
+   the select line, otherwise the chip's state is random. */
 #include <string.h>
 #include "peripherals/pins.h"
 #include "callbacks.h"

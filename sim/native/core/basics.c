@@ -82,7 +82,7 @@ void crash(hw *h, const char *why) {
     h->avr->state = cpu_Crashed;
 }
 
-/* A chip at the pins: at most so many of a kind, freed with the processor. */
+/* A chip at the pins: `most` chips of a kind at most, freed with the processor. */
 void *chip_new(hw *h, int *count, int most, size_t size) {
     void *chip = *count < most ? calloc(1, size) : NULL;
     if (chip)

@@ -5,12 +5,12 @@ from heatwright.sim.reference.numbers import ZERO, Single, faded, filter_share
 
 
 class Lead:
-    """Extrapolates the temperature along its filtered slope; without a lead it does not."""
+    """Extrapolates the temperature along its filtered slope, if there is a lead."""
 
     def __init__(
         self, lead_s: float, filter_s: float, period_s: float, *, keyed: bool = False
     ) -> None:
-        """Derive the constants; keyed -- keys set the lead."""
+        """Derive the constants; keyed -- the keypad sets the lead."""
         self._leads = lead_s > 0 or keyed
         self._lead_s = Single(lead_s)
         self._share = filter_share(period_s, filter_s)

@@ -10,16 +10,16 @@ class OnOffControl(KeyedSwitch):
     """Switches the heater at the setpoint, by the temperature that is expected `lead` later."""
 
     full_percent = FULL
-    """The greatest duty of the algorithm."""
+    """The highest duty of the algorithm."""
 
     def __init__(self, algorithm: OnOff, period_s: float, keyed: tuple[str, ...] = ()) -> None:
-        """Derive the constants; keyed -- the fields that keys set."""
+        """Derive the constants; keyed -- the fields that the keypad sets."""
         super().__init__(algorithm, period_s, keyed)
         self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"))
         self.reset()
 
     def reset(self) -> None:
-        """Start anew after a fault."""
+        """Start again after a fault."""
         self._lead.reset()
         self._heating = 0
 

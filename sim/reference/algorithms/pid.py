@@ -6,7 +6,7 @@ from heatwright.sim.reference.numbers import ZERO, Single, clamp, faded, filter_
 from heatwright.spec import Pid
 
 LEAST_RANGE = 1.0
-"""Least range of the output that may be set, %."""
+"""Smallest range of the output that may be set, %."""
 
 
 def limits_of(algorithm: Pid) -> Limits:
@@ -24,7 +24,7 @@ def may_limit(algorithm: Pid, limits: Limits) -> bool:
 
 
 def least_maximum_of(algorithm: Pid) -> Single:
-    """Return the least maximum of the output that may be set, %."""
+    """Return the lowest maximum of the output that may be set, %."""
     return Single(algorithm.output.minimum_percent + LEAST_RANGE)
 
 
@@ -61,7 +61,7 @@ class PidControl(Kept):
         self._dead_band = Single(algorithm.dead_band_k) if algorithm.dead_band_k else None
         self._keeps = bool(algorithm.dead_band_k) and algorithm.dead_band_keeps == "output"
         self.top_percent = self.full_percent
-        """The greatest duty under the current's limit; a held integral does not grow above it."""
+        """The highest duty under the current's limit; a held integral does not grow above it."""
         self.feed_forward = ZERO
         """Duty for the slope of a program's setpoint, %·s/K."""
         self.rate_k_per_s = ZERO
@@ -71,7 +71,7 @@ class PidControl(Kept):
         self.reset()
 
     def reset(self) -> None:
-        """Start anew after a fault."""
+        """Start again after a fault."""
         self._proportional = self._integral = self._derivative = self._newest = self._kept = ZERO
         self._started = 0
 

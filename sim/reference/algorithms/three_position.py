@@ -11,12 +11,12 @@ class ThreePositionControl(KeyedSwitch):
     """Switches heater or cooler, never both on, by the temperature expected `lead` later."""
 
     full_percent = FULL
-    """The greatest duty of the algorithm."""
+    """The highest duty of the algorithm."""
 
     def __init__(
         self, algorithm: ThreePosition, period_s: float, keyed: tuple[str, ...] = ()
     ) -> None:
-        """Derive the constants; keyed -- the fields that keys set."""
+        """Derive the constants; keyed -- the fields that the keypad sets."""
         super().__init__(algorithm, period_s, keyed)
         self._dead_band = Single(algorithm.dead_band_k)
         self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)
@@ -28,7 +28,7 @@ class ThreePositionControl(KeyedSwitch):
         self.reset()
 
     def reset(self) -> None:
-        """Start anew after a fault."""
+        """Start again after a fault."""
         self._lead.reset()
         self._heating = 0
         self.cooling = 0

@@ -43,11 +43,11 @@ class Constants(NamedTuple):
         )
 
     def time_s(self, steps: Single) -> Single:
-        """Return how long so many steps take, s."""
+        """Return how long a number of steps takes, s."""
         return steps * self.period_s
 
     def within(self, limits: Limits, swing_share: Single) -> "Constants":
-        """Return the constants with a host's narrower limits; those for the proposal stay."""
+        """Return the constants with a host's narrower limits; the limits for the proposal stay."""
         return self._replace(
             swing_percent=limits.output_maximum * swing_share,
             start_percent=clamp(ZERO, limits.integral_minimum, limits.integral_maximum),

@@ -1,4 +1,4 @@
-"""The countdown after which a loop goes off, set by keys (docs/control.md, "Countdown")."""
+"""The countdown after which a loop goes off, set at the keypad (docs/control.md, "Countdown")."""
 
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.numbers import period_us

@@ -1,4 +1,4 @@
-"""The effect of a touch display's orders on the reference device (docs/nextion.md)."""
+"""The effect of a touch display's commands on the reference device (docs/nextion.md)."""
 
 import re
 from collections.abc import Callable
@@ -19,8 +19,8 @@ Does = dict[int, Callable[[float], object]]
 class Display:
     """A touch display that gets no answers.
 
-    Only orders that steer have an effect; requests for a page, a name or a list have none. An order
-    that the firmware would refuse changes nothing.
+    Only commands that change something have an effect; requests for a page, a name or a list have
+    none. A command that the firmware would refuse changes nothing.
     """
 
     def __init__(
@@ -41,13 +41,13 @@ class Display:
             self._does |= {**_orders(operator), 13: self._show}
 
     def send(self, text: str) -> None:
-        """Execute the orders of a text.
+        """Execute the commands of a text.
 
-        Raises ValueError: there is no order in it.
+        Raises ValueError: there is no command in it.
         """
         found = _ORDER.findall(text)
         if not found:
-            raise ValueError(f"{text!r} is no order of a display: write one such as #8 1;")
+            raise ValueError(f"{text!r} is no command of a display: write one such as #8 1;")
         for order, data in found:
             self._do(int(order), data)
 
@@ -65,7 +65,7 @@ class Display:
 
 
 def _steering(operator: SwitchedOperator) -> Does:
-    """Return the orders that need no programs."""
+    """Return the commands that need no programs."""
     return {
         2: lambda on: _switch(operator, on=bool(on)),
         3: operator.set,
@@ -86,7 +86,7 @@ def _switch(operator: SwitchedOperator, *, on: bool) -> None:
 
 
 def _orders(operator: ProgrammedOperator) -> Does:
-    """Return the orders to a program."""
+    """Return the commands to a program."""
     return {
         8: lambda number: operator.order("start", int(number)),
         9: lambda runs: operator.order("resume" if runs else "pause"),

@@ -93,7 +93,7 @@ class Host:
             operator.tune(line.number("S") or 0.0, None if cycles is None else int(cycles))
 
     def _address(self, line: Line) -> str:
-        """Return the host's address of the loop: a tool as T or E, else the active tool."""
+        """Return the host's address of the loop: a tool as T or E, otherwise the active tool."""
         if line.command in OWN:
             return OWN[line.command]
         tunes = line.command == "M303"

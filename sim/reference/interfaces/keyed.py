@@ -1,4 +1,4 @@
-"""Numbers that keys set (docs/control.md, "Numbers")."""
+"""Numbers that the keypad sets (docs/control.md, "Numbers")."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,7 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.spec.adjusted import Number
 
 Numbers = Mapping[str, Single]
-"""The numbers that keys have set, by field of the algorithm."""
+"""The numbers that the keypad has set, by field of the algorithm."""
 
 
 def given(numbers: tuple[Number, ...]) -> dict[str, Single]:

@@ -1,4 +1,4 @@
-"""The menu that the keys of a loop with programs operate."""
+"""The menu at the keypad of a loop with programs."""
 
 STATE, TIMES, RUN, EDIT, VALUES = range(5)
 """The screens, in the order in which RIGHT shows them."""
@@ -9,7 +9,7 @@ class MenuKeys:
     """The present screen of the menu.
 
     The model knows only one function of the screens: the setpoint, which is the first of the
-    values. Programs are started and ended by orders, not by keys.
+    values. Programs are started and ended by commands, not by keys.
     """
 
     def __init__(self) -> None:

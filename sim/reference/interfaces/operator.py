@@ -1,4 +1,4 @@
-"""Orders to a loop by keys and commands (docs/control.md, "Commands" and "Keys")."""
+"""Commands to a loop, by keypad or interface (docs/control.md, "Commands" and "Keys")."""
 
 from heatwright.sim.reference.algorithms.autotune import DONE, RUNNING, STOPPED
 from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
@@ -18,7 +18,7 @@ NO_LIMITS = (None, None, None)
 
 
 class Operator:
-    """The orders that the next step takes over."""
+    """The commands that the next step takes over."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Start with the spec's initial values."""
@@ -38,11 +38,11 @@ class Operator:
         self._critical_c = self._highest_c
         self._program = NO_ORDER
         self.numbers: Numbers = given(numbers_of(controller, name))
-        """The numbers that keys have set."""
+        """The numbers that the keypad has set."""
 
     @property
     def orders(self) -> Orders:
-        """The orders that the next step takes over."""
+        """The commands that the next step takes over."""
         return Orders(
             self._mode,
             self._manual_percent,

@@ -1,4 +1,4 @@
-"""Orders to a switched loop (docs/control.md, "Switched loops")."""
+"""Commands to a switched loop (docs/control.md, "Switched loops")."""
 
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.interfaces.operator import Operator
@@ -9,7 +9,7 @@ from heatwright.spec.facts import facts_of
 
 
 class SwitchedOperator(Operator):
-    """The orders to a loop that has a switch beside its setpoint."""
+    """The commands to a loop that has a switch beside its setpoint."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Start with the spec's initial values."""
@@ -22,7 +22,7 @@ class SwitchedOperator(Operator):
 
     @property
     def orders(self) -> Orders:
-        """The orders that the next step takes over; an off comes first, whatever followed it."""
+        """The commands that the next step takes over; *off* comes first, whatever followed it."""
         enabled = self._enabled and not self._off_is_due
         return super().orders._replace(enabled=int(enabled))
 

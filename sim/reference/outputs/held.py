@@ -17,7 +17,7 @@ class Held:
         self.on = False
 
     def set(self, *, asked: bool) -> None:
-        """Ask for on or off."""
+        """Request on or off."""
         self._asked = asked
 
     def stop(self) -> None:
@@ -40,7 +40,7 @@ class Held:
 
     @property
     def changes_in(self) -> float:
-        """Number of ticks until the output changes, with the present order."""
+        """Number of ticks until the output changes, with the present command."""
         return math.inf if self._asked == self.on else max(1, self._stays)
 
     def _switch(self, *, on: bool) -> None:

@@ -31,7 +31,7 @@ class Digital(HeaterOutput):
         self.keep()
 
     def apply(self, duty_percent: Single) -> None:
-        """Switch on if the duty is above 0, else off."""
+        """Switch on if the duty is above 0, otherwise off."""
         self.counts = int(duty_percent > ZERO)
 
 

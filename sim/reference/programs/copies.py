@@ -41,7 +41,7 @@ def copy_of(program: Program) -> Copy:
 
 
 def column_of(points: int) -> list[tuple[Any, ...]]:
-    """Return the column `loaded` of a log for so many segments; no column for 0."""
+    """Return the column `loaded` of a log for this number of segments; no column for 0."""
     part = [("kind", "u1"), ("to_dc", "<i2"), ("amount", "<u4")]
     loaded = [("segments", "u1"), ("segment", part, (points,))]
     return [("loaded", loaded)] if points else []

@@ -1,4 +1,4 @@
-"""Orders to a loop with programs (docs/control.md, "Orders")."""
+"""Commands to a loop with programs (docs/control.md, "Commands to the program")."""
 
 from collections.abc import Callable
 
@@ -36,7 +36,7 @@ ORDERS: dict[Order, int] = {
 
 
 class ProgrammedOperator(SwitchedOperator):
-    """The orders to a loop and its programs."""
+    """The commands to a loop and its programs."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Take the programs of the spec.
@@ -60,7 +60,7 @@ class ProgrammedOperator(SwitchedOperator):
         return self._run.now.state
 
     def order(self, order: Order, number: int = 0) -> bool:
-        """Give an order; return whether that is allowed."""
+        """Give a command; return whether that is allowed."""
         code = ORDERS[order]
         waits = self._program[0]
         if waits == STOP:
@@ -99,7 +99,7 @@ class ProgrammedOperator(SwitchedOperator):
         return not self._run.is_active and super().tune(target_c, cycles)
 
     def acknowledge(self) -> None:
-        """Acknowledge a fault; drop the waiting order, but not a STOP of an interrupted program."""
+        """Acknowledge a fault; drop the waiting command, but no STOP of an interrupted program."""
         if self._reference.fault_code and not (self._keeps and self._program[0] == STOP):
             self._program = NO_ORDER
         super().acknowledge()

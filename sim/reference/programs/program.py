@@ -1,4 +1,4 @@
-"""The program that moves a loop's setpoint, step by step (docs/control.md, "Programs")."""
+"""The program that sets a loop's setpoint, step by step (docs/control.md, "Programs")."""
 
 from typing import NamedTuple
 
@@ -72,7 +72,7 @@ class ProgramRun:
 
     @property
     def moves(self) -> bool:
-        """Whether a program runs, and its setpoint did not leap in this step."""
+        """Whether a program runs whose setpoint did not leap in this step."""
         return self.now.state == RUNNING and not self.now.leap
 
     @property
@@ -110,13 +110,13 @@ class ProgramRun:
         """Run the program's part of a step.
 
         Args:
-            order: the waiting order, and its argument.
+            order: the waiting command, and its argument.
             temperature_c: the temperature for the control, None without a valid reading.
             reading_c: the last single reading.
             fault: whether a fault is latched.
 
         Returns:
-            The code of a fault, 0 for none; and whether the order still waits.
+            The code of a fault, 0 for none; and whether the command still waits.
 
         """
         now = self.now
@@ -141,7 +141,7 @@ class ProgramRun:
         return self._go_on(temperature_c), waits
 
     def steered(self, orders: Orders, setpoint_c: Single) -> tuple[Orders, Single]:
-        """Return the orders and the setpoint of a step, as the program sets them."""
+        """Return the commands and the setpoint of a step, as the program sets them."""
         state = self.now.state
         if state in (RUNNING, RETURNING):
             return orders._replace(enabled=1, mode=AUTOMATIC), self.now.setpoint_c
@@ -189,10 +189,10 @@ class ProgramRun:
         else:
             self._end(TOO_FAR)
 
-    # -- orders --------------------------------------------------------------------------------
+    # -- commands --------------------------------------------------------------------------------
 
     def _obeyed(self, temperature_c: Single | None) -> bool:
-        """Execute the order, if it is allowed; return whether the setpoint rests in this step."""
+        """Execute the command, if it is allowed; return whether the setpoint rests in this step."""
         now = self.now
         if now.order == STOP and self.is_active:
             self._end(STOPPED)

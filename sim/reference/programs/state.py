@@ -13,7 +13,7 @@ NOTHING, HELD_BACK, FOR_TARGET, FOR_OPERATOR = range(4)
 FINISHED, STOPPED, FAILED, TOO_FAR, POWER_UNREADABLE = range(1, 6)
 """Reasons why a program ended."""
 STOP, PAUSE, START, RESUME, SKIP, JUMP = range(1, 7)
-"""Orders to a program."""
+"""Commands to a program."""
 NO_ORDER = (0, 0)
 
 

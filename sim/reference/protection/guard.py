@@ -44,7 +44,7 @@ class Guard:
         )
 
     def reset(self) -> None:
-        """Start anew, after an acknowledgement."""
+        """Start again, after an acknowledgement."""
         for rule in self._rules:
             rule.reset()
         if self._agreement:

@@ -60,7 +60,7 @@ class Limiter(Kept):
 
     @property
     def top_percent(self) -> Single:
-        """The greatest duty that the heater may have, %."""
+        """The highest duty that the heater may have, %."""
         return FULL if self._limit is None else self._limit_percent
 
     def measure(self, raw: int, applied_percent: Single) -> None:

@@ -11,7 +11,7 @@ UNCOUNTED = tuple(code for code, rule in RULES.items() if rule.id in NO_LOCKOUT)
 class Lockout:
     """Counts trips, and decides whether only a person at the machine can acknowledge.
 
-    A loss of power is not modelled: without keys nothing ends a lock-out.
+    A loss of power is not modelled: without a keypad nothing ends a lock-out.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -22,7 +22,7 @@ class Lockout:
 
     @property
     def hold_us(self) -> tuple[int, int]:
-        """How long a person must hold SELECT: from .. to, microseconds."""
+        """Shortest and longest time for which a person must hold SELECT, µs."""
         if self._spec is None:
             return 1, 0  # never
         hold_us = round(self._spec.hold_s * SECOND_US)

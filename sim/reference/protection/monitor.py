@@ -15,7 +15,7 @@ class MonitorModel:
     """
 
     def __init__(self, controller: Controller, name: str, loop: Loop) -> None:
-        """Derive the constants; loop -- the one in whose steps it is checked."""
+        """Derive the constants; loop -- the loop in whose steps the monitor is checked."""
         spec = controller.monitors[name]
         self._readings = Readings(controller, spec.sensor)
         self._warning_c = Single(spec.warning_c)

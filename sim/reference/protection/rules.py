@@ -47,7 +47,7 @@ class Look(NamedTuple):
     asked_percent: Single
     """The duty of the last step with a reading."""
     full_percent: Single
-    """The greatest duty of the loop in its present mode."""
+    """The highest duty of the loop in its present mode."""
     bandless: bool = False
     """Whether there is no band around the setpoint: off, manual, or heating up for a tuning."""
     by_hand: bool = False
@@ -55,7 +55,7 @@ class Look(NamedTuple):
     also_c: Single = ZERO
     """The reading of the second sensor, if there is one."""
     moved: bool = False
-    """Whether a program moved the setpoint, and the band with it."""
+    """Whether a program has changed the setpoint, and the band with it."""
 
 
 class GuardRule(Kept, ABC):
@@ -109,7 +109,7 @@ class AgreementRule(GuardRule):
         self._limit = steps(agreement.for_s, loop)
 
     def check(self, look: Look) -> int:
-        """Return 32 after too long apart."""
+        """Return 32 after too many steps apart."""
         if abs(look.temperature_c - look.also_c) <= self._within_k:
             self._steps = 0
         else:
@@ -275,7 +275,7 @@ class EffortRule(GuardRule):
         self.reset()
 
     def reset(self) -> None:
-        """Start anew: the next reading counts as one that has moved."""
+        """Start again: the next reading counts as one that has moved."""
         self._from_c = NOWHERE_C
 
     def feel(self, duty_percent: Single) -> None:

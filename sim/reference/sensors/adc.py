@@ -83,7 +83,7 @@ class IdealSensor:
         return code
 
     def _limit(self, wiring: Wiring) -> int:
-        """Return the code of the circuit with that fault, which is the same at any temperature."""
+        """Return the circuit's code with a fault of the wiring, the same at any temperature."""
         broken_v = float(pin_v(self._sensor, 0.0, wiring))
         return _limited(broken_v / reference_v(self._sensor, self._board))
 

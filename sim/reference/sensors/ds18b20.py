@@ -23,6 +23,6 @@ class IdealSensor:
         self.sampled_before_step_s = sensor.conversion_s + READ_MARGIN_S
 
     def read(self, temperature_c: float) -> tuple[int, int]:
-        """Return 0 for a valid reading, and the code nearest to a temperature."""
+        """Return the status, always 0 (valid), and the code nearest to a temperature."""
         limited_c = min(max(temperature_c, LOWEST_C), HIGHEST_C)
         return 0, math.floor(limited_c * 16 / self._step + 0.5) * self._step

@@ -14,9 +14,9 @@ class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
     def __init__(self, sensor: Max31855, _board: Board) -> None:
-        """Set when to sample: the conversion that is read began at least its own length earlier."""
+        """Sample one conversion time before the step: its conversion began then or earlier."""
         self.sampled_before_step_s = sensor.conversion_s
 
     def read(self, temperature_c: float) -> tuple[int, int]:
-        """Return 0 for a valid reading, and the nearest code."""
+        """Return the status, always 0 (valid), and the code nearest to a temperature."""
         return VALID, math.floor(4 * min(max(temperature_c, LEAST_C), MOST_C) + 0.5)

@@ -19,7 +19,7 @@ class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
     def __init__(self, sensor: Max31856, _board: Board) -> None:
-        """Set when to sample: the conversion that is read began at least its own length earlier."""
+        """Sample one conversion time before the reading: its conversion began then or earlier."""
         self.sampled_before_step_s = sensor.conversion_s + READ_EARLY_S
         self._range_c = sensor.range_c
 

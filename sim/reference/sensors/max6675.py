@@ -15,7 +15,7 @@ class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
     def __init__(self, sensor: Max6675, _board: Board) -> None:
-        """Set when to sample: the conversion that is read began at least its own length earlier."""
+        """Sample one conversion time before the step: its conversion began then or earlier."""
         self.sampled_before_step_s = sensor.conversion_s
 
     def read(self, temperature_c: float) -> tuple[int, int]:

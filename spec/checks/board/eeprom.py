@@ -42,7 +42,7 @@ def eeprom_suffices(controller: Controller) -> Findings:
 
 
 def settings_fit(controller: Controller) -> Findings:
-    """Find settings of the loops that do not all fit into one record."""
+    """Check that the stored settings of all loops together fit into one record."""
     size = settings_bytes(controller)
     if size <= MOST_RECORD_BYTES:
         return

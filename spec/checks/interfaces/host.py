@@ -14,7 +14,7 @@ HEATS = re.compile(r"M(104|109|140|190|141|191)\b(?:.*\b(T\d+))?")
 OWN = {"140": "B", "190": "B", "141": "C", "191": "C"}
 """Names of the bed (B) and chamber (C), by the commands that set them."""
 LONGEST_HOST_LINE = 80
-"""Most characters of a line that a host sends; the firmware's own limit is above it."""
+"""Maximum length of a line that a host sends; the firmware's own limit is above it."""
 
 
 def host_names_once(controller: Controller) -> Findings:

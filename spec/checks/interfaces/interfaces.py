@@ -45,7 +45,7 @@ def countdowns_have_a_use(controller: Controller) -> Findings:
         if programmed(controller, name):
             yield Finding(
                 path,
-                f"programs move the loop {name}, and a program has its own times",
+                f"programs set the setpoint of loop {name}, and a program has its own times",
                 "Delete it, and end a program with a hold",
                 (("programs",),),
             )

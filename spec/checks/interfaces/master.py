@@ -15,7 +15,7 @@ from heatwright.spec.quantity import celsius, duration, number, rounded_up
 from heatwright.spec.scenario.writes import COMMANDS, GAINS, Write
 
 LONGEST_FRAME = 256
-"""Most bytes of a request or an answer (Modbus over serial line, 2.5.1)."""
+"""Maximum number of bytes of a request or an answer (Modbus over serial line, 2.5.1)."""
 
 LONGEST_TALK = 96 + 2048
 """Characters of the longest line that the firmware takes from a host, and the longest answer."""

@@ -1,4 +1,4 @@
-"""Numbers that keys set: they exist, fit the display, and pass every check at their extremes."""
+"""Numbers of the keypad: they exist, fit the display, and pass every check at their extremes."""
 
 from collections.abc import Iterator
 
@@ -19,7 +19,7 @@ from heatwright.spec.interfaces import Adjust
 from heatwright.spec.problems import Path
 
 MOST_STEPS = 1000
-"""Most steps up to the maximum: more are too many to press, and too fine for single precision."""
+"""Maximum number of steps: more are too many to press, and too fine for single precision."""
 
 
 def numbers_have_a_use(controller: Controller) -> Findings:
@@ -29,7 +29,7 @@ def numbers_have_a_use(controller: Controller) -> Findings:
         if programmed(controller, name):
             yield Finding(
                 path,
-                f"programs move the loop {name}, and their menu already sets its numbers",
+                f"programs set the setpoint of loop {name}; their menu already sets its numbers",
                 "Delete it",
                 (("programs",),),
             )
@@ -57,7 +57,7 @@ def numbers_have_a_use(controller: Controller) -> Findings:
 
 
 def numbers_in_range(controller: Controller) -> Findings:
-    """Check that minimum ≤ number ≤ maximum, and that keys and display can handle the steps."""
+    """Check that minimum ≤ number ≤ maximum, and that keypad and display can handle the steps."""
     for path, name, _ in _places(controller):
         for each in numbers_of(controller, name):
             at: Path = (*path, each.kind.key)

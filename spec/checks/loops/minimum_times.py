@@ -58,7 +58,7 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
         if fan and fan.proof:
             yield Finding(
                 ("outputs", str(loop.fan), "proof"),
-                f"until the proof comes the heater of the loop {name} does not follow the "
+                f"until its signal comes the heater of loop {name} does not follow the "
                 "algorithm, and a rule of its current would trip",
                 f"Delete it, or current of {loop.heater}",
                 (("outputs", loop.heater), ("loops", name)),

@@ -11,10 +11,10 @@ SLOW_SHARE, FAST_SHARE = 0.8, 1.2
 """Slowest and fastest speed of a healthy fan, as shares of its nominal speed. Data sheets allow
 ±10 %, and the supply may add as much."""
 FASTEST_PULSES_HZ = 350.0
-"""Most that are seen: the pin is sampled every ms, up to 0.1 ms late, and a pulse may be low, or
+"""Maximum that is seen: the pin is sampled every ms, up to 0.1 ms late, and a pulse may be low, or
 high, for only 40 % of its time."""
 SLOWEST_PULSES_HZ = 8.0
-"""Fewest: a counting window then lasts 2 s, and its count of ticks still fits into a byte."""
+"""Minimum: a counting window then lasts 2 s, and its count of ticks still fits into a byte."""
 MOST_RATIO = 12.0
 """Highest ratio of maximum to minimum: a window has 16 pulses at the minimum, and the count at the
 maximum must fit into a byte."""

@@ -7,10 +7,10 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
 
 LARGEST = 32767
-"""Most tenths that 16 bits hold; -32768 means that there is no temperature."""
+"""Maximum number of tenths in 16 bits; -32768 means that there is no temperature."""
 
 _REGISTER = ("a register", "the master writes this value")
-_PROGRAM = ("a program", "programs move this setpoint")
+_PROGRAM = ("a program", "programs set this setpoint")
 
 
 def setpoints_fit_tenths(controller: Controller) -> Findings:

@@ -1,4 +1,4 @@
-"""Periods and time-outs: whole ticks, room for a conversion, counters that hold them."""
+"""Periods and time-outs: whole ticks, room for a conversion, counters that are wide enough."""
 
 import math
 from collections.abc import Iterator
@@ -12,10 +12,10 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz
 
 MOST_BUSES, QUICK_HZ = 4, 16_000_000
-"""Most 1-Wire buses with this clock or a faster one; with a slower one, one less (measured)."""
+"""Maximum number of 1-Wire buses from this clock on; one less below it (measured)."""
 
 MOST_MISSING = 255
-"""Most missing readings: an 8-bit counter holds them."""
+"""Maximum number of missing readings: an 8-bit counter counts them."""
 
 WATCHDOG_TOLERANCE = 0.1
 """Deviation of the watchdog's own oscillator, 128 kHz nominal, with supply and temperature (data
@@ -35,7 +35,7 @@ def periods_s(count: int, loop: Loop) -> float:
 def restart_s(first_s: float, loop: Loop) -> float:
     """Return how long a loop has no reading, s, if its sensor restarts, which takes `first_s`.
 
-    One step finds the reading lost; each that comes before the first new one finds none.
+    One step finds the reading lost; each step before the first new reading finds none.
     """
     return periods_s(1 + max(1, math.ceil(round(loop.periods_in(first_s), 6))), loop)
 
@@ -210,7 +210,7 @@ def buses_wait_for_each_other(controller: Controller) -> Findings:
     """Count the 1-Wire buses: their slots come at the same times, and one waits for the others.
 
     With four at 16 MHz the low of a written zero lasts for up to 107 µs, with five for 208 µs; a
-    DS18B20 bears 120 µs.
+    DS18B20 accepts 120 µs.
     """
     buses = [name for name, each in controller.sensors.items() if each.on_one_wire]
     quick = controller.board.clock_hz >= QUICK_HZ

@@ -88,7 +88,7 @@ def _odd_half_periods(seconds: float) -> bool:
 
 
 def spread_has_no_rests(controller: Controller) -> Findings:
-    """Find shortest pulses and pauses of a spread output: its step is both."""
+    """Find shortest pulses or pauses given for a spread output, whose step is both."""
     for name, output in _outputs(controller):
         for key, seconds in (
             ("minimum_on", output.minimum_on_s),

@@ -100,7 +100,7 @@ def cooling_is_slow_enough(machine: Machine) -> Findings:
 def dead_band_holds(machine: Machine) -> Findings:
     """Find shortest times on in which the temperature goes through the whole dead band.
 
-    Heater and cooler would then alternate for ever, however well the lead is chosen.
+    Heater and cooler would then alternate without end, however well the lead is chosen.
     """
     algorithm, loop = machine.loop.algorithm, machine.loop
     if not algorithm.cools or not machine.course or loop.cooler is None:

@@ -1,4 +1,4 @@
-"""How hot a machine becomes while its sensor reads wrong, compared with what its nodes bear.
+"""How hot a machine becomes while its sensor reads wrong, compared with its nodes' limits.
 
 Two faults are tried: the reading stands still a little below the setpoint, or the sensor has fallen
 out and reads the surroundings. The heater stays on until a rule that counts its time trips.
@@ -37,7 +37,7 @@ class _Case(NamedTuple):
 
 
 class _Peak(NamedTuple):
-    """A node that becomes too hot, its highest temperature, and what it bears."""
+    """A node that becomes too hot, its highest temperature, and its limit."""
 
     node: str
     peak_c: float
@@ -46,7 +46,7 @@ class _Peak(NamedTuple):
 
 
 def nodes_bear_the_maximum(machine: Machine, heated: HeatedLoop) -> Findings:
-    """Find nodes that bear less than the temperature which the loop's maximum allows to last."""
+    """Find nodes whose limit is below the temperature that the loop's maximum allows to last."""
     maximum_c = machine.loop.protection.maximum_c
     most_k = min(maximum_c - heated.ambient_c, heated.plant.steady_k(heated.full_w))
     for node, above_k in zip(heated.nodes, heated.plant.held_k(most_k), strict=True):
@@ -68,7 +68,7 @@ def lying_sensors_are_borne(
     """Find rules that trip too late for a node when the sensor reads wrong."""
     loop = machine.loop
     if loop.protection.maximum_c <= heated.highest_c:
-        return  # another check reports it; what nodes bear follows from a valid maximum
+        return  # another check reports it; the nodes' limits follow from a valid maximum
     name = str(machine.path[1])
     top_c = heated.highest_c if commanded(controller, name) else loop.setpoint.initial_c
     stand = _Stand(loop, heated, min(top_c, heated.highest_c))
@@ -109,7 +109,7 @@ class _Stand:
         yield _Case("that has fallen out", fallen(algorithm), falls_s, else_s)
 
     def worst(self, times: Times, share: float = 0.0) -> _Peak | None:
-        """Return the node furthest above what it bears; None if all stay within `share` of that."""
+        """Return the node furthest above its limit; None if all stay within `share` of theirs."""
         peaks = [peak for case in self._cases for peak in self._too_hot(case, times, share)]
         return max(peaks, key=lambda peak: peak.peak_c - peak.bears_c, default=None)
 
@@ -138,7 +138,7 @@ def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str
     path = (*machine.path, "protection")
     reason = (
         f"with a sensor {found.words}, {found.node} reaches {about(found.peak_c)} °C before a rule "
-        f"trips, and it bears {about(found.bears_c)} °C"
+        f"trips, and it withstands {about(found.bears_c)} °C"
     )
     bears = f"simulation.plant.bears: {{{found.node}: {math.ceil(found.peak_c)} °C}}"
     for key, times, would_do_s in _numbers(machine.loop, stand):
@@ -147,12 +147,12 @@ def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str
             (*path, *key),
             reason,
             f"Use at most {duration(would_do_s)}, with which it reaches {about(left)} °C; or, if "
-            f"it bears more, write {bears}",
+            f"it withstands more, write {bears}",
         )
     return (
         path,
         f"{reason}; no rule can be made to trip sooner without tripping on the healthy machine",
-        f"Use a heater of less power, or, if it bears that, write {bears}",
+        f"Use a heater of less power, or, if it withstands that, write {bears}",
     )
 
 

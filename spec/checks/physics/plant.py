@@ -7,7 +7,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.simulation import AMBIENT, ThermalNetwork
 
 MOST_NODES = 16
-"""Most nodes of a network: the time of its checks grows with their third power."""
+"""Maximum number of nodes of a network: the time of its checks grows with their third power."""
 
 _PLANT: Path = ("simulation", "plant")
 

@@ -16,7 +16,7 @@ STEPS_AHEAD = 16
 """Simulated steps of a ramp during the time that the sensor needs to respond to the heater."""
 
 MOST_STEPS = 20_000
-"""Most simulated steps of one ramp; only absurd ramps would need more."""
+"""Maximum number of simulated steps of one ramp; only absurd ramps would need more."""
 
 HALVINGS = 40
 """Number of bisections, after which the ends of the interval are practically equal."""
@@ -47,7 +47,7 @@ def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
     """Find ramps on which even the best control would lag so far that the clock waits.
 
     If full power is enough for the whole machine to rise at that rate, the ramp is good. If not, it
-    is simulated from rest: the best case, in which the least stored heat is missing.
+    is simulated from the steady state, the best case: the least stored heat is missing.
     """
     if not machine.reaches or machine.full_power_w == 0:
         return

@@ -11,13 +11,13 @@ from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import about, number, rounded_up
 
 MOST_COUNTED = 16_777_215
-"""Most steps that single precision counts one by one: 2²⁴ − 1."""
+"""Maximum number of steps that single precision counts one by one: 2²⁴ − 1."""
 
 _HOLD_BACK: Path = ("programs", "hold_back")
 
 
 def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Programs]]:
-    """Yield the loop that programs move, if it is there and its period can be counted."""
+    """Yield the loop of the programs, if it is there and its period can be counted."""
     programs = controller.programs
     for name, loop in countable(controller):
         if programs is not None and programs.loop == name:

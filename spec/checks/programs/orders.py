@@ -1,4 +1,4 @@
-"""Orders of a scenario to programs, and its expectations of their ramps."""
+"""Commands of a scenario to programs, and its expectations of their ramps."""
 
 from heatwright.spec.checks.finding import Finding, Findings, scenario_events, untaken
 from heatwright.spec.controller import Controller
@@ -10,7 +10,7 @@ _PROGRAMS: tuple[Path, ...] = (("programs",),)
 
 
 def orders_have_programs(controller: Controller) -> Findings:
-    """Find orders to programs and expectations of ramps where there are no programs."""
+    """Find commands to programs and expectations of ramps where there are no programs."""
     if controller.simulation is None or controller.programs is not None:
         return
     reason, remedy = "there are no programs", "Add a section programs, or delete the event"
@@ -26,7 +26,7 @@ def orders_have_programs(controller: Controller) -> Findings:
 
 
 def orders_find_their_place(controller: Controller) -> Findings:
-    """Find orders to programs that are empty, and to segments that no program has."""
+    """Find commands to programs that are empty, and to segments that no program has."""
     programs = controller.programs
     if programs is None:
         return
@@ -44,7 +44,7 @@ def _startable(filled: int) -> str:
 
 
 def _place(path: Path, asked: ProgramOrder, programs: Programs, edited: bool) -> Findings:
-    """Check one order; a line sent to the display before it may have stored a program."""
+    """Check one command; a line sent to the display before it may have stored a program."""
     filled = programs.places if edited else len(programs.stored)
     if asked.order == "start" and asked.number > filled:
         there = f"places is {programs.places}" if edited else f"stored has {filled}"

@@ -1,4 +1,4 @@
-"""Programs: the loop they move, who starts them, and what they may hold."""
+"""Checks of programs: their loop, their operator, how many fit, their names and targets."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
@@ -42,7 +42,7 @@ def programs_have_an_operator(controller: Controller) -> Findings:
     if display is not None and display.loop != programs.loop:
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "loop"),
-            f"the display starts and edits the programs, which move the loop {programs.loop}",
+            f"the display starts the programs, which set the setpoint of loop {programs.loop}",
             f"Write loop: {programs.loop}",
             (("programs", "loop"),),
         )
@@ -63,7 +63,7 @@ def has_an_operator(controller: Controller, loop_name: str) -> bool:
 
 
 def programs_have_room(controller: Controller) -> Findings:
-    """Find more programs than places, and more segments than points."""
+    """Find more programs than `places`, and programs with more segments than `points`."""
     programs = controller.programs
     if programs is None:
         return
@@ -139,7 +139,7 @@ def slopes_have_a_program(controller: Controller) -> Findings:
         if getattr(loop.algorithm, "feed_forward", 0.0) and not programmed(controller, name):
             yield Finding(
                 ("loops", name, "algorithm", "feed_forward"),
-                "only a program's setpoint has a slope, and no programs move this loop",
+                "only a program's setpoint has a slope, and no programs set this loop",
                 "Delete it, or add programs",
                 (("programs",),),
             )

@@ -129,7 +129,7 @@ def _already_wrong(sensor: AdcThermometer, mcu: str) -> bool:
 
 def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str, str]:
     if found is None:
-        return "the sensor has no reading at an end of this range", "Use the range that is needed"
+        return "no reading can be computed at an end of this range", "Use the range that is needed"
     shown_c = _widest_c(sensor, mcu, found)
     if shown_c is None or shown_c[0] >= shown_c[1]:
         return "with these values the circuit shows no temperature", "Check the circuit's values"
@@ -162,7 +162,7 @@ def _widest_c(sensor: AdcThermometer, mcu: str, found: Limits) -> tuple[float, f
 
 
 def one_reference(controller: Controller) -> Findings:
-    """Find sensors that need another reference of the ADC than earlier sensors, or the keys."""
+    """Find sensors that need another reference of the ADC than earlier sensors, or the keypad."""
     first: tuple[Path, str, str] | None = None
     for index, interface in enumerate(controller.interfaces):
         if interface.shield is not None:

@@ -24,9 +24,9 @@ class Measured(NamedTuple):
     current: Current
     sensor: CurrentSensor
     step_a: float
-    """One step of the ADC, A: as limit and trip are, a root mean square at full duty."""
+    """One step of the ADC, A: a root mean square at full duty, as limit and trip are."""
     highest_a: float
-    """Highest current that can be read, A: also a root mean square at full duty."""
+    """Highest current that can be read, A, also as a root mean square at full duty."""
 
     @property
     def path(self) -> Path:

@@ -6,7 +6,7 @@
 /* words_command if the line's command has no valid number. */
 enum { WORDS_NO_COMMAND = UINT16_MAX };
 
-/* Most digits before the point of a number: more are refused. */
+/* Maximum number of digits before the point of a number: more are refused. */
 enum { WORDS_WHOLE_DIGITS = 7 };
 
 enum { WORD_NONE, WORD_ALONE, WORD_NUMBER, WORD_BAD };

@@ -9,7 +9,7 @@ void menu_show_state(void);
 /* Show how long program and segment have run. */
 void menu_show_times(void);
 
-/* Show the screen that starts a program, or gives orders to the running one. */
+/* Show the screen that starts a program, or gives commands to the running one. */
 void menu_run_show(void);
 
 /* True if the screen has used the key. */

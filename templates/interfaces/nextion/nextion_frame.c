@@ -1,6 +1,6 @@
-/* Assembles the bytes from a touch display to orders and answers.
+/* Assembles the bytes from a touch display to commands and answers.
  *
- * An order is `#`, printable characters, `;`. With any other byte, or too many, it is dropped; the
+ * A command is `#`, printable characters, `;`. With any other byte, or too many, it is dropped; the
  * next `#` begins a new one. The display's own answers end with three bytes of 0xFF.
  */
 #include "nextion_frame.h"

@@ -1,10 +1,10 @@
-/* Assembles the bytes from a touch display to orders of its pages, and its own answers. */
+/* Assembles the bytes from a touch display to commands of its pages, and its own answers. */
 
 #include <stdint.h> /* uint8_t */
 
 enum {
     FRAME_NOTHING = 0,
-    FRAME_ORDER = 1,   /* an order, in frame_text */
+    FRAME_ORDER = 1,   /* a command, in frame_text */
     FRAME_STARTED = 2, /* the display has started: send everything */
     FRAME_PAGE = 3,    /* the display shows page frame_page */
     FRAME_LOST = 4     /* the display has lost bytes */

@@ -1,4 +1,4 @@
-/* Reads numbers in the orders of a touch display: digits, perhaps a minus and a point. */
+/* Reads numbers in the commands of a touch display: digits, perhaps a minus and a point. */
 
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int32_t */

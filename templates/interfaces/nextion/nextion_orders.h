@@ -1,7 +1,7 @@
-/* Orders from the pages of a touch display. */
+/* Commands from the pages of a touch display. */
 
 #include <stdbool.h> /* bool */
 
-/* Execute the order in `text`; false: it is unknown, malformed or refused now, and nothing has
+/* Execute the command in `text`; false: it is unknown, malformed or refused now, and nothing has
  * changed. */
 bool orders_do(const char *text);

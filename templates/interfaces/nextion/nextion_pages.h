@@ -11,20 +11,20 @@ void pages_start(void);
 /* The display reports that it shows this page: its components have their initial values. */
 void pages_note(uint8_t page);
 
-/* Order the display to show this page. */
+/* Instruct the display to show this page. */
 void pages_want(uint8_t page);
 
 /* In each turn: show the page of a new fault, and leave it when the fault is acknowledged. */
 void pages_turn(void);
 
-/* Once per second: count the time between two orders for a page. */
+/* Once per second: count the time between two instructions for a page. */
 void pages_beat(void);
 
-/* Order an unconfirmed page again. */
+/* Repeat the instruction for an unconfirmed page. */
 void pages_retry(void);
 
-/* True while an ordered page is not confirmed: nothing may be sent for the old page. */
+/* True while a page is not confirmed: nothing may be sent for the old page. */
 bool pages_are_turning(void);
 
-/* Send the order for a page; false if none is due. */
+/* Send the instruction for a page; false if none is due. */
 bool pages_say(void);

@@ -2,7 +2,7 @@
 
 void talk_start(void);
 
-/* Process the received bytes, up to the first order or answer. */
+/* Process the received bytes, up to the first command or answer. */
 void talk_hear(void);
 
 /* Send at most one instruction. */
