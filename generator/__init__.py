@@ -3,5 +3,3 @@
 from heatwright.generator.output import Difference, OutputRefused, compare, write
 from heatwright.generator.plan import Plan, plan_firmware
 from heatwright.generator.render import render
-
-__all__ = ["Difference", "OutputRefused", "Plan", "compare", "plan_firmware", "render", "write"]

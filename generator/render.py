@@ -31,9 +31,7 @@ def _load(template: str) -> str:
 
     Jinja's own line statements would remove the empty lines after them.
 
-    Raises:
-        KindIncomplete: a package from outside lacks a template of its own, `package:name`.
-
+    Raises KindIncomplete: a package from outside lacks a template of its own, `package:name`.
     """
     package, _, name = template.rpartition(":")
     folder = files(package) / "templates" if package else files("heatwright.templates")

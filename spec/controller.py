@@ -218,9 +218,7 @@ class Controller(Model):
     def on_off_output(self, name: str) -> DigitalOutput:
         """Return an output that can only be digital: a fan, a cooler or a relay.
 
-        Raises:
-            TypeError: it is of another kind, which `check` refuses.
-
+        Raises TypeError: it is of another kind, which `check` refuses.
         """
         output = self.outputs[name]
         if not isinstance(output, DigitalOutput):

@@ -13,8 +13,6 @@ from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
 from heatwright.spec import Spec
 from heatwright.spec.problems import dotted
 
-__all__ = ["DoesNotFit", "Misfit", "misfit"]
-
 
 @dataclass(frozen=True)
 class Misfit:

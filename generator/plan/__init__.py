@@ -2,5 +2,3 @@
 
 from heatwright.generator.plan.assembly import plan_firmware
 from heatwright.generator.plan.parts import File, Plan
-
-__all__ = ["File", "Plan", "plan_firmware"]

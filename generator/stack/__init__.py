@@ -17,8 +17,6 @@ from elftools.elf.sections import SymbolTableSection
 from heatwright.generator.stack.flow import Analysis, Depth, Program
 from heatwright.generator.stack.state import StackUnknown
 
-__all__ = ["StackUnknown", "WorstStack", "worst_stack"]
-
 _MACHINE = 0x7F  # part of the ELF header's flags that names the core
 _AVR6 = 6  # more than 128 KB of flash: addresses of code take three bytes
 

@@ -9,5 +9,3 @@ from heatwright.generator.toolchain.errors import (
     ToolMissing,
 )
 from heatwright.generator.toolchain.result import BuildResult
-
-__all__ = ["BuildFailed", "BuildResult", "CompilerFailed", "TooLarge", "ToolMissing", "build"]

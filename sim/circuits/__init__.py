@@ -5,5 +5,3 @@ these circuits judge the tables that are generated for the firmware.
 """
 
 from heatwright.sim.circuits.ports import Wiring, current_v, pin_v, reference_v, shares
-
-__all__ = ["Wiring", "current_v", "pin_v", "reference_v", "shares"]

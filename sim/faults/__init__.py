@@ -3,5 +3,3 @@
 from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.faults.fault import Fault, FaultResult
 from heatwright.sim.faults.procedure import try_fault
-
-__all__ = ["Fault", "FaultResult", "catalogue", "try_fault"]

@@ -7,5 +7,3 @@ Structures are packed, as on the AVR; own headers replace those of avr-libc (`in
 
 from heatwright.sim.host.build import HostBuild, HostBuildFailed, build_host
 from heatwright.sim.host.firmware import Command, Host
-
-__all__ = ["Command", "Host", "HostBuild", "HostBuildFailed", "build_host"]

@@ -11,22 +11,3 @@ from heatwright.sim.identify.record import Record, Scales, record_of, tabled
 from heatwright.sim.identify.structure import Names, Structure
 from heatwright.sim.identify.unusable import Unusable
 from heatwright.sim.identify.verdict import Found
-
-__all__ = [
-    "ROLES",
-    "Found",
-    "Identified",
-    "Log",
-    "Names",
-    "Record",
-    "Roles",
-    "Scales",
-    "Structure",
-    "Unusable",
-    "chosen_roles",
-    "fit",
-    "named_roles",
-    "read_log",
-    "record_of",
-    "tabled",
-]

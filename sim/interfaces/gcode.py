@@ -3,24 +3,20 @@
 After its first line it polls the temperatures when it has sent nothing else for POLL_S.
 """
 
-from __future__ import annotations
-
 import re
 from collections import deque
 from dataclasses import dataclass
 from functools import reduce
 from operator import xor
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.lines.serial_noise import SerialNoise
 from heatwright.sim.native.characters import sent_by
-
-if TYPE_CHECKING:
-    from heatwright.spec import Board
-    from heatwright.spec import Gcode as Spec
+from heatwright.spec import Board
+from heatwright.spec import Gcode as Spec
 
 RESEND = re.compile(r"(?:Resend|rs)\D*(\d+)", re.IGNORECASE)
 TEMPERATURE = re.compile(r"T:(-?\d+\.?\d*) /(-?\d+\.?\d*)")

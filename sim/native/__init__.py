@@ -4,5 +4,3 @@
 """
 
 from heatwright.sim.native.shim import SimulatorMissing, load
-
-__all__ = ["SimulatorMissing", "load"]

@@ -5,5 +5,3 @@ binary are compared bit for bit (`heatwright.sim.replay`).
 """
 
 from heatwright.sim.reference.loop import Record, Reference
-
-__all__ = ["Record", "Reference"]

@@ -2,5 +2,3 @@
 
 from heatwright.sim.timing.figures import Cost, Figure, Timing
 from heatwright.sim.timing.measure import measure
-
-__all__ = ["Cost", "Figure", "Timing", "measure"]

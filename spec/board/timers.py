@@ -103,9 +103,7 @@ def looks_in_tick(controller: Controller) -> int:
 def allocate(controller: Controller) -> TimerUse:
     """Decide which of the board's timers each user has.
 
-    Raises:
-        NoTimer: they do not suffice, or cannot make a frequency that is asked for.
-
+    Raises NoTimer: they do not suffice, or cannot make a frequency that is asked for.
     """
     board = controller.board
     made = share_pwm(controller)

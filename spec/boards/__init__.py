@@ -94,5 +94,3 @@ _LAYOUTS = {
 BOARDS: dict[str, Board] = {
     name: build(name, *parts) for name, parts in (usable("board") | _LAYOUTS).items()
 }
-
-__all__ = ["BOARDS", "Board", "Layout", "Pin", "Timer", "Uart"]

@@ -37,9 +37,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
     `on_for_at_most` is left out: the scenario ends the run. Other loops are as after a power-up.
     Keys cannot set a number of a row's algorithm.
 
-    Raises:
-        KeyError: there is no such loop.
-
+    Raises KeyError: there is no such loop.
     """
     name = row_loop(controller, row)
     loop = controller.loops[name]

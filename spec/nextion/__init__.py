@@ -24,17 +24,6 @@ from heatwright.spec.nextion.parts import FONTS, HEIGHT, WIDTH, Component, Page
 from heatwright.spec.nextion.programming import ROWS, points_page, programs_page
 from heatwright.spec.sensing.max31856 import HIGHEST_C, lowered
 
-__all__ = [
-    "FONTS",
-    "HEIGHT",
-    "WIDTH",
-    "Component",
-    "Page",
-    "chart_top_c",
-    "display_pages",
-    "selectable_types",
-]
-
 
 @lru_cache(maxsize=8)
 def display_pages(controller: Controller) -> tuple[Page, ...]:

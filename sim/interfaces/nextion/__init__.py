@@ -1,10 +1,9 @@
 """A Nextion touch display on a board's serial port, and touches on it."""
 
-from __future__ import annotations
-
 from collections import deque
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from numpy.typing import NDArray
 
@@ -14,13 +13,9 @@ from heatwright.sim.interfaces.nextion.codes import END, Code
 from heatwright.sim.interfaces.nextion.display import Display
 from heatwright.sim.interfaces.nextion.line import Line
 from heatwright.sim.interfaces.nextion.syntax import Value
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from heatwright.spec import Board
-    from heatwright.spec import Nextion as Spec
-    from heatwright.spec.nextion import Page
+from heatwright.spec import Board
+from heatwright.spec import Nextion as Spec
+from heatwright.spec.nextion import Page
 
 START_S = 0.5
 """Time from power-on to its first message; until then it receives nothing."""

@@ -1,18 +1,13 @@
 """A Nextion display without its line: takes instructions and touches, and gives bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from heatwright.sim.interfaces.nextion import events
 from heatwright.sim.interfaces.nextion.codes import END, READY, STARTED, Code, Refused
 from heatwright.sim.interfaces.nextion.instructions import Instructions
 from heatwright.sim.interfaces.nextion.memory import Memory, Part
 from heatwright.sim.interfaces.nextion.syntax import Name, Value
-
-if TYPE_CHECKING:
-    from heatwright.spec.nextion import Page
+from heatwright.spec.nextion import Page
 
 BUFFER_BYTES = 1024
 """Size of the receive buffer; bytes that do not fit are lost, and reported as an error."""

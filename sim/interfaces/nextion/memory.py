@@ -4,18 +4,12 @@ The memory has the components of the shown page, and all with vscope `global`. A
 starts again whenever its page is shown, and other pages cannot access it (Nextion Editor guide).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from heatwright.sim.interfaces.nextion.codes import Code, Refused
 from heatwright.sim.interfaces.nextion.syntax import Expression, Name, Value, whole
 from heatwright.sim.interfaces.nextion.waveform import Waveform
-from heatwright.spec.nextion import Component
-
-if TYPE_CHECKING:
-    from heatwright.spec.nextion import Page
+from heatwright.spec.nextion import Component, Page
 
 BAUDS = (2400, 4800, 9600, 19200, 31250, 38400, 57600, 115_200, 230_400, 250_000, 256_000, 512_000,
          921_600)  # fmt: skip

@@ -5,23 +5,18 @@ fonts: a real display has the fonts that its maker has put into the editor. All 
 with the editor's `style` 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import cache
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 from PIL import Image, ImageDraw, ImageFont
 
 from heatwright.sim.interfaces.nextion.colours import WHITE, Colour, rgb
+from heatwright.sim.interfaces.nextion.display import Display
 from heatwright.sim.interfaces.nextion.memory import Part
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH
-
-if TYPE_CHECKING:
-    from heatwright.sim.interfaces.nextion.display import Display
 
 DARK = (0, 0, 0)
 CURVES = ("pco0", "pco1", "pco2", "pco3")
