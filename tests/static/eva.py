@@ -28,8 +28,9 @@ under the model that is made here:
   and this spec's digest, so this firmware wrote it, whose numbers are finite by this proof.
 - Where `map_find` has found something, what it has noted of its arguments is what it was given
   (`admit`): it does not change them, and nothing else writes the notes.
-- Four bytes that a master sends as a gain are any finite number: what is not finite is refused by
-  the comparison behind it, as a negative one is.
+- Four bytes that a master sends as a gain, or that a program's progress has in the EEPROM, are any
+  finite number: what is not finite is refused by the comparison behind it, as a negative gain or
+  a temperature beyond the limits is.
 - After damage (`damaged`) nothing is known of the RAM but where its pointers lead to: one turn of
   the main loop, interrupts among it, begins with any bytes. What it reads and writes by an index
   is in its array, and in the EEPROM.
@@ -51,8 +52,8 @@ from rig.avr import board_of
 from tree_sitter import Node
 
 STUBS = Path(__file__).parent / "avr_stubs"
-MOST_S = 1800
-"""What one proof may take on the clock; a chamber takes a minute of a processor of its own."""
+MOST_S = 3600
+"""Maximum time of one proof, wall clock; kiln_uno takes 12 minutes of a slow processor."""
 
 ATOMIC = re.compile(
     r"^( *)ATOMIC_BLOCK\(ATOMIC_RESTORESTATE\)[^\n]*\n\1\{\n(.*?)^\1\}", re.MULTILINE | re.DOTALL
@@ -68,6 +69,9 @@ ITERATIONS = 64
 """Of each loop, which are looked at one by one; more are taken together."""
 STEPS = "8, 16, 32, 64, 100, 128"
 """Where a bound that grows is tried to stand."""
+WIDE = "static const int32_t PER_SIGN = 0x80000;"
+WIDE_STEPS = ", 524287"
+"""And that of a converter's 19 bits."""
 FEW = 10
 APART = 300
 """States that are kept apart in a function that looks at them one by one."""
@@ -161,14 +165,28 @@ def proof_of(spec: str, sources: Sources, folder: Path, *, damaged: bool = False
 LATCH = "    fault.temperature_c = temperature_c;\n"
 MODEST = "\\is_finite({0}.temperature_c) && -1.0e6 <= {0}.temperature_c <= 1.0e6"
 GHOSTS = ("told", "found_entry", "found_count")
-ASKS = ("counts", "is_gain", "modbus_line_is_asked")
+ASKS = ("counts", "is_gain", "is_temperature", "modbus_line_is_asked")
 """What these find out is told apart by who calls them."""
+RETURN = re.compile(r"^( +)return ([^;]*);", re.M)
+TOLD = r"\1if (\2) {\n told = 1; return true; }\n\1told = 0; return false;"
+LONG = re.compile(r"^( +)uint8_t size = (.*\(.*);", re.M)
+"""What is called there returns states that are apart, and stay so if the split is known before."""
 TELLS = re.compile(
     rf"^((?:static )?bool (?:{'|'.join(ASKS)})\([^;]*?\)\n\{{\n)    return ([^;]*);", re.M
 )
+GIVES = ("can_go_on", "log_port_take", "log_ring_read", "programs_read", "read", "read_given")
+"""What these give, or find sound, is so only if they return true: both cases are told apart."""
 SPLITS = {
+    "log_talk": ("told",),
+    "send_log": ("told",),
+    "append_name": ("told",),
+    "programs_read": ("told",),
+    "read": ("told",),
+    "show_choosing": ("told",),
     "clock_wait": ("told",),
     "take_record": ("told",),
+    "can_go_on": ("told",),
+    "program_start_up": ("told",),
     "map_find": ("first", "count"),
     "read_bits": ("told", "found_entry"),
     "read_words": ("told", "found_entry"),
@@ -198,6 +216,12 @@ NEEDED = {
         "-eva-slevel-function", f"text_of_fault:{APART}",
     ),
     r"^uint8_t map_find\(": ("-eva-split-return-function", "map_find:full"),
+    **{
+        rf"\bbool {each}\(": (
+            "-eva-split-return-function", f"{each}:full", "-eva-slevel-function", f"{each}:{FEW}",
+        )
+        for each in GIVES
+    },
     **{rf"\bbool {each}\(": ("-eva-slevel-function", f"{each}:{FEW}") for each in ASKS},
     r"^static .*\bconvert\(": ("-inline-calls", "convert"),
 }  # fmt: skip
@@ -361,16 +385,25 @@ def _with_texts(sources: Sources) -> list[str]:
     return sorted(names | {"static_strlen", "static_strcpy", "static_strcat"})
 
 
-def _with_ends(text: str) -> str:
-    """Have Eva tell states apart, in functions that have texts in hand, by where the text ends
-    that was made or found last, or by how long it is."""
+def _telling(text: str) -> str:
+    """Have Eva tell states apart by what was found out, and by entries of tables."""
     text = TELLS.sub(
         r"\1    if (\2) {\n told = 1; return true; }\n    told = 0; return false;", text
     )
+    for name in GIVES:
+        for found in _whole(name).findall(text):
+            text = text.replace(found, RETURN.sub(TOLD, found))
     for name, splits in SPLITS.items():
-        whole = re.compile(rf"^(?:static )?\w+ {name}\([^;]*?\)\n\{{\n.*?^\}}", re.M | re.S)
-        for found in whole.findall(text):
+        for found in _whole(name).findall(text):
             text = text.replace(found, _split(found, splits))
+    return text
+
+
+def _with_ends(text: str) -> str:
+    """Have Eva tell states apart, in functions that have texts in hand, by where the text ends
+    that was made or found last, or by how long it is."""
+    text = _telling(text)
+    text = LONG.sub(r"\1uint8_t size = 0;\n\1size = \2;", text)
     puts: dict[int, str] = {}
     for function in _texts(text):
         body = function.child_by_field_name("body")
@@ -383,12 +416,21 @@ def _with_ends(text: str) -> str:
             said = (each.text or b"").decode()
             if ended := re.fullmatch(r"([^;=]+) = '\\0';", said):
                 puts[each.end_byte] = f" ENDS(&({ended[1]}));"
-            if re.match(r"uint8_t length\b.*;", said):
-                puts[each.end_byte] = " /*@ dynamic_split length; */ ;"
+            if found := re.match(r"uint8_t (length|size)\b.*;", said):
+                puts[each.end_byte] = f" /*@ dynamic_split {found[1]}; */ ;"
+            if said == "return size;" and "(char *text, " in written:
+                puts[each.start_byte] = "{ ENDS(text + size); "
+                puts[each.end_byte] = " }"
             if each.type == "return_statement" and re.match(r"[\w ]*\bchar \*", written):
                 puts[each.start_byte] = f"{{ ENDS({said[len('return ') : -1]}); "
                 puts[each.end_byte] = " }"
     return _with(text, puts)
+
+
+def _whole(name: str) -> re.Pattern[str]:
+    """The function of a name; what gives something says whether it did."""
+    kind = "bool" if name in GIVES else r"\w+"
+    return re.compile(rf"^(?:static )?{kind} {name}\([^;]*?\)\n\{{\n.*?^\}}", re.M | re.S)
 
 
 def _mapped(name: str, text: str) -> str:
@@ -437,12 +479,8 @@ def _asserting(name: str, text: str, sources: Sources) -> str:
     if name == "reset.c" and PROVES in text:  # what a start has left for the one after it
         word = "(uint16_t)((uint16_t)unknown_byte << 8 | unknown_byte)"
         return _once(text, PROVES, f"    awaited = {word};\n    waited = unknown_byte;\n")
-    if name == "settings.c":
-        kept = re.search(r"^struct kept \{\n(.*?)^\};", text, re.MULTILINE | re.DOTALL)
-        floats = re.findall(r"^    float (\w+);", kept[1] if kept else "", re.MULTILINE)
-        admits = [f"    //@ admit \\is_finite(record.kept.{each});\n" for each in floats]
-        admits.append(f"    //@ admit {MODEST.format('record.fault')};\n")
-        return _once(text, "static void take_record(void)\n{\n", "".join(admits))
+    if name in ("settings.c", "program.c"):
+        return _admitting(name, text, sources)
     if name == "fault.c":
         return _once(text, LATCH, f"    //@ assert modest: {MODEST.format('fault')};\n")
     if name.startswith("current_"):  # so that Eva knows by it what was compared
@@ -469,6 +507,28 @@ def _asserting(name: str, text: str, sources: Sources) -> str:
         r"^( +)(output_\w+_set\((loop_\w+\.duty_percent)\);)",
         r"\1//@ assert duty: 0 <= \3 <= 100;\n\1\2", text, flags=re.MULTILINE,
     )  # fmt: skip
+
+
+def _admitting(name: str, text: str, sources: Sources) -> str:
+    """Return a file with what is known of the numbers that it finds in the EEPROM."""
+    if name == "settings.c":
+        known = "".join(
+            f"    //@ admit \\is_finite(record.kept.{each});\n" for each in _floats("kept", text)
+        )
+        known += f"    //@ admit {MODEST.format('record.fault')};\n"
+        return _once(text, "    record = candidate.record;\n", known)
+    known = "".join(
+        f"    record.{each} = any_finite();\n"
+        for each in _floats("progress_record", sources["progress.h"])
+    )
+    found = "    if (!progress_found(&record)) {\n        return;\n    }\n"
+    return _once(text, found, known)
+
+
+def _floats(struct: str, text: str) -> list[str]:
+    """The members of a struct that are floats."""
+    found = re.search(rf"^struct {struct} \{{\n(.*?)^\}};", text, re.MULTILINE | re.DOTALL)
+    return re.findall(r"^    float (\w+);", found[1] if found else "", re.MULTILINE)
 
 
 def _line(text: str, begin: str) -> str:
@@ -533,6 +593,8 @@ def _harness(sources: Sources, registers: Mapping[str, str]) -> str:
     )
     unknown = "".join(f"    {name} = unknown_byte;\n" for name in registers if name[:4] == "PORT")
     variables = "".join(f"{_declared(name, registers)};\n" for name in registers)
+    is_wide = any(WIDE in text for text in sources.values())
+    steps = STEPS + (WIDE_STEPS if is_wide else "")
     routines = "".join(f"void {vector}(void);\n" for vector in vectors)
     return f"""#include <avr/io.h>
 #include "harness.h"
@@ -563,7 +625,7 @@ void interrupts(void)
 
 void powered(void)
 {{
-    /*@ widen_hints global:"all", {STEPS}; */
+    /*@ widen_hints global:"all", {steps}; */
 {unknown}    reset_cause = unknown_byte;
     reset_hang_mark = (uint16_t)((uint16_t)unknown_byte << 8 | unknown_byte);
     main();

@@ -7,6 +7,7 @@
 #include "log_talk.h"
 
 #include <avr/pgmspace.h> /* PROGMEM, pgm_read_byte */
+#include <stddef.h>       /* offsetof */
 #include <stdint.h>       /* uint8_t */
 #include <string.h>       /* strcmp */
 
@@ -29,24 +30,46 @@ enum {
 static const uint32_t POWERS[PLACES] PROGMEM
     = { 1UL, 10UL, 100UL, 1000UL, 10000UL, 100000UL, 1000000UL, 10000000UL, 100000000UL, 1000000000UL };
 
-static const char HEADING[] PROGMEM = "time_s,temperature_c,setpoint_c,duty_percent,program,segment\r\n";
-static const char CLEARED[] PROGMEM = "cleared\r\n";
-static const char UNKNOWN[] PROGMEM
-    = "unknown: write log, clear, saves, response or help\r\n";
-static const char HELP[] PROGMEM = "log: the whole log, the oldest first\r\n"
-                                   "clear: forget it\r\n"
-                                   "saves: how often the progress of programs was saved\r\n"
-                                   "response: settling time and overshoot of the last setpoint\r\n"
-                                   "help: this\r\n";
-static const char RESPONSE_HEADING[] PROGMEM = "measured,settling_s,overshoot_k\r\n";
+#define HEADING "time_s,temperature_c,setpoint_c,duty_percent,program,segment\r\n"
+#define CLEARED "cleared\r\n"
+#define UNKNOWN \
+    "unknown: write log, clear, saves, response or help\r\n"
+#define HELP \
+    "log: the whole log, the oldest first\r\n" \
+    "clear: forget it\r\n" \
+    "saves: how often the progress of programs was saved\r\n" \
+    "response: settling time and overshoot of the last setpoint\r\n" \
+    "help: this\r\n"
+#define RESPONSE_HEADING "measured,settling_s,overshoot_k\r\n"
+#define END "\r\n"
+
+/* The texts, one behind the other, each with its closing 0. */
+static const struct texts {
+    char heading[sizeof HEADING];
+    char cleared[sizeof CLEARED];
+    char unknown[sizeof UNKNOWN];
+    char help[sizeof HELP];
+    char response_heading[sizeof RESPONSE_HEADING];
+    char end[sizeof END];
+} TEXTS PROGMEM = {
+    HEADING,
+    CLEARED,
+    UNKNOWN,
+    HELP,
+    RESPONSE_HEADING,
+    END,
+};
+enum { NO_WORDS = sizeof TEXTS };
+
 static const float RESPONSE_MOST = 999999999.0f;
-static const char END[] PROGMEM = "\r\n";
 
 static char command[COMMAND_SIZE + 1];
 static uint8_t length;
 static bool unreadable; /* the command is too long or damaged */
 
-static const char *words; /* text still to be sent; 0: none */
+/* The text still to be sent, by its place in TEXTS; NO_WORDS: none. Compared with the end wherever
+ * it is used: damaged RAM must not make it read beyond. */
+static uint16_t words = NO_WORDS;
 static bool sending;      /* the log is to be sent, after `words` */
 static uint32_t next;     /* number of the entry that is sent next */
 static bool responding;   /* the response is to be sent */
@@ -149,10 +172,10 @@ static void send_words(void)
     char text[LOG_PORT_SIZE];
     uint8_t size = 0;
 
-    while (size < LOG_PORT_SIZE) {
-        const char character = (char)pgm_read_byte(words);
+    while (size < LOG_PORT_SIZE && words < NO_WORDS) {
+        const char character = (char)pgm_read_byte((const char *)&TEXTS + words);
         if (character == '\0') {
-            words = 0;
+            words = NO_WORDS;
             break;
         }
         text[size++] = character;
@@ -174,7 +197,7 @@ static void send_log(void)
     }
     if (next == log_ring_end()) {
         sending = false;
-        words = END;
+        words = offsetof(struct texts, end);
         return;
     }
     if (log_ring_read(next, &entry)) {
@@ -189,24 +212,24 @@ static void obey(void)
     sending = false;
     responding = false;
     if (unreadable) {
-        words = UNKNOWN;
+        words = offsetof(struct texts, unknown);
     } else if (strcmp(command, "log") == 0) {
-        words = HEADING;
+        words = offsetof(struct texts, heading);
         sending = true;
         next = 0;
     } else if (strcmp(command, "clear") == 0) {
         log_ring_clear();
         log_begin_anew();
-        words = CLEARED;
+        words = offsetof(struct texts, cleared);
     } else if (strcmp(command, "saves") == 0) {
         counting = true;
     } else if (strcmp(command, "response") == 0) {
-        words = RESPONSE_HEADING;
+        words = offsetof(struct texts, response_heading);
         responding = true;
     } else if (strcmp(command, "help") == 0) {
-        words = HELP;
+        words = offsetof(struct texts, help);
     } else {
-        words = UNKNOWN;
+        words = offsetof(struct texts, unknown);
     }
 }
 
@@ -228,20 +251,20 @@ static void take(char byte)
 
 bool log_talk_is_due(void)
 {
-    return words != 0 || sending || counting || responding || log_port_has_received();
+    return words < NO_WORDS || sending || counting || responding || log_port_has_received();
 }
 
 void log_talk(void)
 {
     char byte;
 
-    while (words == 0 && log_port_take(&byte)) { /* an answer is never cut within a line */
+    while (words >= NO_WORDS && log_port_take(&byte)) { /* an answer is never cut within a line */
         take(byte);
     }
     if (!log_port_is_empty()) {
         return;
     }
-    if (words != 0) {
+    if (words < NO_WORDS) {
         send_words();
     } else if (counting) {
         counting = false;

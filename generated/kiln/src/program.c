@@ -53,7 +53,8 @@ static bool has_target(uint8_t kind)
 static uint32_t steps_at_rate(void)
 {
     const float way_k = program.to_c - program.from_c;
-    const float steps = (way_k < 0.0f ? -way_k : way_k) * PROGRAM_STEPS_TIMES_RATE / (float)program.amount + 0.5f;
+    const uint32_t rate = program.amount != 0 ? program.amount : 1; /* RAM may be damaged */
+    const float steps = (way_k < 0.0f ? -way_k : way_k) * PROGRAM_STEPS_TIMES_RATE / (float)rate + 0.5f;
 
     if (steps < 1.0f) {
         return 1;
@@ -66,7 +67,9 @@ static uint32_t length(void)
     switch (program.kind) {
     case PROGRAM_OVER:
     case PROGRAM_HOLD: {
-        const uint32_t steps = (uint32_t)((float)program.amount * PROGRAM_STEPS_PER_S + 0.5f);
+        const uint32_t seconds /* RAM may be damaged */
+            = program.amount <= PROGRAM_MOST_SECONDS ? program.amount : PROGRAM_MOST_SECONDS;
+        const uint32_t steps = (uint32_t)((float)seconds * PROGRAM_STEPS_PER_S + 0.5f);
         return steps == 0 ? 1 : steps;
     }
     case PROGRAM_RATE:
@@ -233,6 +236,15 @@ static bool has_reached(void)
     return is_near(program.to_c);
 }
 
+/* No setpoint lies beyond the protection's limits, but by damaged RAM; also for NaN. */
+static float bounded(float c)
+{
+    if (!(c >= LOOP_CHAMBER_MINIMUM_C)) {
+        return LOOP_CHAMBER_MINIMUM_C;
+    }
+    return c > LOOP_CHAMBER_MAXIMUM_C ? LOOP_CHAMBER_MAXIMUM_C : c;
+}
+
 /* Moves the setpoint by one step, unless the temperature is too far from it. */
 static void move(void)
 {
@@ -245,9 +257,9 @@ static void move(void)
     }
     program.waiting = PROGRAM_WAITS_FOR_NOTHING;
     program.elapsed++;
-    const float now_c = program.elapsed == program.length
+    const float now_c = bounded(program.elapsed == program.length
         ? program.to_c
-        : program.from_c + (program.to_c - program.from_c) * ((float)program.elapsed / (float)program.length);
+        : program.from_c + (program.to_c - program.from_c) * ((float)program.elapsed / (float)program.length));
     program.rate_k_per_s = (now_c - program.setpoint_c) * PROGRAM_PER_PERIOD;
     program.setpoint_c = now_c;
 }

@@ -51,7 +51,8 @@ static uint8_t next_byte = sizeof(struct slot); /* to be written next; sizeof: n
 
 static uint8_t *address(uint8_t number, uint8_t slot, uint8_t offset)
 {
-    const uint8_t before = (uint8_t)((2u * (uint8_t)(number - 1u) + slot) % (2u * PROGRAM_PLACES));
+    /* A flipped bit in RAM must not write beyond the programs. */
+    const uint8_t before = (uint8_t)(2u * (uint8_t)(number - 1u) + slot) % (2u * PROGRAM_PLACES);
 
     return (uint8_t *)(PROGRAMS_EEPROM + before * sizeof(struct slot) + offset);
 }
@@ -123,6 +124,7 @@ static bool read(uint8_t number, uint8_t slot, struct stored_program *into)
         return read_given(number, into);
     }
     eeprom_read_block(into, address(number, slot, offsetof(struct slot, program)), sizeof *into);
+    into->name[PROGRAM_NAME_SIZE - 1] = '\0'; /* whatever the EEPROM holds, the name ends */
     /* It was sound when written; an array's index is checked again. */
     return into->segments != 0 && programs_are_sound(into);
 }
@@ -227,8 +229,10 @@ bool programs_are_sound(const struct stored_program *program)
 
 uint16_t programs_crc(const struct stored_program *program)
 {
+    /* RAM may be damaged. */
+    const uint8_t segments = program->segments <= PROGRAM_POINTS ? program->segments : PROGRAM_POINTS;
     const uint8_t size = (uint8_t)(offsetof(struct stored_program, segment)
-        + program->segments * sizeof(struct program_segment));
+        + segments * sizeof(struct program_segment));
 
     return crc_of(0xFFFF, program, size);
 }

@@ -26,6 +26,8 @@ class Way:
         self._per_period = self._steps_per_s = Single(1 / loop.period_s)
         self._steps_times_rate = Single(TENTHS_IN_AN_HOUR / loop.period_s)
         self._reached_k = Single(programs.reached_within_k)
+        self._lowest_c = Single(loop.protection.minimum_c)
+        self._highest_c = Single(loop.protection.maximum_c)
         self._back_k = None if back is None else Single(back.within_k)
         self._limit = min(LARGEST_COUNT, steps(back.limit_s, loop)) if back else 0
         self.copy: Copy = ()
@@ -94,7 +96,7 @@ class Way:
             return
         now.waiting = NOTHING
         now.elapsed += 1
-        new_c = _setpoint_at(now)
+        new_c = clamp(_setpoint_at(now), self._lowest_c, self._highest_c)
         now.rate_k_per_s = (new_c - now.setpoint_c) * self._per_period
         now.setpoint_c = new_c
 

@@ -31,8 +31,12 @@ char *static_strcpy(char *to, const char *from)
 
 char *static_strcat(char *to, const char *from)
 {
+    size_t end = 0;
+
     //@ dynamic_split text_end;
-    static_strcpy(to + static_strlen(to), from);
+    //@ dynamic_split end;
+    end = static_strlen(to);
+    static_strcpy(to + end, from);
     return to;
 }
 
@@ -42,7 +46,7 @@ int static_strcmp(const char *one, const char *other)
 
     //@ dynamic_split place;
     //@ loop unroll 100;
-    while (one[place] != '\0' && one[place] == other[place]) {
+    while (one[place] == other[place] && one[place] != '\0') {
         place++;
     }
     return (int)(unsigned char)one[place] - (int)(unsigned char)other[place];
