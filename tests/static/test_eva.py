@@ -13,7 +13,8 @@ from rig.specs import controller_of, sources_of
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = (
-    "barrel", "chamber", "dryer", "fabricator", "hotplate", "incubator", "kiln_uno", "oven", "press",
+    "barrel", "chamber", "dryer", "fabricator", "hotplate", "incubator",
+    "kiln_uno", "oven", "press",
 )  # fmt: skip
 UNREACHED = {"kiln_uno": 1}
 """`follow` in manual mode, which nobody can command there: its loop has gains that keys tune."""
