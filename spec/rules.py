@@ -41,7 +41,7 @@ _RULES = (
         "sensor_stale",
         "SENSOR STALE",
         "No reading has come from the sensor for too long.",
-        "Check the sensor; if it works, report this: the firmware should have had a reading.",
+        "Check the sensor; if it works, report this: it is an error of the firmware.",
     ),
     Rule(
         5,
@@ -89,14 +89,14 @@ _RULES = (
         11,
         "runaway_above",
         "RUNAWAY HIGH",
-        "The temperature rose above the band around the setpoint, and stayed above it.",
+        "The temperature rose above the band around the setpoint, and stayed there.",
         "Look for a switch that conducts while it is off.",
     ),
     Rule(
         12,
         "runaway_below",
         "RUNAWAY LOW",
-        "The temperature fell below the band around the setpoint, and stayed below it.",
+        "The temperature fell below the band around the setpoint, and stayed there.",
         "Check the heater and the sensor; look for a draught or an open door.",
     ),
     Rule(
@@ -243,7 +243,7 @@ _RULES = (
         33,
         "effort_high",
         "MUCH POWER",
-        "The loop takes more power than a healthy machine ever needs for this reading.",
+        "The loop takes more power than a healthy machine needs for this reading.",
         "Check the sensor, its place and its type; then heater, supply and walls.",
     ),
     Rule(
@@ -271,7 +271,7 @@ _RULES = (
         37,
         "clock_wrong",
         "CLOCK",
-        "The clock differs too much from the watchdog's, or the watchdog does not reset the chip.",
+        "Clock and watchdog differ too much, or the watchdog does not reset.",
         "Check the crystal and the spec's clock; then replace the controller.",
     ),
     Rule(
@@ -286,7 +286,7 @@ _RULES = (
         "sequence_broken",
         "SEQUENCE",
         "The processor has skipped a part of its program.",
-        "Look for disturbances on its supply; if the fault comes again, replace the controller.",
+        "Check its supply for noise; if the fault returns, replace the controller.",
     ),
     Rule(
         40,

@@ -416,7 +416,7 @@ def held_c(controller: Controller, name: str) -> list[float]:
 def lanes_of(controller: Controller, machines: Sequence[Controller], hours: float) -> list[Logs]:
     end = Event.model_validate({"for": f"{3600 * hours:.0f} s"})
     with afresh():
-        runs = Asked([controller] * len(machines), machines, (end,), 0, ["fault.code"])
+        runs = Asked([controller] * len(machines), machines, (end,), kept=["fault.code"])
         runs.asks = sorted(asked(controller, hours))
         runs.go(None)
         return runs.logs()

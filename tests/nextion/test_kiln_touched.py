@@ -18,6 +18,7 @@ from heatwright.sim.interfaces.nextion.codes import Code
 from heatwright.sim.interfaces.nextion.colours import rgb
 from heatwright.sim.interfaces.nextion.screen import draw
 from heatwright.spec.boards import BOARDS
+from heatwright.spec.nextion import display_pages
 from heatwright.spec.nextion.parts import GROUND, RED
 
 IDLE, RUNNING, PAUSED, RETURNING = range(4)
@@ -188,13 +189,21 @@ def test_touched(desk: KilnDesk, name: str) -> None:
 
 
 def in_flight(desk: KilnDesk) -> bool:
-    """Return whether all errors since the last call were one instruction for a page just left."""
+    """Return whether all errors since the last call were one instruction for a page just left.
+
+    The operator may be there again: what it names is a component of its page.
+    """
     errors = [*desk.display.errors]
     desk.display.errors.clear()
+    named = {
+        f"{page.name}.{component.name}"
+        for page in display_pages(desk.device._controller)
+        for component in page.components
+    }
     return not errors or (
         len(errors) == 1
         and errors[0][1] is Code.INVALID_VARIABLE
-        and errors[0][0].partition(".")[0] != desk.display.page
+        and errors[0][0].rpartition(".")[0] in named
     )
 
 

@@ -199,7 +199,7 @@ def test_what_is_not_sound_changes_nothing() -> None:
     before = dict(kiln.operator.copies)
     kiln.said("#7 1,20,600:7,1,1:;#99 5;#8 x;")
     assert kiln.operator.copies == before
-    with pytest.raises(ValueError, match="no order"):
+    with pytest.raises(ValueError, match="no command"):
         kiln.said("M104 S200")
 
 

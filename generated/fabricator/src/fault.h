@@ -19,7 +19,7 @@ enum {
     FAULT_RISE_RATE = 8, /* The reading changed faster than the machine's temperature can. */
     FAULT_SENSOR_FROZEN = 9, /* The reading has not changed although the heater was on. */
     FAULT_HEATING_FAILED = 10, /* Full power did not raise the temperature. */
-    FAULT_RUNAWAY_ABOVE = 11, /* The temperature rose above the band around the setpoint, and stayed above it. */
+    FAULT_RUNAWAY_ABOVE = 11, /* The temperature rose above the band around the setpoint, and stayed there. */
     FAULT_RISING_WHILE_OFF = 13, /* The temperature rises although the heater is off. */
     FAULT_WATCHDOG_RESET = 14, /* The watchdog had to reset the controller. */
     FAULT_BROWN_OUT = 15, /* The controller's supply voltage fell too low. */
@@ -33,11 +33,11 @@ enum {
     FAULT_RELAY_WELDED = 25, /* The feedback contact shows the safety relay closed although it is off. */
     FAULT_RELAY_OPEN = 26, /* The feedback contact shows the safety relay open although it is on. */
     FAULT_MEMORY_DAMAGED = 29, /* A byte of memory that decides about the heater has changed by itself. */
-    FAULT_EFFORT_HIGH = 33, /* The loop takes more power than a healthy machine ever needs for this reading. */
+    FAULT_EFFORT_HIGH = 33, /* The loop takes more power than a healthy machine needs for this reading. */
     FAULT_EFFORT_LOW = 34, /* The loop takes less power than a healthy machine needs for this reading. */
     FAULT_RAM_DAMAGED = 35, /* A cell of the chip's RAM does not keep what is written to it. */
     FAULT_FLASH_DAMAGED = 36, /* The program in the chip has changed since it was put there. */
-    FAULT_CLOCK_WRONG = 37, /* The clock differs too much from the watchdog's, or the watchdog does not reset the chip. */
+    FAULT_CLOCK_WRONG = 37, /* Clock and watchdog differ too much, or the watchdog does not reset. */
     FAULT_EEPROM_WORN = 38, /* A cell of the chip's EEPROM does not keep what was written to it. */
     FAULT_SEQUENCE_BROKEN = 39, /* The processor has skipped a part of its program. */
     FAULT_ADC_WRONG = 40, /* The ADC measures a known voltage wrongly. */

@@ -19,8 +19,8 @@ enum {
     FAULT_RISE_RATE = 8, /* The reading changed faster than the machine's temperature can. */
     FAULT_SENSOR_FROZEN = 9, /* The reading has not changed although the heater was on. */
     FAULT_HEATING_FAILED = 10, /* Full power did not raise the temperature. */
-    FAULT_RUNAWAY_ABOVE = 11, /* The temperature rose above the band around the setpoint, and stayed above it. */
-    FAULT_RUNAWAY_BELOW = 12, /* The temperature fell below the band around the setpoint, and stayed below it. */
+    FAULT_RUNAWAY_ABOVE = 11, /* The temperature rose above the band around the setpoint, and stayed there. */
+    FAULT_RUNAWAY_BELOW = 12, /* The temperature fell below the band around the setpoint, and stayed there. */
     FAULT_RISING_WHILE_OFF = 13, /* The temperature rises although the heater is off. */
     FAULT_WATCHDOG_RESET = 14, /* The watchdog had to reset the controller. */
     FAULT_BROWN_OUT = 15, /* The controller's supply voltage fell too low. */

@@ -781,18 +781,24 @@ static void begin(uint8_t page)
     next = 0;
 }
 
+/* Also if a flipped bit has moved it beyond all places. */
+static bool is_complete(void)
+{
+    return next >= size || next >= MOST_COMPONENTS;
+}
+
 bool show_is_due(uint8_t page)
 {
-    if (next >= size && seen_step != loop_chamber.steps) {
+    if (is_complete() && seen_step != loop_chamber.steps) {
         begin(page);
     }
-    return next < size;
+    return !is_complete();
 }
 
 bool show_say(void)
 {
     struct component component;
-    const uint8_t place = next % MOST_COMPONENTS; /* also if a flipped bit has moved it beyond */
+    const uint8_t place = next;
 
     next++;
     memcpy_P(&component, &COMPONENTS[first + place], sizeof component);
