@@ -21,7 +21,7 @@ ISR(USART_UDRE_vect)
         next++;
         sent = next;
     }
-    if (next >= size) { /* disabled with the last byte, so that it does not interrupt the copying of the next text */
+    if (next >= size || next >= sizeof to_send) { /* disabled with the last byte, so that it does not interrupt the copying of the next text */
         UCSR0B &= (uint8_t)~(1u << UDRIE0);
     }
 }
