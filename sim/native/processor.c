@@ -231,7 +231,8 @@ static avr_flashaddr_t execute(hw *h) {
     avr_t *avr = h->avr;
     if (avr->interrupt_state >= 0)
         return burst(h);
-    int sleeps = (avr->flash[avr->pc] | avr->flash[avr->pc + 1] << 8) == SLEEP_OPCODE;
+    int sleeps = avr->pc < avr->flashend
+              && (avr->flash[avr->pc] | avr->flash[avr->pc + 1] << 8) == SLEEP_OPCODE;
     avr_flashaddr_t pc = burst(h);
     if (sleeps && avr->state == cpu_Running && avr->sreg[S_I] && may_sleep(h)) {
         avr->interrupt_state = 1;

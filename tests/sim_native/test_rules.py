@@ -206,17 +206,18 @@ def test_entering_an_interrupt_takes_the_parts_four_cycles(mcu: str) -> None:
 
 LIMITS = {
     "((void (*)(void))0x3fff)();": "flash byte 0x",
+    r'asm("push %0\n push %0\n push %0\n reti" :: "r"(0x7f));': "flash byte 0x",
     "set_sleep_mode(SLEEP_MODE_PWR_DOWN); sei(); sleep_mode();": "sleep mode other than idle",
     "set_sleep_mode(SLEEP_MODE_ADC); sei(); sleep_mode();": "sleep mode other than idle",
     "DDRD = 8; OCR2B = 9; TCCR2A = 0x21; TCCR2B = 2;": "phase-correct PWM on timer 2",
     "UCSR0C = 0x46;": "not simulated",
     "UCSR0A = 1;": "not simulated",
 }
-OF_ALL = [(source, mcu) for source in list(LIMITS)[:3] for mcu in EVERY]
+OF_ALL = [(source, mcu) for source in list(LIMITS)[:4] for mcu in (*EVERY, "atmega2560")]
 
 
 @pytest.mark.parametrize(
-    ("source", "mcu"), [*OF_ALL, *((source, EVERY[0]) for source in list(LIMITS)[3:])]
+    ("source", "mcu"), [*OF_ALL, *((source, EVERY[0]) for source in list(LIMITS)[4:])]
 )
 def test_what_is_not_simulated_ends_the_run_and_says_so(source: str, mcu: str) -> None:
     avr = running(source, mcu=mcu)

@@ -9,7 +9,6 @@
 
 #include <avr/pgmspace.h> /* PROGMEM */
 #include <stdbool.h>      /* bool */
-#include <string.h>       /* memset */
 #include <util/delay.h>   /* _delay_us */
 
 #include "config.h" /* LCD_* */
@@ -20,9 +19,9 @@ enum { EXECUTION_US = 40 }; /* 37 us for every instruction but clear and home */
 
 /* Only high nibbles until the bus is 4 bits wide, then whole instructions: 4-bit bus and two lines,
  * display on without cursor, write from left to right. After power-up the first one takes 4.1 ms, so
- * one is sent per tick; later all are short, and several are sent per tick: no key must wait. */
+ * one is sent per tick; later all are short, and all are sent in one tick: no key must wait. */
 static const uint8_t START_UP[] PROGMEM = { 0x30, 0x30, 0x30, 0x20, 0x28, 0x0C, 0x06 };
-enum { NIBBLES = 4, LATER_A_TICK = sizeof START_UP };
+enum { NIBBLES = 4 };
 
 static char wanted[LCD_CELLS];
 static char shown[LCD_CELLS];
@@ -30,7 +29,6 @@ static bool changed;         /* there may be cells to send */
 static uint8_t position;     /* where the search for changed cells continues */
 static uint8_t start_up_index;
 static bool is_set_up; /* the first start-up sequence has been sent */
-static uint8_t instructions_a_tick = 1;
 static uint16_t ticks_left; /* until the next start-up sequence */
 
 /* Sends the high nibble of `bits`; the display takes it at the falling edge of E. */
@@ -95,7 +93,7 @@ void lcd_write(uint8_t line, const char *text)
 static void send_start_up(void)
 {
     pin_lcd_rs_low();
-    for (uint8_t i = 0; i < instructions_a_tick && start_up_index < sizeof START_UP; i++) {
+    while (start_up_index < sizeof START_UP) {
         const uint8_t instruction = pgm_read_byte(&START_UP[start_up_index]);
         if (start_up_index < NIBBLES) {
             send_nibble(instruction);
@@ -104,15 +102,13 @@ static void send_start_up(void)
         }
         start_up_index++;
         _delay_us(EXECUTION_US);
+        if (!is_set_up) {
+            return;
+        }
     }
-    if (start_up_index >= sizeof START_UP) {
-        start_up_index = 0;
-        is_set_up = true;
-        instructions_a_tick = LATER_A_TICK;
-        memset(shown, 0, sizeof shown); /* every cell is sent again */
-        changed = true;
-        ticks_left = LCD_RESYNC_TICKS;
-    }
+    start_up_index = 0;
+    is_set_up = true;
+    ticks_left = LCD_RESYNC_TICKS;
 }
 
 static void send_cell(uint8_t cell)
@@ -157,6 +153,10 @@ void lcd_tick(void)
     ticks_left--;
     if (!is_set_up) {
         return;
+    }
+    const uint16_t since_ticks = LCD_RESYNC_TICKS - 1u - ticks_left; /* since the start-up sequence */
+    if (since_ticks < LCD_CELLS) {
+        send_cell((uint8_t)since_ticks); /* again, although unchanged */
     }
     if (changed) {
         send_changed();
