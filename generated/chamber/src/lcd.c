@@ -103,12 +103,14 @@ static void send_start_up(void)
         start_up_index++;
         _delay_us(EXECUTION_US);
         if (!is_set_up) {
-            return;
+            break;
         }
     }
-    start_up_index = 0;
-    is_set_up = true;
-    ticks_left = LCD_RESYNC_TICKS;
+    if (start_up_index >= sizeof START_UP) {
+        start_up_index = 0;
+        is_set_up = true;
+        ticks_left = LCD_RESYNC_TICKS;
+    }
 }
 
 static void send_cell(uint8_t cell)
