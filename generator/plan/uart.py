@@ -103,6 +103,11 @@ class UartRegisters:
         """Disable the interrupt of an empty data register."""
         return f"UCSR{self.number}B &= (uint8_t)~(1u << UDRIE{self.number});"
 
+    @property
+    def interrupt_is_off(self) -> str:
+        """Ask whether the interrupt of an empty data register is disabled."""
+        return f"(UCSR{self.number}B & (1u << UDRIE{self.number})) == 0"
+
 
 def registers(board: Board, port: int = 0) -> UartRegisters:
     """Name the registers of one of the board's serial ports."""

@@ -21,7 +21,8 @@ ISR(USART_UDRE_vect)
         next++;
         sent = next;
     }
-    if (next >= size || next >= sizeof to_send) { /* disabled with the last byte, so that it does not interrupt the copying of the next text */
+    if (next >= size || next >= sizeof to_send) {
+        /* disabled with the last byte: it must not interrupt the copying of the next text */
         UCSR0B &= (uint8_t)~(1u << UDRIE0);
     }
 }
@@ -36,7 +37,7 @@ void serial_start(void)
 
 bool serial_is_empty(void)
 {
-    return sent >= size;
+    return (UCSR0B & (1u << UDRIE0)) == 0;
 }
 
 void serial_send(const char *text, uint8_t length)

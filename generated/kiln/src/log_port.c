@@ -44,7 +44,8 @@ ISR(USART1_UDRE_vect)
         next++;
         sent = next;
     }
-    if (next >= size || next >= sizeof to_send) { /* disabled with the last byte, so that it does not interrupt the copying of the next text */
+    if (next >= size || next >= sizeof to_send) {
+        /* disabled with the last byte: it must not interrupt the copying of the next text */
         UCSR1B &= (uint8_t)~(1u << UDRIE1);
     }
 }
@@ -68,14 +69,14 @@ bool log_port_take(char *byte)
     if (!log_port_has_received()) {
         return false;
     }
-    *byte = received[received_out];
+    *byte = received[received_out & RECEIVE_MASK];
     received_out = (received_out + 1u) & RECEIVE_MASK;
     return true;
 }
 
 bool log_port_is_empty(void)
 {
-    return sent >= size;
+    return (UCSR1B & (1u << UDRIE1)) == 0;
 }
 
 void log_port_send(const char *text, uint8_t length)

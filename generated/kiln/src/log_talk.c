@@ -109,7 +109,7 @@ static uint8_t put_tenths(char *text, int16_t tenths)
 
 static void send_entry(const struct log_entry *entry)
 {
-    char text[SECONDS_SIZE + 1 + TENTHS_SIZE + 1 + TENTHS_SIZE + 1 + PERCENT_SIZE + 1 + 1 + 1 + 2 + 2];
+    char text[SECONDS_SIZE + 1 + TENTHS_SIZE + 1 + TENTHS_SIZE + 1 + PERCENT_SIZE + 1 + 2 + 1 + 2 + 2];
     uint8_t size = put_number(text, (next + 1u) * LOG_EVERY_S, 0);
 
     text[size++] = ',';

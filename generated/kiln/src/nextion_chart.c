@@ -119,7 +119,7 @@ static void say_column(void)
     const uint16_t column
         = (uint16_t)((next_column + NEXTION_CHART_COLUMNS - left) % NEXTION_CHART_COLUMNS);
 
-    say_add(NEXTION_CHART_ID, channel, columns[column].height[channel]);
+    say_add(NEXTION_CHART_ID, channel, columns[column].height[channel % CHANNELS]);
     channel++;
     if (channel >= CHANNELS) {
         channel = 0;
@@ -138,7 +138,7 @@ bool chart_say(uint8_t page)
         return true;
     }
     if (page == PAGE_DEBUG && now_left != 0) {
-        const uint8_t due = (uint8_t)(CHANNELS - now_left);
+        const uint8_t due = (uint8_t)(CHANNELS - now_left) % CHANNELS;
         say_add(NEXTION_RUNNING_ID, due, now.height[due]);
         now_left--;
         return true;

@@ -79,7 +79,7 @@ bool nextion_port_take(uint8_t *byte)
 
 bool nextion_port_is_free(void)
 {
-    return left_to_send == 0;
+    return (UCSR0B & (1u << UDRIE0)) == 0;
 }
 
 void nextion_port_send(const char *bytes, uint8_t size)
