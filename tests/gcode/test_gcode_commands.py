@@ -1,16 +1,20 @@
 """What each command does and answers."""
 
+import re
 from pathlib import Path
 
 import gcode_world
 import pytest
 from gcode_world import celsius, fault, received, run, spoken, switched, talk, ticks, tuning_ends
-from rig.specs import controller_of
+from rig.specs import changed, controller_of, sources_of
 
 from heatwright.spec import digest
 
 LIMITS = "J23.50000 K58.80000 Y100.00000"
 COLD = "T:0.0 /0.0 B:0.0 /0.0 @:0"
+
+LONGEST_PIECE, LONGEST_NUMBER = 80, 12
+SPELT = re.compile(r'((?:say|plain)\()?PSTR\("((?:[^"\\]|\\.)*)"')
 
 UNKNOWN = {
     "G28": "G28", "G1 E5": "G1", "M9999": "M9999", "M99999": "M", "M105.5": "M", "M": "M",
@@ -296,3 +300,16 @@ def test_it_greets_and_says_what_it_is(world: Path) -> None:
     }  # so that a host polls
     capabilities["CHAMBER_TEMPERATURE"] = 0
     assert said.answers[1:] == [*(f"Cap:{each}:{has}" for each, has in capabilities.items()), "ok"]
+
+
+@pytest.mark.parametrize("name", ["extruder", "feeder"])
+def test_no_piece_of_a_report_is_longer_than_the_room_it_waits_for(name: str) -> None:
+    """It would be cut; most have a number behind them."""
+    longest = changed(name, (f"name: {name}\n", f"name: {'n' * 24}\n"))
+    text = sources_of(longest)["gcode_report.c"]
+    assert f"LONGEST_PIECE = {LONGEST_PIECE}" in text
+    pieces = [
+        (alone, len(said.encode().decode("unicode_escape"))) for alone, said in SPELT.findall(text)
+    ]
+    assert len(pieces) > 40
+    assert all(size <= LONGEST_PIECE - (0 if alone else LONGEST_NUMBER) for alone, size in pieces)

@@ -7,12 +7,16 @@
 char words_letter;
 uint16_t words_command;
 
-static const char *parameters = "";
+static char text[WORDS_SIZE]; /* reached by its places only: no bit that flips leads beyond it */
+static uint8_t parameters; /* place behind the command */
 
 static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };
 
 /* Further decimals are read, but ignored. */
 enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1 };
+
+/* A number has up to seven digits before its point: more are refused. */
+static const uint32_t MOST_WHOLE = 9999999;
 
 /* With one more digit, a command number has four: the most allowed. */
 enum { MOST_BEFORE_DIGIT = 999 };
@@ -32,39 +36,53 @@ static bool is_letter(char character)
     return character >= 'A' && character <= 'Z';
 }
 
-/* Converts to upper case and removes both kinds of comment, in place. */
-static void tidy(char *text)
+char words_at(uint8_t place)
 {
-    char *to = text;
+    return place < WORDS_SIZE ? text[place] : '\0';
+}
+
+void words_put(uint8_t place, char character)
+{
+    if (place < WORDS_SIZE) {
+        text[place] = character;
+    }
+}
+
+/* Converts to upper case and removes both kinds of comment, in place. */
+static void tidy(uint8_t first)
+{
+    uint8_t to = first;
     bool inside = false; /* true: inside a comment in parentheses */
 
-    for (const char *from = text; *from != '\0' && (inside || *from != ';'); from++) {
+    for (uint8_t from = first; words_at(from) != '\0' && (inside || words_at(from) != ';'); from++) {
+        const char next = words_at(from);
         if (inside) {
-            inside = *from != ')';
-        } else if (*from == '(') {
+            inside = next != ')';
+        } else if (next == '(') {
             inside = true;
         } else {
-            const bool small = *from >= 'a' && *from <= 'z';
-            *to++ = small ? (char)(*from - 'a' + 'A') : *from;
+            const bool small = next >= 'a' && next <= 'z';
+            words_put(to, small ? (char)(next - 'a' + 'A') : next);
+            to++;
         }
     }
-    *to = '\0';
+    words_put(to, '\0');
 }
 
-static const char *skip_blanks(const char *text)
+uint8_t words_skip_blanks(uint8_t place)
 {
-    while (is_blank(*text)) {
-        text++;
+    while (is_blank(words_at(place))) {
+        place++;
     }
-    return text;
+    return place;
 }
 
-bool words_take(char *text)
+bool words_take(uint8_t first)
 {
-    tidy(text);
-    const char *rest = skip_blanks(text);
+    tidy(first);
+    uint8_t rest = words_skip_blanks(first);
 
-    words_letter = *rest;
+    words_letter = words_at(rest);
     words_command = WORDS_NO_COMMAND;
     if (words_letter == '\0') {
         return false;
@@ -72,61 +90,60 @@ bool words_take(char *text)
     if (!is_letter(words_letter)) {
         return true;
     }
-    rest = skip_blanks(rest + 1);
-    if (is_digit(*rest)) {
+    rest = words_skip_blanks((uint8_t)(rest + 1u));
+    char next = words_at(rest);
+    if (is_digit(next)) {
         words_command = 0;
     }
-    for (; is_digit(*rest); rest++) {
+    for (; is_digit(next); next = words_at(++rest)) {
         if (words_command <= MOST_BEFORE_DIGIT) {
-            words_command = (uint16_t)(10u * words_command + (uint16_t)(*rest - '0'));
+            words_command = (uint16_t)(10u * words_command + (uint16_t)(next - '0'));
         } else {
             words_command = WORDS_NO_COMMAND;
         }
     }
-    if (*rest == '.') {
+    if (next == '.') {
         words_command = WORDS_NO_COMMAND; /* a variant, such as M105.5: not supported */
     }
     parameters = rest;
     return true;
 }
 
-/* Reads the number at `text`. */
-static uint8_t read_number(const char *text, float *number)
+/* Reads the number at this place. */
+static uint8_t read_number(uint8_t place, float *number)
 {
     uint32_t digits = 0;
-    uint8_t whole = 0;    /* digits before the point, without leading zeros */
     uint8_t decimals = 0; /* decimals used */
     bool any = false;
     bool behind_point = false;
-    const bool negative = *text == '-';
+    char next = words_at(place);
+    const bool negative = next == '-';
 
-    if (*text == '-' || *text == '+') {
-        text++;
+    if (negative || next == '+') {
+        next = words_at(++place);
     }
-    for (; is_digit(*text) || (*text == '.' && !behind_point); text++) {
-        if (*text == '.') {
+    for (; is_digit(next) || (next == '.' && !behind_point); next = words_at(++place)) {
+        if (next == '.') {
             behind_point = true;
             continue;
         }
         any = true;
-        if (behind_point && (decimals == MOST_DECIMALS || digits > UINT32_MAX / 20u)) {
-            continue;
-        }
-        digits = 10u * digits + (uint32_t)(*text - '0');
         if (behind_point) {
-            decimals++;
-        } else if (digits != 0) {
-            whole++;
-            if (whole > WORDS_WHOLE_DIGITS) {
-                return WORD_BAD;
+            if (decimals >= MOST_DECIMALS || digits > UINT32_MAX / 20u) {
+                continue;
             }
+            decimals++;
+        }
+        digits = 10u * digits + (uint32_t)(next - '0');
+        if (!behind_point && digits > MOST_WHOLE) {
+            return WORD_BAD;
         }
     }
-    if (words_letter == 'M' && *text == 'E') {
+    if (words_letter == 'M' && next == 'E') {
         return WORD_BAD; /* 1E-5 must not be read as 1; but in G0 and G1, E is an axis */
     }
-    text = skip_blanks(text);
-    if (!any || (*text != '\0' && !is_letter(*text))) {
+    next = words_at(words_skip_blanks(place));
+    if (!any || (next != '\0' && !is_letter(next))) {
         return WORD_BAD;
     }
     /* With up to seven digits there is only this one rounding, as in any other reader of decimals. */
@@ -139,17 +156,22 @@ static uint8_t read_number(const char *text, float *number)
 
 uint8_t words_find(char letter, float *number)
 {
-    for (const char *text = parameters; *text != '\0'; text++) {
-        if (*text != letter) {
-            continue;
+    uint8_t place = parameters;
+    char next = words_at(place);
+
+    while (next != letter) {
+        if (next == '\0') {
+            return WORD_NONE;
         }
-        const char *behind = skip_blanks(text + 1);
-        if (*behind == '\0' || (is_letter(*behind) && behind != text + 1)) {
-            return WORD_ALONE;
-        }
-        return read_number(behind, number);
+        next = words_at(++place);
     }
-    return WORD_NONE;
+    place++;
+    const uint8_t behind = words_skip_blanks(place);
+    next = words_at(behind);
+    if (next == '\0' || (is_letter(next) && behind != place)) {
+        return WORD_ALONE;
+    }
+    return read_number(behind, number);
 }
 
 bool words_count(char letter, uint8_t if_none, uint8_t *count)

@@ -9,8 +9,8 @@
 /* words_command if the line's command has no valid number. */
 enum { WORDS_NO_COMMAND = UINT16_MAX };
 
-/* Maximum number of digits before the point of a number: more are refused. */
-enum { WORDS_WHOLE_DIGITS = 7 };
+/* Maximum length of a line, as in Marlin. */
+enum { WORDS_SIZE = 96 };
 
 enum { WORD_NONE, WORD_ALONE, WORD_NUMBER, WORD_BAD };
 
@@ -18,9 +18,18 @@ enum { WORD_NONE, WORD_ALONE, WORD_NUMBER, WORD_BAD };
 extern char words_letter;
 extern uint16_t words_command;
 
-/* Take the text of a line, from its command on; the text is changed in place, and must stay.
- * False if there is no command: an empty line, or a comment. */
-bool words_take(char *text);
+/* The character at a place of the line; '\0' behind its end. */
+char words_at(uint8_t place);
+
+/* Put a character there; a place that no line has is left. */
+void words_put(uint8_t place, char character);
+
+/* The next place, from this one on, that is no space or tab. */
+uint8_t words_skip_blanks(uint8_t place);
+
+/* Read the line from this place on, where its command begins; what it says stays until another
+ * character is put. False if there is no command: an empty line, or a comment. */
+bool words_take(uint8_t first);
 
 /* Find parameter `letter`. Returns WORD_NONE; WORD_ALONE: without a number; WORD_NUMBER: with
  * `number` set; WORD_BAD: with something that is no number. */

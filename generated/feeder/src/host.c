@@ -202,6 +202,11 @@ uint8_t host_take_urgent(void)
     return taken;
 }
 
+uint8_t host_room(void)
+{
+    return (uint8_t)((uint8_t)(send_out - send_in) - 1u) & SEND_MASK;
+}
+
 bool host_put(char byte)
 {
     const uint8_t next = (send_in + 1u) & SEND_MASK;

@@ -9,7 +9,6 @@
 #include "host.h"        /* host_take */
 
 enum {
-    LINE_SIZE = 96,       /* as in Marlin */
     BYTES_PER_TICK = 128, /* more than a line; takes 0.7 ms at 16 MHz */
     MOST_REPEATED = 32,   /* maximum number of lines that a host may have sent ahead */
     NO_STAR = UINT8_MAX
@@ -21,12 +20,11 @@ static const int32_t UNKNOWN = INT32_MAX;
 
 int32_t line_last;
 
-static char text[LINE_SIZE + 1];
 static uint8_t length;
 static bool too_long;
 static bool damaged;
 static uint8_t sum;         /* of all bytes so far */
-static uint8_t star;        /* index of the last star in `text`, LINE_SIZE if beyond, or NO_STAR */
+static uint8_t star;        /* place of the last star, WORDS_SIZE if behind the longest line, or NO_STAR */
 static uint8_t sum_at_star; /* of the bytes before it */
 static int32_t claimed_sum; /* the number behind the star; -1 if there is none */
 static bool behind_claim;
@@ -45,7 +43,7 @@ static bool is_digit(char character)
 
 static int32_t with_digit(int32_t number, char digit)
 {
-    return number < MOST_BEFORE_DIGIT ? 10 * number + (digit - '0') : number;
+    return number < MOST_BEFORE_DIGIT ? 10 * number + (uint8_t)(digit - '0') : number;
 }
 
 void line_start(void)
@@ -80,17 +78,18 @@ static void take_byte(char byte)
         return;
     }
     follow_sum(byte);
-    if (length >= LINE_SIZE) {
+    if (length >= WORDS_SIZE) {
         too_long = true;
         return;
     }
-    text[length++] = byte;
+    words_put(length, byte);
+    length++;
 }
 
 /* Assembles received bytes; true at the end of a line that is not empty. */
 static bool assemble(void)
 {
-    char byte;
+    char byte = '\0';
 
     for (uint8_t i = 0; i < BYTES_PER_TICK && host_take(&byte); i++) {
         silent_ticks = 0;
@@ -102,24 +101,24 @@ static bool assemble(void)
         } else if (skipping) {
             skipping = false;
         } else if (length != 0 || damaged) {
-            text[length < LINE_SIZE ? length : LINE_SIZE] = '\0';
+            words_put(length, '\0');
             return true;
         }
     }
     return false;
 }
 
-/* Reads the integer at `*from`, and moves `*from` behind it. */
-static int32_t take_number(char **from)
+/* Reads the integer at `*place`, and moves `*place` behind it. */
+static int32_t take_number(uint8_t *place)
 {
-    const bool negative = **from == '-';
+    const bool negative = words_at(*place) == '-';
     int32_t number = 0;
 
     if (negative) {
-        (*from)++;
+        (*place)++;
     }
-    for (; is_digit(**from); (*from)++) {
-        number = with_digit(number, **from);
+    for (; is_digit(words_at(*place)); (*place)++) {
+        number = with_digit(number, words_at(*place));
     }
     return negative ? -number : number;
 }
@@ -159,7 +158,7 @@ static uint8_t judge_number(int32_t number)
     return LINE_OUT_OF_ORDER;
 }
 
-static uint8_t judge_numbered(char *behind_n)
+static uint8_t judge_numbered(uint8_t behind_n)
 {
     if (star == NO_STAR) {
         return LINE_NO_CHECKSUM;
@@ -172,7 +171,7 @@ static uint8_t judge_numbered(char *behind_n)
     return judge_number(number);
 }
 
-static uint8_t judge_plain(char *start)
+static uint8_t judge_plain(uint8_t start)
 {
     if (star != NO_STAR) {
         return LINE_NO_NUMBER;
@@ -189,24 +188,19 @@ static uint8_t judge_plain(char *start)
 
 static uint8_t judge(void)
 {
-    char *start = text;
-
-    if (star < LINE_SIZE) { /* text[LINE_SIZE] is 0 already */
-        text[star] = '\0';
-    }
+    words_put(star, '\0');
     if (damaged) {
         return numbering ? LINE_DAMAGED : LINE_UNREADABLE;
     }
-    while (*start == ' ' || *start == '\t') {
-        start++;
-    }
-    return *start == 'N' || *start == 'n' ? judge_numbered(start + 1) : judge_plain(start);
+    const uint8_t start = words_skip_blanks(0);
+    const char first = words_at(start);
+    return first == 'N' || first == 'n' ? judge_numbered((uint8_t)(start + 1u)) : judge_plain(start);
 }
 
 /* True if the word at `from`, not the first of the line, is its last and has this number. */
-static bool ends_with(const char *from, const char *behind, int32_t number, int32_t wanted)
+static bool ends_with(uint8_t from, uint8_t behind, int32_t number, int32_t wanted)
 {
-    return from[-1] == ' ' && *behind == '\0' && number == wanted;
+    return words_at((uint8_t)(from - 1u)) == ' ' && words_at(behind) == '\0' && number == wanted;
 }
 
 /* A damaged line may have been M110: it contains M110, it ends with its own number, as OctoPrint's
@@ -219,21 +213,22 @@ static void save_renumbering(void)
     int32_t last = UNKNOWN;
     bool is_found = false;
 
-    for (char *from = text; *from != '\0'; from++) {
-        if (*from == 'N') {
-            char *behind = from + 1;
-            last = take_number(&behind);
-            own = from == text ? last : own;
-            is_found |= from == text ? own == -1 : ends_with(from, behind, last, own);
+    for (uint8_t from = 0; words_at(from) != '\0'; from++) {
+        uint8_t behind = (uint8_t)(from + 1u);
+        const int32_t number = take_number(&behind);
+        if (words_at(from) == 'N') {
+            last = number;
+            own = from == 0 ? last : own;
+            is_found |= from == 0 ? own == -1 : ends_with(from, behind, last, own);
         }
-        is_found |= from[0] == 'M' && from[1] == '1' && from[2] == '1' && from[3] == '0';
+        is_found |= words_at(from) == 'M' && number == 110;
     }
-    const int32_t number = own < last ? own : last;
-    if (!is_found || number == line_last + 1) {
+    const int32_t smaller = own < last ? own : last;
+    if (!is_found || smaller == line_last + 1) {
         return; /* the host will send it again, like any other line */
     }
-    if (number != UNKNOWN) {
-        line_last = number;
+    if (smaller != UNKNOWN) {
+        line_last = smaller;
     }
     repeats_left = 0;
     anew = true;

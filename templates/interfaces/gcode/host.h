@@ -24,5 +24,8 @@ uint8_t host_take_urgent(void);
 /* True while the next byte to take was sent before an M112: it must not undo the stop. */
 bool host_stop_is_ahead(void);
 
+/* Number of bytes that can be sent now. */
+uint8_t host_room(void);
+
 /* Send one byte; false when there is no room now. */
 bool host_put(char byte);
