@@ -27,7 +27,7 @@ from heatwright.spec.sensing.analog_parts import (
     Volt,
     VoltPerKelvin,
 )
-from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.averaging import Started
 from heatwright.spec.sensing.circuits import Circuit, of_platinum, of_thermistor, of_voltage
 from heatwright.spec.sensing.conversion import TICK_S
 from heatwright.spec.sensing.currents import CurrentSensor
@@ -41,7 +41,7 @@ from heatwright.spec.sensing.tolerances import (
 from heatwright.spec.units import BITS, COEFFICIENT
 
 
-class Ds18b20(Averaged):
+class Ds18b20(Started):
     """Digital thermometer on a 1-Wire line of its own, with its own supply wire."""
 
     kind: Literal["ds18b20"]
@@ -76,11 +76,6 @@ class Ds18b20(Averaged):
         return float(0.09375 * 2 ** (self.resolution_bits - 9))
 
     @property
-    def free_running_s(self) -> float:
-        """Interval of conversions that the chip starts by itself: 0, the firmware starts each."""
-        return 0.0
-
-    @property
     def read_s(self) -> float:
         """Time of the transfers before and after a conversion, s.
 
@@ -88,11 +83,6 @@ class Ds18b20(Averaged):
         less than one (105 slots of 64 µs, the longest, are 6.7 ms).
         """
         return 0.05
-
-    @property
-    def first_s(self) -> float:
-        """Time that the sensor needs after the power-up, s: 0, it is ready in the first period."""
-        return 0.0
 
     @property
     def step_k(self) -> float:

@@ -35,10 +35,6 @@ def _prefixed(unit: str, prefixes: str = "", *others: str) -> dict[str, Unit]:
     }
 
 
-def _fraction(numerator: str, denominator: int) -> Unit:
-    return Unit(Decimal(numerator) / Decimal(denominator))
-
-
 _CELSIUS = Unit(Decimal(1))
 _KELVIN = Unit(Decimal(1), Decimal("273.15"))
 _FAHRENHEIT = Unit(Decimal(5) / Decimal(9), Decimal(32))
@@ -69,7 +65,7 @@ RATE = Dimension(
     "5 K/s",
     "K/s or K/min",
     1e4,
-    _prefixed("K/s") | {"K/min": _fraction("1", 60)},
+    _prefixed("K/s") | {"K/min": Unit(Decimal(1) / Decimal(60))},
 )
 PROGRAM_RATE = Dimension(
     "rate of a program",

@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from heatwright.cli.compare.rows import Outcome
 from heatwright.cli.compare.tabled import half_heights
@@ -89,7 +88,8 @@ def _draw(panel: Axes, outcome: Outcome, half_k: float, look: Look) -> None:
         colour = SHARED if look.prefix else HEAT
         _published(panel, row.published, float(times[-1]), colour)
     panel.axhline(row.setpoint_c, color=SETPOINT, lw=1.0, ls="--", label="setpoint")
-    label, crossings = f"{look.prefix}simulated", _crossings(seen, row.setpoint_c)
+    label = f"{look.prefix}simulated"
+    crossings = np.flatnonzero(np.diff(seen["temperature_c"] > row.setpoint_c)) + 1
     if len(crossings) > CROSSINGS and np.ptp(seen["temperature_c"][crossings[0] :]) > half_k / 5:
         _swing(panel, times, seen, look.reading, label)
         _closer(panel, seen, int(crossings[-CLOSE_CROSSINGS]), look.reading, row.setpoint_c)
@@ -102,11 +102,6 @@ def _draw(panel: Axes, outcome: Outcome, half_k: float, look: Look) -> None:
     panel.set_title(outcome.title, loc="left", fontsize=10, parse_math=False)
     panel.tick_params(labelbottom=False)
     dress(panel)
-
-
-def _crossings(seen: StepLog, setpoint_c: float) -> NDArray[np.intp]:
-    """Return the steps in which the reading has crossed the setpoint."""
-    return np.flatnonzero(np.diff(seen["temperature_c"] > setpoint_c)) + 1
 
 
 def _swing(panel: Axes, times: Series, seen: StepLog, colour: str, label: str) -> None:

@@ -26,6 +26,13 @@ function at(times, time) {
   return low - 1;
 }
 
+function rule(pen, fromX, fromY, toX, toY) {
+  pen.beginPath();
+  pen.moveTo(fromX, fromY);
+  pen.lineTo(toX, toY);
+  pen.stroke();
+}
+
 class Panel {
   constructor(chart, data, last) {
     Object.assign(this, { chart, data, last, hidden: new Set() });
@@ -112,10 +119,7 @@ class Panel {
     pen.lineWidth = 1;
     for (const [value, label] of ticks(low, high, this.data.height / 36)) {
       pen.strokeStyle = line;
-      pen.beginPath();
-      pen.moveTo(LEFT, this.y(value));
-      pen.lineTo(width - RIGHT, this.y(value));
-      pen.stroke();
+      rule(pen, LEFT, this.y(value), width - RIGHT, this.y(value));
       pen.fillStyle = text;
       pen.textAlign = "right";
       pen.fillText(label, LEFT - 8, this.y(value));
@@ -124,10 +128,7 @@ class Panel {
     const times = ticks(from, to, (width - LEFT) / 90);
     for (const [time, label] of times) {
       pen.strokeStyle = line;
-      pen.beginPath();
-      pen.moveTo(this.x(time), TOP);
-      pen.lineTo(this.x(time), bottom);
-      pen.stroke();
+      rule(pen, this.x(time), TOP, this.x(time), bottom);
       if (!this.last) continue;
       pen.fillStyle = text;
       pen.textAlign = "center";
@@ -176,10 +177,7 @@ class Panel {
       pen.strokeStyle = pen.fillStyle = style.getPropertyValue(mark.fault ? "--bad" : "--soft");
       pen.setLineDash(mark.fault ? [] : [2, 3]);
       pen.lineWidth = mark.fault ? 1.5 : 1;
-      pen.beginPath();
-      pen.moveTo(this.x(mark.t), TOP);
-      pen.lineTo(this.x(mark.t), bottom);
-      pen.stroke();
+      rule(pen, this.x(mark.t), TOP, this.x(mark.t), bottom);
       pen.setLineDash([]);
       if (mark.fault) this.label(pen, mark, rows.below, bottom - 10, -14);
       else if (this.data.first) this.label(pen, mark, rows.above, TOP + 8, 14);
@@ -210,10 +208,7 @@ class Panel {
     if (time === null) return;
     pen.strokeStyle = getComputedStyle(document.body).getPropertyValue("--soft");
     pen.lineWidth = 1;
-    pen.beginPath();
-    pen.moveTo(this.x(time), TOP);
-    pen.lineTo(this.x(time), bottom);
-    pen.stroke();
+    rule(pen, this.x(time), TOP, this.x(time), bottom);
     if (this.chart.pressed === null) return;
     pen.globalAlpha = 0.15;
     pen.fillStyle = getComputedStyle(document.body).getPropertyValue("--ink");

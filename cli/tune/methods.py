@@ -170,22 +170,14 @@ def _tried(task: Task, row: Judged, length_s: float, shown: Talk) -> Tried:
     return Tried(trace, figures, faults(trace.steps[task.loop]))
 
 
-def _relay(task: Task, job: Job) -> Gains:
-    return relay(task.controller, task.loop, task.target_c, job)
-
-
 def _simc(task: Task, _: Job) -> Gains:
     if task.tauc_s is None:
         return robust_simc(task.process, task.model, task.filter_s, task.period_s)
     return simc(task.model, task.filter_s, task.tauc_s)
 
 
-def _lambda(task: Task, _: Job) -> Gains:
-    return lambda_rule(task.model, task.filter_s, task.lambda_s)
-
-
 _FINDERS: dict[str, Callable[[Task, Job], Gains]] = {
-    "relay": _relay,
+    "relay": lambda task, job: relay(task.controller, task.loop, task.target_c, job),
     "simc": _simc,
-    "lambda": _lambda,
+    "lambda": lambda task, _: lambda_rule(task.model, task.filter_s, task.lambda_s),
 }

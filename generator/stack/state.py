@@ -87,22 +87,6 @@ def advance(state: State, instruction: Instruction, stack_top: int) -> State:
     return effect(state, instruction, stack_top)
 
 
-def _push(state: State, _: Instruction, __: int) -> State:
-    return replace(state, depth=state.depth + 1)
-
-
-def _pop(state: State, instruction: Instruction, _: int) -> State:
-    return replace(state.holding({instruction.d: None}), depth=state.depth - 1)
-
-
-def _load(state: State, instruction: Instruction, _: int) -> State:
-    return state.holding({instruction.d: Byte("constant", instruction.k)})
-
-
-def _copy(state: State, instruction: Instruction, _: int) -> State:
-    return state.holding({instruction.d: state.registers[instruction.r]})
-
-
 def _copy_pair(state: State, instruction: Instruction, _: int) -> State:
     d, r = instruction.d, instruction.r
     return state.holding({d: state.registers[r], d + 1: state.registers[r + 1]})
@@ -129,14 +113,6 @@ def _move_pair(state: State, instruction: Instruction, less: int) -> State:
         return state.holding({d: None, d + 1: None})
     depth = low.number + less
     return state.holding({d: Byte("low", depth), d + 1: Byte("high", depth)})
-
-
-def _adiw(state: State, instruction: Instruction, _: int) -> State:
-    return _move_pair(state, instruction, -instruction.k)
-
-
-def _sbiw(state: State, instruction: Instruction, _: int) -> State:
-    return _move_pair(state, instruction, instruction.k)
 
 
 def _move_high(state: State, d: int, less: int) -> State:
@@ -195,16 +171,16 @@ def _out(state: State, instruction: Instruction, stack_top: int) -> State:
 
 
 _EFFECTS: dict[str, Callable[[State, Instruction, int], State]] = {
-    "push": _push,
-    "pop": _pop,
-    "ldi": _load,
-    "mov": _copy,
+    "push": lambda state, _, __: replace(state, depth=state.depth + 1),
+    "pop": lambda state, i, _: replace(state.holding({i.d: None}), depth=state.depth - 1),
+    "ldi": lambda state, i, _: state.holding({i.d: Byte("constant", i.k)}),
+    "mov": lambda state, i, _: state.holding({i.d: state.registers[i.r]}),
     "movw": _copy_pair,
     "eor": _eor,
     "in": _in,
     "out": _out,
-    "adiw": _adiw,
-    "sbiw": _sbiw,
+    "adiw": lambda state, i, _: _move_pair(state, i, -i.k),
+    "sbiw": lambda state, i, _: _move_pair(state, i, i.k),
     "dec": lambda state, i, _: _move_high(state, i.d, 0x100),
     "inc": lambda state, i, _: _move_high(state, i.d, -0x100),
     "subi": lambda state, i, _: _less(state, i.d, i.k),

@@ -33,10 +33,6 @@ def _later(value: ast.expr) -> ast.Lambda:
     return ast.Lambda(nothing, value)
 
 
-def _calls(value: ast.expr) -> bool:
-    return any(isinstance(each, ast.Call) for each in ast.walk(value))
-
-
 def _returns(body: list[ast.stmt]) -> bool:
     """Return whether a block returns, its inner functions left out."""
     for each in body:
@@ -132,7 +128,8 @@ class _Lanes(ast.NodeTransformer):
         node.iter = self.visit(node.iter)
         begin: list[ast.stmt] = []
         if _returns(node.body):
-            begin.append(ast.If(_call_not(_of(self._frame, "goes_on")), [ast.Break()], []))
+            ends = ast.UnaryOp(ast.Not(), _of(self._frame, "goes_on"))
+            begin.append(ast.If(ends, [ast.Break()], []))
         node.body = [*begin, _assign(self._loop, _now()), *self._inner(node.body)]
         self._loop = before
         return node
@@ -229,7 +226,8 @@ class _Lanes(ast.NodeTransformer):
         *first, found = node.values
         right: ast.expr = self.visit(found)
         for each in reversed(first):
-            plain = ("both", "either") if not _calls(right) else ("and_", "or_")
+            calls = any(isinstance(part, ast.Call) for part in ast.walk(right))
+            plain = ("and_", "or_") if calls else ("both", "either")
             right = _call(plain[not is_and], self.visit(each), _later(right))
         return right
 
@@ -249,7 +247,8 @@ class _Lanes(ast.NodeTransformer):
         if isinstance(first, ast.In | ast.NotIn) and isinstance(right, ast.Tuple):
             told = _call("among", node.left, right)
             return told if isinstance(first, ast.In) else _call("not_", told)
-        if isinstance(first, ast.Is | ast.IsNot) and _is_none(right):
+        is_none = isinstance(right, ast.Constant) and right.value is None
+        if isinstance(first, ast.Is | ast.IsNot) and is_none:
             told = _call("is_none", node.left)
             return told if isinstance(first, ast.Is) else _call("not_", told)
         if len(node.ops) == 1:
@@ -287,11 +286,3 @@ def _assign(name: str, value: ast.expr) -> ast.stmt:
 def _now() -> ast.expr:
     now = ast.Attribute(ast.Name(_L, ast.Load()), "NOW", ast.Load())
     return ast.Attribute(now, "active", ast.Load())
-
-
-def _is_none(value: ast.expr) -> bool:
-    return isinstance(value, ast.Constant) and value.value is None
-
-
-def _call_not(value: ast.expr) -> ast.expr:
-    return ast.UnaryOp(ast.Not(), value)

@@ -28,14 +28,9 @@ class Spread(NamedTuple):
     is_share: bool
     text: str
 
-    @property
-    def is_around(self) -> bool:
-        """Whether the distribution is centred on the quantity's nominal value."""
-        return self.how in {"within", "normal"}
-
     def ends(self, own: float = 0.0) -> tuple[float, float]:
         """Return the lowest and the highest value that can be drawn, for a nominal value."""
-        if not self.is_around:
+        if self.how not in {"within", "normal"}:  # not centred on the nominal value
             return min(self.values), max(self.values)
         half = self.values[0] * (abs(own) if self.is_share else 1.0)
         half *= SIGMAS if self.how == "normal" else 1.0

@@ -34,12 +34,9 @@ def declarations(project: Path, *loops: Parts) -> Any:
     names += ["text"] * (source / "text.h").exists()
     ffi = FFI()
     for header in (*(source / f"{name}.h" for name in dict.fromkeys(names)), HERE / "world.h"):
-        ffi.cdef(_bare(header), packed=header.name != "text.h")
+        bare = _DIRECTIVE.sub("", _COMMENT.sub("", header.read_text(encoding="utf-8")))
+        ffi.cdef(bare, packed=header.name != "text.h")
     return ffi
-
-
-def _bare(header: Path) -> str:
-    return _DIRECTIVE.sub("", _COMMENT.sub("", header.read_text(encoding="utf-8")))
 
 
 def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:

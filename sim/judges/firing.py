@@ -48,7 +48,8 @@ def firing_of(log: StepLog, loop: Loop) -> Firing | None:
     if not len(rows):
         return None
     parts = list(_parts(rows, np.cumsum(~runs)[kept]))
-    ramps_k = [_errors_k(_judged(part, loop)) for part in parts if _is_ramp(part)]
+    ramps = [part for part in parts if part["program.kind"][0] in (OVER, RATE) and _direction(part)]
+    ramps_k = [_errors_k(_judged(part, loop)) for part in ramps]
     judged = [float(np.abs(errors_k).max()) for errors_k in ramps_k if len(errors_k)]
     holds = [part for part in parts if part["program.kind"][0] in (HOLD, UNTIL)]
     last = holds[-1] if holds else rows
@@ -68,10 +69,6 @@ def _parts(rows: StepLog, pauses: NDArray[np.intp]) -> Iterator[StepLog]:
     anew = np.diff(rows["program.segment_clock"].astype(np.int64)) <= 0
     other = np.diff(rows["program.segment"].astype(np.int64)) != 0
     yield from np.split(rows, np.flatnonzero(anew | other | (np.diff(pauses) != 0)) + 1)
-
-
-def _is_ramp(part: StepLog) -> bool:
-    return bool(part["program.kind"][0] in (OVER, RATE) and _direction(part))
 
 
 def _direction(part: StepLog) -> float:

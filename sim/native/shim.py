@@ -83,11 +83,6 @@ def _digest(version: str) -> str:
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
-def cache_folder() -> Path:
-    """Return the folder for compiled shims; it may not exist yet."""
-    return cache_dir() / "native"
-
-
 def _glue(folder: Path) -> Path:
     """Write cffi's C for the declarations in api.h and callbacks.h."""
     from cffi import FFI  # noqa: PLC0415 - only when something is to be compiled
@@ -136,7 +131,7 @@ def _whole(library: Path) -> bool:
 def build() -> Path:
     """Return the path of the compiled shim; build it if it is missing."""
     includes, version = simavr_headers()
-    target = cache_folder() / f"{MODULE}-{_digest(version)}.so"
+    target = cache_dir() / "native" / f"{MODULE}-{_digest(version)}.so"
     if _whole(target):
         return target
     try:

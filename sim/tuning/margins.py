@@ -79,19 +79,15 @@ def margins(process: Process, gains: Gains, period_s: float) -> Margins:
     gain, phase, distance, _, crossings, _ = control.stability_margins(data, returnall=True)
     delays_s = np.radians(np.mod(phase, 360.0)) / crossings
     nearest = np.abs(1 + loop.response).min()
+    last = loop.response[-1].real  # at half the sampling frequency the response is real
     return Margins(
         stable=stable,
-        gain=_growth(np.append(gain, _at_the_end(loop.response[-1])), stable),
+        gain=_growth(np.append(gain, -1 / last if last < 0 else math.inf), stable),
         phase_deg=float(phase[np.abs(phase).argmin()]) if len(phase) else math.inf,
         delay_s=float(delays_s.min(initial=math.inf)),
         sensitivity=1 / float(distance.min(initial=nearest)),
         crossover=float(crossings.max(initial=0.0)),
     )
-
-
-def _at_the_end(response: np.complex128) -> float:
-    """Return the gain margin at half the sampling frequency, where the response is real."""
-    return float(-1 / response.real) if response.real < 0 else math.inf
 
 
 def _growth(gains: NDArray[np.float64], stable: bool) -> float:

@@ -22,14 +22,9 @@ def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
         "kd": gains.kd,
         "derivative_filter_s": gains.filter_s if gains.kd else 0.0,
     }
-    whole = spec.algorithm.pid or blank_pid()
+    whole = spec.algorithm.pid or Pid.model_validate({"kind": "pid", "kp": 0.0})
     changed = spec.model_copy(update={"algorithm": whole.model_copy(update=changes)})
     return controller.with_loop(loop, changed).model_copy(update={"comparison": ()})
-
-
-def blank_pid() -> Pid:
-    """Return a PID with the spec's defaults."""
-    return Pid.model_validate({"kind": "pid", "kp": 0.0})
 
 
 def try_gains(  # noqa: PLR0913 - all but two are names

@@ -120,7 +120,9 @@ def layout(controller: Controller) -> Layout:
     entries = log.entries if log else 0
     entry_bytes = LOG_FRAME_BYTES + log_entry_bytes(controller, log) if log else 0
     room -= places * programs_bytes + entries * entry_bytes
-    lasting = max(FEWEST_PROGRESS_SLOTS, _slots_for(LEAST_YEARS, _save_every_s(controller)))
+    save_every_s = controller.programs.save_every_s if controller.programs else math.inf
+    needed = math.ceil(LEAST_YEARS * YEAR_S / (CELL_WRITES * save_every_s))
+    lasting = max(FEWEST_PROGRESS_SLOTS, needed)
     wanted = lasting * PROGRESS_BYTES if places else 0
     most = room // slot_bytes
     if places or entries:
@@ -146,14 +148,6 @@ def _programs(controller: Controller) -> tuple[int, int]:
         return 0, 0
     body = PROGRAM_BYTES + SEGMENT_BYTES * controller.programs.points
     return PROGRAM_FRAME_BYTES + body, SLOTS_OF_A_PROGRAM * controller.programs.places
-
-
-def _save_every_s(controller: Controller) -> float:
-    return controller.programs.save_every_s if controller.programs else math.inf
-
-
-def _slots_for(years: float, every_s: float) -> int:
-    return math.ceil(years * YEAR_S / (CELL_WRITES * every_s))
 
 
 def slowest_s(years: float, slots: int) -> float:

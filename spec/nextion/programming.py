@@ -37,7 +37,8 @@ def points_page(number: int, first: int, points: int, *, more: str) -> Page:
     name = "points" if first == 1 else "points2"
     sheet = Sheet(name, number, f"Segments {first} to {min(points, first + ROWS - 1)}.")
     sheet.number("programm", (10, 5, 40, 36), SMALL, shared=False)
-    sheet.text("pname", (60, 5, 220, 36), LONGEST_NAME, LARGE, release=_name_entry())
+    entry = ("name.show.txt=pname.txt", "page name")
+    sheet.text("pname", (60, 5, 220, 36), LONGEST_NAME, LARGE, release=entry)
     for place in range(first, min(points, first + ROWS - 1) + 1):
         _row(sheet, place, 46 + 43 * (place - first))
     if more:
@@ -62,7 +63,3 @@ def _row(sheet: Sheet, place: int, y: int) -> None:
     sheet.text(f"t{place}", (330, y, 150, 38), LONGEST_NUMBER, release=edit, pco=AMBER)
     go = (f'print "#10 {place};"', "page main")
     sheet.button(f"g{place}", (500, y, 130, 38), "go here", go)
-
-
-def _name_entry() -> tuple[str, ...]:
-    return ("name.show.txt=pname.txt", "page name")

@@ -78,10 +78,10 @@ that were derived before it."""
 
 def with_derived(controller: Controller) -> Controller:
     """Derive the numbers that the spec leaves out of a loop's rules."""
-    loops = {
-        name: _with_derived(controller, name, _minding_host(controller, name, loop))
-        for name, loop in controller.loops.items()
-    }
+    loops = {}
+    for name, loop in controller.loops.items():
+        limited = _with_limits(controller, name, _minding_host(controller, name, loop))
+        loops[name] = _with_effort(controller, name, limited)
     if all(loops[name] is loop for name, loop in controller.loops.items()):
         return controller
     return controller.model_copy(update={"loops": ReadOnlyDict(loops)})
@@ -95,10 +95,6 @@ def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
         return loop
     minded = loop.protection.model_copy(update={"master_lost_after_s": HOST_LOST_AFTER_S})
     return loop.model_copy(update={"protection": minded})
-
-
-def _with_derived(controller: Controller, name: str, loop: Loop) -> Loop:
-    return _with_effort(controller, name, _with_limits(controller, name, loop))
 
 
 def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:

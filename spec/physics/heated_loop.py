@@ -238,9 +238,10 @@ class HeatedLoop:
         shares = [place / (PLACES - 1) for place in range(PLACES)]
         rests = [self.plant.rest(low_k + share * (high_k - low_k)) for share in shares]
         cooling = list(self._cooling(rests[-1], high_k))
+        cold = [state for _, state in self._cold if self.plant.sensed_k(state) >= low_k]
         return [
             *rests,
-            *_some([state for _, state in self._cold if self.plant.sensed_k(state) >= low_k]),
+            *cold[:: max(1, len(cold) // PLACES)],
             *(cooling[4**place] for place in range(CUTS) if 4**place < len(cooling)),
         ]
 
@@ -406,11 +407,6 @@ def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> flo
 def _full_w(loop: Loop, heater: Switch) -> float:
     """Return the algorithm's highest power, or the current limit's if that is less, W."""
     return min((heater.power_w or 0.0) * loop.algorithm.full_percent / 100, limit_w(heater))
-
-
-def _some(found: list[Vector]) -> list[Vector]:
-    """Select a few of the states, evenly spaced."""
-    return found[:: max(1, len(found) // PLACES)]
 
 
 def _longest_within(course: Iterator[tuple[float, float]], band_k: float) -> float:

@@ -17,7 +17,7 @@ from heatwright.spec.base import (
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.sensing.adc_resolution import largest_step_k, step_at_k
-from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.averaging import Started
 from heatwright.spec.sensing.conversion import TICK_S
 from heatwright.spec.sensing.tolerances import Accuracy
 from heatwright.spec.units import BETA, RESISTANCE, TEMPERATURE, VOLTAGE, VOLTAGE_PER_KELVIN
@@ -35,7 +35,7 @@ FullScale = Annotated[
 """Reference of the ADC, its full scale. At AREF it is 1 V to the supply (data sheets)."""
 
 
-class AnalogSensor(Averaged):
+class AnalogSensor(Started):
     """Keys and properties of all sensors on pins of the ADC."""
 
     kind: str
@@ -73,18 +73,8 @@ class AnalogSensor(Averaged):
         return self.oversample * TICK_S
 
     @property
-    def free_running_s(self) -> float:
-        """Interval of conversions that the ADC starts by itself: 0, the firmware starts each."""
-        return 0.0
-
-    @property
     def read_s(self) -> float:
         """Time from the last conversion to the reading, s: 0, the last tick has both."""
-        return 0.0
-
-    @property
-    def first_s(self) -> float:
-        """Time that the sensor needs after the power-up, s: 0, it is ready in the first period."""
         return 0.0
 
     @property
@@ -231,18 +221,13 @@ class CodesCurve(Model):
     def _codes_can_be_read(self) -> "CodesCurve":
         most = 1023 * self.readings
         if max(code for code, _ in self.codes) > most:
+            several = f"{self.readings} readings of 10 bit are"
             raise refuse(
-                f"{_counted(self.readings)} of 10 bit {'are' if self.readings > 1 else 'is'} "
-                f"at most {most}",
+                f"{several if self.readings > 1 else 'one reading of 10 bit is'} at most {most}",
                 "Correct the codes, or write the readings that one of them sums up, "
                 "such as readings: 16",
             )
         return self
-
-
-def _counted(readings: int) -> str:
-    """Say how many readings."""
-    return f"{readings} readings" if readings > 1 else "one reading"
 
 
 def _form(value: Any) -> str:

@@ -16,3 +16,17 @@ class Averaged(Model):
         description="Readings, one each control step, whose mean the control uses; the "
         "protections use every single reading.",
     )
+
+
+class Started(Averaged):
+    """A thermometer of which the firmware starts each conversion, be it by its reading."""
+
+    @property
+    def free_running_s(self) -> float:
+        """Interval of conversions that the sensor starts by itself: 0, it starts none."""
+        return 0.0
+
+    @property
+    def first_s(self) -> float:
+        """Time that the sensor needs after the power-up, s: 0, it is ready in the first period."""
+        return 0.0

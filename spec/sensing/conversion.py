@@ -104,9 +104,10 @@ def conversion(sensor: Any, mcu: str) -> Conversion:
     bounds = limits(sensor, mcu)
     if not bounds.shown:
         raise ValueError("the sensor's range is not within what its circuit can show")
-    edges = _edges(sensor.circuit(mcu), bounds)
+    chain = sensor.circuit(mcu)
+    edges = [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
     if hasattr(getattr(sensor, "curve", None), "codes"):
-        found = fewest_points(_tube_of_sums(sensor.circuit(mcu), bounds, sensor.oversample))
+        found = fewest_points(_tube_of_sums(chain, bounds, sensor.oversample))
         apart = 1
     else:
         found, apart = fewest_points(_tube(edges, sensor.oversample)), sensor.oversample
@@ -128,11 +129,6 @@ def float32(value: float) -> float:
 def _code(ratio: float) -> int:
     """Return the code of a share of the reference."""
     return min(max(math.floor(CODES * ratio), 0), CODES - 1)
-
-
-def _edges(chain: Circuit, bounds: Limits) -> list[float]:
-    """List the temperatures that bound each code of the range, both ends included."""
-    return [chain.celsius(code / CODES) for code in range(bounds.low, bounds.high + 2)]
 
 
 def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:

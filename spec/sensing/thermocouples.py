@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from heatwright.spec.base import Least, PinName
-from heatwright.spec.sensing.averaging import Averaged
+from heatwright.spec.sensing.averaging import Averaged, Started
 from heatwright.spec.sensing.conversion import TICK_S
 
 _STEP_K = 0.25
@@ -52,7 +52,7 @@ class _Converter(Averaged):
         return ""
 
 
-class Max6675(_Converter):
+class Max6675(_Converter, Started):
     """A thermocouple of type K behind a MAX6675."""
 
     kind: Literal["max6675"]
@@ -74,19 +74,9 @@ class Max6675(_Converter):
         return 0.22
 
     @property
-    def free_running_s(self) -> float:
-        """Interval of conversions that the chip starts by itself: 0, each reading restarts it."""
-        return 0.0
-
-    @property
     def read_s(self) -> float:
         """Time of the reading: one tick more, because a reading stops the conversion."""
         return TICK_S
-
-    @property
-    def first_s(self) -> float:
-        """Time that the chip needs after the power-up, s: 0, it is ready in the first period."""
-        return 0.0
 
 
 class Max31855(_Converter):

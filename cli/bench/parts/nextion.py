@@ -65,7 +65,7 @@ class TouchDisplay(Seat):
             memory.page,
             held.component.name if held else None,
             tuple((each.visible, *each.values.values()) for each in memory.shown()),
-            display.instructions if _has_waveform(memory) else 0,
+            display.instructions if any(each.waveform for each in memory.shown()) else 0,
         )
         if drawn == self._drawn:
             return None
@@ -110,10 +110,6 @@ class TouchDisplay(Seat):
 def _text(part: Any) -> str:
     text = str(part.values.get("txt", part.values.get("val", "")))
     return " ".join(text.split()) if part.component.kind != "variable" else ""
-
-
-def _has_waveform(memory: Any) -> bool:
-    return any(each.waveform is not None for each in memory.shown())
 
 
 take = TouchDisplay

@@ -59,10 +59,6 @@ def _heaters(controller: Controller) -> dict[str, Switch]:
     return {name: controller.switches[name] for name in names}
 
 
-def _off_v(output: Switch) -> str:
-    return quantity(0.0 if output.active == "high" else SUPPLY_V, "V")
-
-
 def _pulls(rows: Sequence[Wiring]) -> Iterator[Step]:
     """Measure pull-up and pull-down resistors; not those of a divider, which have a sensor too."""
     for row in rows:
@@ -115,10 +111,10 @@ def _board(controller: Controller) -> Iterator[Step]:
     board = controller.board
     for name, output in controller.switches.items():
         if not output.always_runs:
-            pin = label(board.pins[output.pin])
+            pin, off_v = label(board.pins[output.pin]), SUPPLY_V if output.active == "low" else 0.0
             yield Step(
                 f"Hold the reset button, and let it go: measure {pin} (`{name}`)",
-                f"{_off_v(output)} all the time",
+                f"{quantity(off_v, 'V')} all the time",
             )
     for name, sensor in controller.thermometers.items():
         yield Step(

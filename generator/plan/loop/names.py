@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, fields
 
+from heatwright.generator.plan.algorithms.pid import LimitsInForce
 from heatwright.generator.plan.loop import adjusted
 from heatwright.generator.plan.loop.adjusted import NumberNames
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop
+from heatwright.spec.adjusted import GAINS
 from heatwright.spec.facts import LoopFacts, facts_of
 from heatwright.spec.sensing.max31856 import TYPE_CODES, lowered
 
@@ -43,6 +45,8 @@ class LoopSummary(LoopFacts):
     fan_where: str
     cooler_where: str
     numbers: list[NumberNames]
+    kept: dict[str, str]
+    """Settings of gains and limits that a host or a master can set, and the spec's values in C."""
     types: Types | None
 
 
@@ -84,6 +88,7 @@ def summary(source: Source, name: str) -> LoopSummary:
         fan_where=source.at("fan").where,
         cooler_where=source.at("cooler").where,
         numbers=adjusted.named(source, name, prefix_of(name)),
+        kept=_kept(facts, prefix_of(name)),
         types=_types(source, source.controller.loops[name]),
     )
 
@@ -113,6 +118,12 @@ def loop_names(source: Source, name: str, ready_within: str) -> LoopNames:
         programs_where=root.at("programs", "loop").where,
         starts_where=source.at("starts").where,
     )
+
+
+def _kept(facts: LoopFacts, prefix: str) -> dict[str, str]:
+    gains = {gain: f"{prefix}_{gain.upper()}" for gain in GAINS if facts.tunable}
+    limits = LimitsInForce._fields if facts.limits_adjustable else ()
+    return gains | {f"{limit}_percent": f"{prefix}_{limit.upper()}" for limit in limits}
 
 
 def _types(source: Source, loop: Loop) -> Types | None:

@@ -10,16 +10,10 @@ from heatwright.spec import DigitalOutput
 def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> Part:
     """Plan a heater, a cooler, a fan that always runs, or one that the host commands."""
     start = Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();")
+    starts = () if use.gated else (start,)
     if output.is_held:
-        return _held(source, name, output, use, () if use.gated else (start,))
-    return output_part(
-        source,
-        name,
-        output,
-        use,
-        "outputs/digital",
-        start_calls=() if use.gated else (start,),
-    )
+        return _held(source, name, output, use, starts)
+    return output_part(source, name, output, use, "outputs/digital", start_calls=starts)
 
 
 def _held(

@@ -116,10 +116,6 @@ def _of_current(spec: Spec, heater: str) -> dict[str, str]:
     }
 
 
-def _more_heat(holding_percent: float) -> str:
-    return f"more heat than {quantity(holding_percent, '%')}" if holding_percent else "heat"
-
-
 def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
     """The condition of each rule of a loop, by the rule's id; all rules of readings share one."""
     stale = f"no good reading for {quantity(protection.stale_after_s, 's')}"
@@ -130,9 +126,11 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
         "rise_rate": f"a change of more than {quantity(protection.rise_rate_k_per_s, 'K/s')}",
     }
     if protection.frozen is not None:
+        holding = protection.frozen.holding_percent
+        heat = f"more heat than {quantity(holding, '%')}" if holding else "heat"
         limits["sensor_frozen"] = (
             f"exactly the same reading for {quantity(protection.frozen.for_s, 's')} of "
-            f"{_more_heat(protection.frozen.holding_percent)} below the setpoint"
+            f"{heat} below the setpoint"
         )
     if protection.heating is not None:
         limits["heating_failed"] = (

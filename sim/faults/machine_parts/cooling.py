@@ -23,9 +23,6 @@ def _held_s(world: World, cooler: str) -> float:
 
 
 def _is_right(world: World) -> bool:
-    return world.device.outputs[world.site.loop.cooler or ""].on == _has_to(world)
-
-
-def _has_to(world: World) -> bool:
-    """Whether the cooler must run, by the reading, which is checked elsewhere."""
-    return bool(world.loop("reading_status")) or world.loop("temperature_c") >= COOLED_ABOVE_C
+    """Whether the cooler runs if it must, by the reading, which is checked elsewhere."""
+    must = bool(world.loop("reading_status")) or world.loop("temperature_c") >= COOLED_ABOVE_C
+    return bool(world.device.outputs[world.site.loop.cooler or ""].on == must)

@@ -3,7 +3,7 @@
 from heatwright.sim.circuits import reference_v
 from heatwright.sim.faults.world import Site
 from heatwright.sim.reference.protection.limiter import IDLE_ADC_STEPS, IDLE_SHARE, rms_to_mean
-from heatwright.spec import Current, CurrentSensor, Switch, full_a
+from heatwright.spec import Current, Switch, full_a
 
 CODES = 1024
 SOFT_START = 0.25
@@ -31,9 +31,5 @@ def measured(site: Site) -> Measured | None:
     if output.current is None:
         return None
     sensor = site.controller.ammeters[output.current.sensor]
-    return Measured(output, output.current, current_step_a(site, sensor))
-
-
-def current_step_a(site: Site, sensor: CurrentSensor) -> float:
-    """Return one step of the ADC in A."""
-    return reference_v(sensor, site.controller.board) / CODES / sensor.scale_v_per_a
+    step_a = reference_v(sensor, site.controller.board) / CODES / sensor.scale_v_per_a
+    return Measured(output, output.current, step_a)

@@ -22,13 +22,12 @@ def faults(site: Site) -> Iterator[Fault]:
         return
     yield _shorted(site, heater)
     limit_a = heater.limit_a
-    if limit_a is not None and SOFT_START * _limited_growth(heater, limit_a) < 1:
+    if limit_a is None:
+        return
+    # By this factor a wire's current may grow and still be held by the limit at once.
+    growth = (limit_a + heater.over_a) / 2 / heater.mean_a
+    if SOFT_START * growth < 1:
         yield _part_shorted(site, heater, limit_a)
-
-
-def _limited_growth(heater: Measured, limit_a: float) -> float:
-    """Return by which factor a wire's current may grow and still be held by the limit at once."""
-    return (limit_a + heater.over_a) / 2 / heater.mean_a
 
 
 def _shorted(site: Site, heater: Measured) -> Fault:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import cast
+from typing import Any, cast
 
 from heatwright.sim.faults.effects import Felt
 from heatwright.sim.faults.fault import Act, Fault
@@ -43,7 +43,7 @@ def faults(site: Site) -> Iterator[Fault]:
     yield from conversions(site)
 
 
-def on_chip(act: Callable[[SpiChip], None]) -> Act:
+def on_chip(act: Callable[[Any], None]) -> Act:
     """Return an act on the chip of the loop's sensor."""
     return lambda world: act(chip_of(world))
 
@@ -53,19 +53,19 @@ def chip_of(world: World) -> SpiChip:
     return cast("SpiChip", world.device.sensors[world.site.loop.sensor])
 
 
-def _fail(faults: Faults) -> Act:
-    """Return an act that gives the chip these faults and no others."""
+def fail(faults: Any) -> Act:
+    """Return an act that gives the chip these faults, of its own class, and no others."""
     return on_chip(lambda chip: setattr(chip, "faults", replace(faults)))
 
 
 def wires(site: Site) -> Iterator[Fault]:
     """Yield faults after which the chip does not answer, or answers badly."""
-    sound = _fail(Faults())
+    sound = fail(Faults())
     yield no_reading(site, "unplugged", on_chip(SpiChip.unplug), on_chip(SpiChip.plug))
-    yield no_reading(site, "data_shorted_to_ground", _short("low"), _short(None))
-    yield no_reading(site, "data_shorted_to_supply", _short("high"), _short(None))
-    yield no_reading(site, "no_clock", _fail(Faults(dumb=True)), sound)
-    yield no_reading(site, "damaged_answers", _fail(Faults(corrupt_rate=1.0)), sound)
+    yield no_reading(site, "data_shorted_to_ground", short("low"), short(None))
+    yield no_reading(site, "data_shorted_to_supply", short("high"), short(None))
+    yield no_reading(site, "no_clock", fail(Faults(dumb=True)), sound)
+    yield no_reading(site, "damaged_answers", fail(Faults(corrupt_rate=1.0)), sound)
 
 
 def failing_supply(site: Site) -> Fault:
@@ -79,7 +79,7 @@ def conversions(site: Site, anew_s: float = 0.0) -> Iterator[Fault]:
 
     anew_s -- time until the next answer if the chip is set up again after a damaged answer, s.
     """
-    frozen = watched(site, "frozen", _fail(Faults(frozen=True)), _fail(Faults()))
+    frozen = watched(site, "frozen", fail(Faults(frozen=True)), fail(Faults()))
     yield replace(frozen, sensor_lies=True)  # it repeats its present reading for ever
     yield _damaged_in_bursts(site, anew_s)
     interrupt = on_chip(SpiChip.brown_out)
@@ -88,7 +88,7 @@ def conversions(site: Site, anew_s: float = 0.0) -> Iterator[Fault]:
 
 def slow(site: Site) -> Fault:
     """Return the fault of a chip whose conversions take longer than in its data sheet."""
-    return slow_conversions(site, _fail(Faults(slow=SLOW)), WATCH_S)
+    return slow_conversions(site, fail(Faults(slow=SLOW)), WATCH_S)
 
 
 def _damaged_in_bursts(site: Site, anew_s: float) -> Fault:
@@ -101,7 +101,8 @@ def _damaged_in_bursts(site: Site, anew_s: float) -> Fault:
     return bursts_of_damage(site, chip_of, most, (1 + SOUND_PER_DAMAGED) * most, WATCH_S)
 
 
-def _short(level: Level | None) -> Act:
+def short(level: Level | None) -> Act:
+    """Return an act that shorts the chip's data to a level; None: that removes the short."""
     return on_chip(lambda chip: chip.short(level))
 
 

@@ -1,11 +1,12 @@
 """Faults of a DS18B20: its cable, its supply and its conversions."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import cast
 
 from heatwright.sim.faults.bounds import answer_s
 from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.sensing.converter import fail, on_chip, short
 from heatwright.sim.faults.sensing.readings import (
     SENSOR_RULES,
     bursts_of_damage,
@@ -33,7 +34,7 @@ def mend(world: World) -> None:
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of the loop's DS18B20."""
     yield from _answers(site)
-    frozen = watched(site, "frozen", _fail(Faults(frozen=True)), _fail(Faults()))
+    frozen = watched(site, "frozen", fail(Faults(frozen=True)), fail(Faults()))
     yield replace(frozen, sensor_lies=True)  # it repeats its present reading for ever
     yield _never_converts(site)
     yield from _harmless(site)
@@ -43,35 +44,22 @@ def _chip(world: World) -> Ds18b20:
     return cast("Ds18b20", world.device.sensors[world.site.loop.sensor])
 
 
-def _on_chip(act: Callable[[Ds18b20], None]) -> Act:
-    return lambda world: act(_chip(world))
-
-
 def _answers(site: Site) -> Iterator[Fault]:
     """Yield a chip without an answer or with bad ones: the heater goes off at the first one."""
     cases: tuple[tuple[str, Act, Act], ...] = (
-        ("unplugged", _on_chip(Ds18b20.unplug), _on_chip(Ds18b20.plug)),
-        ("shorted_to_ground", _short("low"), _short(None)),
-        ("shorted_to_supply", _short("high"), _short(None)),
-        ("damaged_answers", _fail(Faults(corrupt_rate=1.0)), _fail(Faults())),
-        ("failing_supply", _fail(Faults(weak=True)), _fail(Faults())),
+        ("unplugged", on_chip(Ds18b20.unplug), on_chip(Ds18b20.plug)),
+        ("shorted_to_ground", short("low"), short(None)),
+        ("shorted_to_supply", short("high"), short(None)),
+        ("damaged_answers", fail(Faults(corrupt_rate=1.0)), fail(Faults())),
+        ("failing_supply", fail(Faults(weak=True)), fail(Faults())),
     )
     for name, cause, cure in cases:
         yield no_reading(site, name, cause, cure)
 
 
-def _short(level: str | None) -> Act:
-    return _on_chip(lambda chip: chip.short(level))
-
-
-def _fail(faults: Faults) -> Act:
-    """Return an act that gives the chip these faults and no others."""
-    return _on_chip(lambda chip: setattr(chip, "faults", replace(faults)))
-
-
 def _never_converting(world: World) -> None:
     """Reset the chip to its power-on value, and stop its conversions."""
-    _fail(Faults(idle=True))(world)
+    fail(Faults(idle=True))(world)
     _chip(world).brown_out()
 
 
@@ -81,7 +69,7 @@ def _never_converts(site: Site) -> Fault:
         "never_converts",
         lambda: World(site, Weather(site.ambient_c, site.ambient_c)),
         _never_converting,
-        _fail(Faults()),
+        fail(Faults()),
         trip=Trip(SENSOR_RULES, answer_s(site.loop)),
         sensor_lies=True,
         again=True,
@@ -93,9 +81,9 @@ def _harmless(site: Site) -> Iterator[Fault]:
     """Yield disturbances as on a long cable, which must not trip a rule of the sensor."""
     most = steps(site.loop.protection.stale_after_s, site.loop) - 1  # which it just tolerates
     yield bursts_of_damage(site, _chip, most, most + 2, WATCH_S)
-    interrupt = _on_chip(Ds18b20.brown_out)
+    interrupt = on_chip(Ds18b20.brown_out)
     yield harmless(site, "supply_interrupted_once", interrupt, WATCH_S, _never_believed)
-    yield slow_conversions(site, _fail(Faults(slow=1.5)), WATCH_S)
+    yield slow_conversions(site, fail(Faults(slow=1.5)), WATCH_S)
 
 
 def _never_believed(world: World) -> str:

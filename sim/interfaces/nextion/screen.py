@@ -97,7 +97,8 @@ class _Canvas:
 
     def _number(self, part: Part) -> None:
         self._ground(part, _colour(part, "bco", WHITE))
-        self._write(part, shown_number(part), _colour(part, "pco", 0))
+        digits = int(part.values.get("lenth", 0))  # at least so many
+        self._write(part, f"{int(part.values['val']):0{digits}d}", _colour(part, "pco", 0))
 
     def _waveform(self, part: Part) -> None:
         left, top, right, bottom = _box(part)
@@ -145,11 +146,6 @@ class _Canvas:
 
 def _aligned(where: int, spare: int) -> int:
     return (0, spare // 2, spare)[where]
-
-
-def shown_number(part: Part) -> str:
-    """Return a number as the display shows it: at least `lenth` digits."""
-    return f"{int(part.values['val']):0{int(part.values.get('lenth', 0))}d}"
 
 
 def _box(part: Part) -> Box:

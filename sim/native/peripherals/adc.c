@@ -71,19 +71,11 @@ static void settle(hw *h) {
 }
 
 /* Reading ADCL keeps the pair until ADCH is read. */
-static uint8_t on_low(struct avr_t *avr, avr_io_addr_t address, void *param) {
+static uint8_t on_read(struct avr_t *avr, avr_io_addr_t address, void *param) {
     hw *h = param;
     if (!h->adc_locked)
         settle(h);
-    h->adc_locked = 1;
-    return avr->data[address];
-}
-
-static uint8_t on_high(struct avr_t *avr, avr_io_addr_t address, void *param) {
-    hw *h = param;
-    if (!h->adc_locked)
-        settle(h);
-    h->adc_locked = 0;
+    h->adc_locked = address == h->adc->r_adcl;
     return avr->data[address];
 }
 
@@ -93,8 +85,8 @@ void adc_init(hw *h) {
         return;
     avr_irq_register_notify(h->adc->io.irq + ADC_IRQ_OUT_TRIGGER, on_start, h);
     tap_write(h, h->adc->r_adcsra, on_control, h, &h->tap_adcsra);
-    tap_read(h, h->adc->r_adcl, on_low, h, &h->tap_adcl);
-    tap_read(h, h->adc->r_adch, on_high, h, &h->tap_adch);
+    tap_read(h, h->adc->r_adcl, on_read, h, &h->tap_adcl);
+    tap_read(h, h->adc->r_adch, on_read, h, &h->tap_adch);
 }
 
 void hw_adc_set(hw *h, int channel, double millivolts) {

@@ -29,17 +29,14 @@ def one_interface_per_port(controller: Controller) -> Findings:
             continue
         port = interface.line.port
         other = first.setdefault(port, index)
+        called = f"serial port {port}" if len(controller.board.uarts) > 1 else "the serial port"
         if other != index:
             yield Finding(
                 ("interfaces", index, "kind"),
-                f"interfaces[{other}] already talks on {_called(controller, port)}",
+                f"interfaces[{other}] already talks on {called}",
                 _remedy(controller, set(first)),
                 (("interfaces", other),),
             )
-
-
-def _called(controller: Controller, port: int) -> str:
-    return f"serial port {port}" if len(controller.board.uarts) > 1 else "the serial port"
 
 
 def _remedy(controller: Controller, taken: set[int]) -> str:

@@ -72,7 +72,8 @@ def spread_leaves_no_dc(controller: Controller) -> Findings:
     one period of 50 Hz; at 60 Hz it is 1.2 periods, and its phase repeats every 100 ms.
     """
     for name, output in _outputs(controller):
-        if output.distribution == "spread" and _odd_half_periods(output.resolution_s):
+        odd_ms = round(output.resolution_s * 1000) % round(MAINS_PERIOD_S * 1000)
+        if output.distribution == "spread" and odd_ms:
             more_s = math.ceil(output.resolution_s / MAINS_PERIOD_S) * MAINS_PERIOD_S
             yield Finding(
                 ("outputs", name, "resolution"),
@@ -81,10 +82,6 @@ def spread_leaves_no_dc(controller: Controller) -> Findings:
                 f"Use {duration(round(more_s, 2))}, or distribution: burst",
                 (("outputs", name, "distribution"),),
             )
-
-
-def _odd_half_periods(seconds: float) -> bool:
-    return bool(round(seconds * 1000) % round(MAINS_PERIOD_S * 1000))
 
 
 def spread_has_no_rests(controller: Controller) -> Findings:

@@ -57,7 +57,7 @@ def nodes_bear_the_maximum(machine: Machine, heated: HeatedLoop) -> Findings:
                 f"with the sensor at {celsius(heated.ambient_c + most_k)}, which "
                 f"{'.'.join(map(str, machine.path))}.protection.maximum allows without a trip, "
                 f"{node} is at {about(rests_c)} °C",
-                f"Use at least {_up_c(rests_c)} °C, or a lower maximum",
+                f"Use at least {about(math.ceil(10 * rests_c) / 10)} °C, or a lower maximum",
                 (*machine.because_of, (*machine.path, "protection", "maximum")),
             )
 
@@ -199,7 +199,3 @@ def _times(loop: Loop) -> Times:
         math.inf if frozen is None else frozen.for_s,
         100.0 if frozen is None else frozen.holding_percent,
     )
-
-
-def _up_c(temperature_c: float) -> str:
-    return about(math.ceil(10 * temperature_c) / 10)

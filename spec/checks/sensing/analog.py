@@ -64,10 +64,12 @@ def codes_are_of_the_circuit(controller: Controller) -> Findings:
             continue
         if _above_supply(sensor, controller.board.mcu):
             share = divider_v(sensor.divider) / reference_v(sensor, controller.board.mcu)
+            readings = sensor.curve.readings
+            summed = f"a sum of {readings} readings" if readings > 1 else "one reading"
             yield Finding(
                 ("sensors", name, "curve", "codes"),
-                f"{_summed(sensor.curve.readings)} the divider's supply gives code "
-                f"{sensor.curve.readings * (1024 * share - 0.5):.1f}, and no code can be higher",
+                f"in {summed} the divider's supply gives code "
+                f"{readings * (1024 * share - 0.5):.1f}, and no code can be higher",
                 "Correct the codes, the readings, or the divider's supply",
                 (("sensors", name),),
             )
@@ -80,10 +82,6 @@ def _above_supply(sensor: AdcThermometer, mcu: str) -> bool:
     highest = max(code for code, _ in sensor.curve.codes)
     share = divider_v(sensor.divider) / reference_v(sensor, mcu)
     return code_share(highest, sensor.curve.readings) >= share
-
-
-def _summed(readings: int) -> str:
-    return f"in a sum of {readings} readings" if readings > 1 else "in one reading"
 
 
 def _beyond(sensor: AdcThermometer) -> bool:
@@ -134,7 +132,8 @@ def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str
     if shown_c is None or shown_c[0] >= shown_c[1]:
         return "with these values the circuit shows no temperature", "Check the circuit's values"
     low_c, high_c = (celsius(end_c) for end_c in shown_c)
-    if found.high - found.low < LEAST_MARGIN_STEPS <= _margin(found):
+    margin = min(found.low - found.low_limit, found.high_limit - found.high)
+    if found.high - found.low < LEAST_MARGIN_STEPS <= margin:
         return (
             f"from end to end this range is less than {LEAST_MARGIN_STEPS} steps of the ADC",
             f"Use a range of {low_c} .. {high_c}, or a circuit that shows more of it",
@@ -144,10 +143,6 @@ def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str
         "at each end to detect an open or a shorted sensor",
         f"Use a range within {low_c} .. {high_c}, or a circuit that shows more",
     )
-
-
-def _margin(found: Limits) -> int:
-    return min(found.low - found.low_limit, found.high_limit - found.high)
 
 
 def _widest_c(sensor: AdcThermometer, mcu: str, found: Limits) -> tuple[float, float] | None:

@@ -59,12 +59,8 @@ def is_lowered(controller: Controller, loop: Loop, kind: str) -> bool:
     """Return whether the firmware lowers the loop's limits while this type is chosen."""
     sensor = controller.sensors[loop.sensor]
     found = lowered(sensor, loop.setpoint.maximum_c, loop.protection.maximum_c)
-    return loop.protection.maximum_adjustable and found.get(kind, -math.inf) >= _least_c(loop)
-
-
-def _least_c(loop: Loop) -> float:
-    """Return the temperature below which the limits cannot be lowered."""
-    return max(loop.setpoint.minimum_c, loop.setpoint.initial_c)
+    least_c = max(loop.setpoint.minimum_c, loop.setpoint.initial_c)  # they cannot be lower
+    return loop.protection.maximum_adjustable and found.get(kind, -math.inf) >= least_c
 
 
 def or_lower(loop: Loop, kind: str) -> str:
