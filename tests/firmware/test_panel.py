@@ -48,6 +48,16 @@ def test_before_the_first_reading() -> None:
     assert device.shield.lcd.text == ("T=--.-°C VT=0   ", "Set temp 20°C   ")
 
 
+def test_setpoints_stop_at_their_ends() -> None:
+    device = started()
+    for key, setpoints_c in (("up", (30, 40, 50, 60, 70, 70)), ("down", (60, 50, 40, 30, 20, 10))):
+        for setpoint_c in setpoints_c:
+            press(device, key)
+            assert device.read(SETPOINT) == setpoint_c
+            device.advance(device.time_s + 0.1)
+            assert device.shield.lcd.text[1] == f"Set temp {setpoint_c}°C   "
+
+
 @pytest.mark.parametrize(("key", "left_at"), [("down", "10"), ("left", "20")])
 def test_off_at_once_and_on_again(key: str, left_at: str) -> None:
     """DOWN from the lowest setpoint, LEFT from any; the display says what UP will do."""
