@@ -41,7 +41,6 @@ def share_of(test: str) -> float:
 
 
 def drawn(cases: Sequence[str], share: float) -> set[str]:
-    """Draw a share of the cases, at least one of them if the share is not 0."""
     ordered = sorted(cases, key=lambda case: hashlib.sha256(f"{SEED} {case}".encode()).digest())
     return set(ordered[: math.ceil(share * len(ordered))])
 

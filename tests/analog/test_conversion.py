@@ -1,7 +1,6 @@
 """The firmware's tables: as exact as they say, and no line with fewer points is; and the curves of
 sensing elements: the standard's own numbers, and two ways to compute each agree."""
 
-import math
 import random
 from itertools import combinations, pairwise
 
@@ -14,11 +13,10 @@ from rig.specs import ROOT
 from scipy.optimize import linprog
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
-from heatwright.sim.circuits.elements import ZERO_C, beta_ohm, interpolated_ohm, steinhart_hart_ohm
 from heatwright.sim.reference.sensors.adc import converter
 from heatwright.spec import BOARDS, CodesCurve, Thermistor
 from heatwright.spec.sensing.conversion import CODES, conversion, limits
-from heatwright.spec.sensing.curves import Beta, LinearPlatinum, Platinum, Points, SteinhartHart
+from heatwright.spec.sensing.curves import LinearPlatinum, Platinum
 from heatwright.spec.sensing.fewest import Tube, fewest_points
 
 UNO = BOARDS["uno"]
@@ -200,8 +198,6 @@ IEC_60751 = {
 AGREE = 1e-12
 """Relative; both ways are in double precision, with few operations of 1.1e-16 each."""
 
-hot_c = st.floats(-50, 300)
-
 
 @pytest.mark.parametrize("celsius", IEC_60751)
 def test_platinum_is_that_of_the_standard(celsius: int) -> None:
@@ -235,53 +231,3 @@ def test_how_far_a_line_is_off_the_standard() -> None:
     assert round(curve.celsius(line.ohm(300.0)), 1) == 316.0
     row = " | ".join(str(each) for each in ON_THE_LINE.values())
     assert f"| shown, °C | {row} |" in (DOCS / "language.md").read_text("utf-8")
-
-
-@given(hot_c, st.floats(1, 1e6), st.floats(2000, 6000))
-def test_beta_both_ways(celsius: float, nominal_ohm: float, beta_k: float) -> None:
-    curve = Beta(nominal_ohm, 25.0, beta_k)
-    ohm = curve.ohm(celsius)
-    other = beta_ohm(np.array(celsius + ZERO_C), nominal_ohm, 25 + ZERO_C, beta_k)
-    assert ohm == pytest.approx(float(other), rel=AGREE)
-    assert curve.celsius(ohm) == pytest.approx(celsius, abs=1e-9)
-    assert curve.ohm(25.0) == nominal_ohm
-
-
-@given(hot_c, st.floats(1e-4, 2e-3), st.floats(1e-4, 4e-4), st.floats(1e-9, 5e-7))
-def test_steinhart_hart_both_ways(celsius: float, a: float, b: float, c: float) -> None:
-    curve = SteinhartHart(a, b, c)
-    wanted = 1 / (celsius + ZERO_C)
-    log = math.log(curve.ohm(celsius))
-    assert a + b * log + c * log**3 == pytest.approx(wanted, rel=AGREE)
-    other = math.log(float(steinhart_hart_ohm(np.array(celsius + ZERO_C), a, b, c)))
-    assert log == pytest.approx(other, abs=1e-10)
-    assert curve.celsius(curve.ohm(celsius)) == pytest.approx(celsius, abs=1e-9)
-
-
-def test_a_thermistor_by_its_makers_three_numbers() -> None:
-    """YSI 44006, 10 kΩ at 25 °C, with the coefficients its maker publishes."""
-    curve = SteinhartHart(1.032e-3, 2.387e-4, 1.580e-7)
-    assert curve.ohm(25.0) == pytest.approx(10e3, rel=0.002)
-
-
-POINTS = ((0.0, 327e3), (25.0, 100e3), (100.0, 6.7e3), (200.0, 560.0), (300.0, 115.0))
-RISING = ((0.0, 815.0), (25.0, 1000.0), (100.0, 1696.0), (150.0, 2260.0))
-
-
-@given(hot_c, st.sampled_from((POINTS, RISING)))
-def test_points_both_ways(celsius: float, points: tuple[tuple[float, float], ...]) -> None:
-    curve = Points(points)
-    ohm = curve.ohm(celsius)
-    other = interpolated_ohm(np.array(celsius + ZERO_C), points)
-    assert ohm == pytest.approx(float(other), rel=1e-11)
-    assert curve.celsius(ohm) == pytest.approx(celsius, abs=1e-9)
-    for point_c, point_ohm in points:
-        assert curve.ohm(point_c) == pytest.approx(point_ohm, rel=AGREE)
-
-
-@given(st.floats(0, 300))
-def test_points_of_a_beta_are_that_beta(celsius: float) -> None:
-    """Between two points the logarithm is straight over 1/T, which is what beta says."""
-    beta = Beta(100e3, 25.0, 4267)
-    points = Points(tuple((float(at_c), beta.ohm(at_c)) for at_c in (0, 40, 120, 300)))
-    assert points.ohm(celsius) == pytest.approx(beta.ohm(celsius), rel=1e-11)

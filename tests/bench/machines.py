@@ -29,7 +29,6 @@ def events(*lines: Mapping[str, Any]) -> list[Event]:
 
 
 def at(said: Mapping[float, Any], verb: str = "send") -> Lines:
-    """What is said at which time."""
     return tuple({"at": f"{time_s} s", verb: line} for time_s, line in said.items())
 
 

@@ -7,8 +7,6 @@ from rig.specs import changed, controller_of
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.faults import effects, starts
-from heatwright.sim.faults.site import OfState, Site
 from heatwright.sim.judges.lockouts import miscounts
 from heatwright.sim.replay import replay
 
@@ -17,7 +15,6 @@ EXTRUDER = changed(
     "extruder", ("watchdog: 1 s", "watchdog: 1 s\n  lockout: {within: 1 min, wait: 5 s}")
 )
 CHAMBER = changed("chamber", ("watchdog: 2 s", "watchdog: 2 s\n  lockout: {trips: 2, hold: 3 s}"))
-OFF = changed("extruder", ("watchdog: 1 s", "watchdog: 1 s\n  lockout: off"))
 
 
 class Both:
@@ -167,24 +164,6 @@ def test_select_is_held_to_end_a_lock_out(held_s: float, rest_s: float, ends: bo
     assert both.latched != ends
     assert both.trips == (0 if ends else 2)
     assert both.counts_as_the_model()
-
-
-def peak_c(spec: str, for_s: float) -> float:
-    """Let a host insist while the sensor is out; return how hot the block becomes, °C."""
-    site = Site(controller_of(spec), "nozzle", whole(spec))
-    world = starts.heating(site)
-    effects.Felt(site.loop.sensor, lambda now: effects.fallen_out(now, 1.0))(world)
-    ends_s = world.now_s + for_s
-    while world.now_s < ends_s and world.until(OfState(lambda now: now.fault != 0), 60.0):
-        world.insist(HOT_C)
-        world.run(1.0)
-    return world.peaks.highest_c["block"]
-
-
-def test_who_insists_does_not_burn_the_machine() -> None:
-    """Without a lock-out the block, which bears 316 °C, becomes hotter than 500 °C."""
-    assert peak_c(OFF, 600.0) > TOO_HOT_C
-    assert peak_c("extruder", 600.0) < 285.0
 
 
 def test_a_replay_finds_a_count_that_is_wrong() -> None:

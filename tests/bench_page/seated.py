@@ -54,7 +54,6 @@ class Seated:
         return self.told.state
 
     def of(self, kind: str) -> Any:
-        """Return what an interface shows."""
         return self.state["interfaces"][self.number(kind)]
 
     def missing(self, loop: str) -> list[str]:

@@ -36,18 +36,6 @@ def test_there_is_a_seat_at_each_kind_of_interface() -> None:
 # ---- interfaces ----------------------------------------------------------------------------
 
 
-def test_up_is_seen_on_the_display_and_in_the_course() -> None:
-    seat = Seated("chamber", 2.0)
-    assert seat.of("lcd_keypad")["rows"][1].startswith("Set temp 20")
-    seat.press("up")
-    assert seat.of("lcd_keypad") == {"rows": ["T=20.0°C VT=0   ", "Set temp 30°C   "], "held": None}
-    seat.run(5.0)
-    assert seat.state["loops"]["air"]["setpoint_c"] == 30
-    assert [point[3] for point in seat.points["air"]][:1] == [20]
-    assert seat.points["air"][-1][3:] == (30, 100)
-    assert [point[0] for point in seat.points["air"]] == sorted({p[0] for p in seat.points["air"]})
-
-
 def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path) -> None:
     seat = Seated("kiln_uno", 2.0)
     seat.press("left")

@@ -39,7 +39,6 @@ class Port(NamedTuple):
 
 @pytest.fixture
 def plugged(monkeypatch: pytest.MonkeyPatch) -> list[Port]:
-    """The ports of the computer."""
     found = [Port("/dev/ttyS0", None), Port("/dev/ttyACM0")]
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: found)
     monkeypatch.setattr(ports, "WAIT_S", 0.0)
@@ -127,7 +126,6 @@ def optiboot(folder: Path) -> Path:
 
 
 def image(loader: Path) -> bytes:
-    """The bytes of a boot loader's file."""
     made = Path("loader.bin").resolve()
     form = ["-I", "ihex"] if loader.suffix == ".hex" else ["-j", ".text"]
     subprocess.run(["avr-objcopy", *form, "-O", "binary", loader, made], check=True)

@@ -71,22 +71,6 @@ def test_a_pin_s_registers_are_written_anew(register: str, is_open: bool) -> Non
     assert world.device.avr.read_ram(place, 1)[0] & 1 << pin.bit == before
 
 
-def test_one_that_closes_again_before_the_step_is_a_fault_all_the_same() -> None:
-    """And nothing heats until that step comes."""
-    world = starts.heating(site_of(CHAMBER))
-    contact = world.device.contacts["stop"]
-    steps = int(world.loop("steps"))
-    assert world.until(lambda now: int(now.loop("steps")) != steps, 5.0)
-    contact.move(is_open=True)
-    world.run(0.2)
-    contact.move(is_open=False)
-    closed_s = world.now_s
-    assert world.fault == 0
-    assert world.until(lambda now: now.fault != 0, 1.5)
-    world.device.feed()
-    assert world.heaters.last_on_s(closed_s) is None
-
-
 def test_an_open_contact_outlives_a_loss_of_power() -> None:
     world = opened("stop")
     world.power_cut()

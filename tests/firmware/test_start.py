@@ -52,7 +52,6 @@ def latched() -> AvrDevice:
 
 
 def press(device: AvrDevice, key: str, for_s: float = 0.1) -> None:
-    """Press a key and let it go."""
     device.press(key)
     device.advance(device.time_s + for_s)
     device.press(None)

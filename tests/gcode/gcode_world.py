@@ -25,7 +25,6 @@ def gcode_world(spec: str = "extruder") -> World:
 
 
 def received(data: bytes) -> bytes:
-    """Bytes that come in."""
     parts = [data[i : i + 0xFFFF] for i in range(0, len(data), 0xFFFF)]
     return b"".join(b"r" + struct.pack("<H", len(part)) + part for part in parts)
 
@@ -99,7 +98,6 @@ def spoken(*lines: str | bytes) -> list[bytes]:
 
 
 def talk(program: Path, *lines: str | bytes) -> Said:
-    """Play lines that are spoken."""
     return run(program, *spoken(*lines))
 
 
@@ -215,6 +213,5 @@ class BinaryBoard(Board):
 
 
 def ready(feeder: Board) -> Board:
-    """The feeder at 200 °C."""
     assert feeder.told("M104 S200", 1.0) == ["ok"]
     return feeder

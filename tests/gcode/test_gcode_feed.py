@@ -2,9 +2,6 @@
 
 import pytest
 from gcode_world import BinaryBoard, Board, HostBoard, celsius, gcode_world, ready
-from rig.specs import controller_of
-
-from heatwright.spec import digest
 
 STEPS_PER_MM = 200 * 16 / 25
 HOT = "M104 S200"
@@ -125,18 +122,6 @@ def test_what_m410_is_not(feeder: Board) -> None:
     feeder.wait(3.0)
     assert feeder.steps == round(20 * STEPS_PER_MM)
     assert not feeder.motor_is_free
-
-
-def test_it_says_what_it_is(feeder: Board) -> None:
-    spec = digest(controller_of("feeder"))
-    assert feeder.lines()[:2] == ["start", f"echo:heatwright feeder, spec {spec}"]
-    assert feeder.told("M115")[0] == (
-        f"FIRMWARE_NAME:heatwright spec {spec} PROTOCOL_VERSION:1.0 "
-        "MACHINE_TYPE:feeder EXTRUDER_COUNT:1"
-    )
-    feeder.tell("M106 S51")
-    if isinstance(feeder, HostBoard):
-        assert feeder.said().state["fan"] == "20"
 
 
 def test_no_feed_while_the_heater_is_off(feeder: Board) -> None:

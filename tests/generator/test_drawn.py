@@ -108,7 +108,6 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
 
 
 def kinds_in(controller: Controller) -> set[str]:
-    """List all kinds and the board of a controller."""
     loops = controller.loops.values()
     parts = [*controller.sensors.values(), *controller.outputs.values(), *controller.interfaces]
     kinds_of_parts = {each.kind for each in (*parts, *(loop.algorithm for loop in loops))}
@@ -145,7 +144,6 @@ def assert_it_equals_the_reference(controller: Controller, elf: Elf, drawn: Draw
 
 
 def project_flags(ini: str) -> list[str]:
-    """Return the build_flags of a platformio.ini."""
     found = re.search(r"^build_flags =\n((?: +.*\n)+)", ini, re.MULTILINE)
     assert found is not None
     flags = found[1].split()

@@ -33,7 +33,6 @@ FILES = {
 
 
 def everything(folder: Path) -> dict[str, bytes | str]:
-    """Every file and link below a folder, with its bytes."""
     return {
         path.relative_to(folder).as_posix(): str(path.readlink())
         if path.is_symlink()

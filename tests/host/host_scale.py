@@ -27,7 +27,6 @@ class Steps:
         return code / self.per_k
 
     def code(self, celsius: float) -> int:
-        """Return the nearest code."""
         return round(celsius * self.per_k)
 
     def moved(self, code: int, by_k: float) -> int:
@@ -81,7 +80,6 @@ class Table:
 
 @cache
 def scale_of(controller: Controller) -> Steps | Table:
-    """Return the scale of the sensor of a controller's only loop."""
     ((_, loop),) = controller.loops.items()
     kind = controller.sensors[loop.sensor].kind
     return _STEPS[kind] if kind in _STEPS else Table(controller, loop.sensor)

@@ -38,7 +38,6 @@ class Desk:
         self.device.advance(self._until_s)
 
     def press(self, keys: str, for_s: float = PRESS_S) -> tuple[str, str]:
-        """Press keys one after the other; return what is shown then."""
         for key in keys.split():
             self.device.press(key)
             self.run(for_s)

@@ -66,7 +66,6 @@ LETTERS = {
 
 
 def slave_world() -> World:
-    """Return the slave's files in their world."""
     files = [name for name in sources_of(SLAVE) if re.fullmatch(r"modbus.*\.c", name)]
     return world_of(SLAVE, files, Path(__file__).with_name("world.c"))
 
@@ -80,7 +79,6 @@ def frame(data: bytes) -> bytes:
 
 
 def received(data: bytes) -> bytes:
-    """Bytes come in."""
     return b"r" + struct.pack("<H", len(data)) + data
 
 
@@ -308,12 +306,10 @@ TO_ALL = framed(0, struct.pack(">BHH", 6, 100, 300))
 
 
 def flagged(flags: int, byte: int) -> bytes:
-    """A byte with the receiver's flags."""
     return b"x" + bytes([flags, byte])
 
 
 def leaves(count: int) -> bytes:
-    """So many bytes of the answer leave."""
     return b"p" + bytes([count])
 
 
@@ -351,7 +347,6 @@ CASES: dict[str, tuple[tuple[bytes, ...], tuple[bytes, ...], tuple[int, ...]]] =
 
 @pytest.fixture(scope="session")
 def slave() -> Path:
-    """The slave as a program of this computer."""
     return slave_world().sanitized().program()
 
 

@@ -49,7 +49,6 @@ class Report:
         return sorted(lines, key=lambda line: (not protects(line.split()[1]), line))
 
     def wrong_entries(self) -> list[str]:
-        """Entries of the list that fit a mutant which is killed."""
         return [
             f"equivalent.txt:{entry.line}: is killed: {case.mutant}"
             for case in self.cases

@@ -196,7 +196,6 @@ class _File:
                       Kind.STATEMENT)  # fmt: skip
 
     def _replacements(self, node: Node) -> Iterator[str]:
-        """Texts in place of an expression."""
         if node.type in ("binary_expression", "assignment_expression", "update_expression"):
             yield from self._other_operators(node)
         elif node.type == "unary_expression":

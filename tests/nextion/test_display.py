@@ -297,7 +297,6 @@ def test_timers_run_while_their_page_is_shown() -> None:
 
 
 def tapped(code: tuple[str, ...], *parts: Component) -> bytes:
-    """Return what a button with this code makes a display print."""
     return tap(display(page_of(button("b0", *code), *parts)), "b0")
 
 

@@ -14,13 +14,11 @@ TRY_TICKS = 200
 
 
 def after(said: Said, tick: int, begins: str = "") -> list[str]:
-    """What was told from a tick on."""
     told = zip(said.instructions, said.ticks, strict=True)
     return [text for text, at in told if at >= tick and text.startswith(begins)]
 
 
 def names(told: list[str]) -> set[str]:
-    """What the instructions set."""
     return {text.split("=")[0] for text in told}
 
 

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from rig.specs import changed, files_of, spec_of
+from rig.specs import changed, files_of
 
 from heatwright.cli.main import cli
-from heatwright.spec.board.timers import allocate
 
 MOVES = {
     # A bare chip takes no shield: without keys the setpoint is what it begins with.
@@ -50,18 +49,6 @@ def moved(name: str, board: str) -> str:
     changes = ((old, new.replace("{board}", board)) for old, new in MOVES[name].items())
     text, _, _ = changed(name.split(maxsplit=1)[0]).partition("\ncomparison:\n")
     return changed(f"{text}\n", *changes)
-
-
-# PWM by interrupts has timer 1 of the extruder, PWM at its pin that of the fabricator.
-TICK_TIMER = {
-    "chamber": 1, "press": 1, "hotplate": 1, "extruder": 2, "fabricator": 2,
-    "extruder by timers": 0,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", TICK_TIMER)
-def test_the_timers(name: str) -> None:
-    assert allocate(spec_of(moved(name, "atmega32")).controller).tick == TICK_TIMER[name]
 
 
 @pytest.mark.parametrize(

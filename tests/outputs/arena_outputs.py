@@ -43,7 +43,6 @@ def relay_off_problem(place: Wired, elf: Elf) -> str:
 
 
 def feed_problems() -> Iterator[Check]:
-    """Yield the checks of a feed: each a test of it, on a feed of its own."""
     for test in (
         stepper.test_the_motor_is_let_go,
         stepper.test_a_fault_stops_it_at_once,
@@ -90,7 +89,6 @@ TWO_LOOPS = hosted.SPEC % ""
 
 
 def two_loops_problem(elf: Elf) -> None:
-    """Let a host switch the one loop, then the other."""
     hosted.test_it_is_closed_while_a_loop_is_on(hosted.powered(TWO_LOOPS, elf))
 
 

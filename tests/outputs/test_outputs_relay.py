@@ -200,10 +200,6 @@ def whole_problem(place: Wired, elf: Elf | None = None) -> str:
     return "" if said == (WELDED, JUDGED_C) else f"a torn wire is {said}"
 
 
-def ticks(bench: RelayBoard, orders: Orders, count: int) -> None:
-    assert problem(bench, iter([orders] * count)) == ""
-
-
 @pytest.mark.parametrize("feedback", [True, False])
 @pytest.mark.parametrize("active", ["high", "low"])
 @pytest.mark.parametrize("board", PINS)
@@ -212,43 +208,11 @@ def test_every_tick_is_as_it_should_be(board: str, active: str, *, feedback: boo
     assert problem(bench, course(1, 1500), seed=2 if feedback else None) == ""
 
 
-def test_it_opens_when_the_program_hangs() -> None:
-    bench = RelayBoard(relayed())
-    ticks(bench, Orders(), 40)
-    assert bench.relay.closed
-    ticks(bench, Orders(hangs=True), 14)
-    assert not bench.relay.closed
-
-
-@pytest.mark.parametrize(
-    ("armature", "wire", "code"),
-    [
-        (Armature.WELDED, Wire.SOUND, WELDED), (Armature.SOUND, Wire.TORN, WELDED),
-        (Armature.DEAD, Wire.SOUND, OPEN), (Armature.SOUND, Wire.SHORTED, OPEN),
-    ],
-)  # fmt: skip
-def test_what_is_broken_at_the_start_never_heats(armature: Armature, wire: Wire, code: int) -> None:
-    bench = RelayBoard(relayed())
-    bench.relay.fail(armature, wire)
-    for first in (STEP, STEP._replace(acknowledged=True)):
-        ticks(bench, first, 1)
-        for _ in range(60):
-            ticks(bench, STEP, 1)
-            assert bench.outputs["heater"].on <= (code == OPEN)
-        found = bench.get("fault.code"), bench.get("fault.temperature_c")
-        assert (*found, bench.outputs["heater"].on) == (code, JUDGED_C, False)
-    bench.relay.fail(Armature.SOUND, Wire.SOUND)
-    ticks(bench, Orders(wanted=False), 20)
-    ticks(bench, STEP._replace(acknowledged=True), 1)
-    ticks(bench, STEP, 60)
-    assert (bench.get("fault.code"), bench.outputs["heater"].on) == (0, True)
-
-
 @pytest.mark.parametrize("active", ["high", "low"])
 @pytest.mark.parametrize("board", PINS)
 def test_a_reset_opens_it_first_thing(board: str, active: str) -> None:
     bench = RelayBoard(relayed(board, active=active))
-    ticks(bench, Orders(), 40)
+    assert problem(bench, iter([Orders()] * 40)) == ""
     assert bench.outputs["contactor"].on
     assert reset_problem(bench, "contactor") == ""
 

@@ -7,24 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reference_machines import STEP_A, Kiln, kiln_of, nozzle_of
+from reference_machines import Kiln, kiln_of
 from rig.specs import EXAMPLES, example
 
-from heatwright.sim.reference import Reference
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
-from heatwright.sim.reference.inputs import Orders
-from heatwright.sim.reference.numbers import Single, filter_share, steps
-from heatwright.spec import BOARDS, Loop, Sensor, kinds
+from heatwright.sim.reference.numbers import Single
+from heatwright.spec import BOARDS, Sensor, kinds
 from heatwright.spec.registry import module_of
-
-
-def test_durations_in_whole_milliseconds_and_the_shares_of_filters():
-    assert 0.3 / 0.1 < 3
-    quick, slow = (Loop.model_construct(period_s=period_s) for period_s in (0.1, 1.0))
-    assert [steps(0.3, quick), steps(0.29, quick), steps(0.01, slow)] == [3, 2, 1]
-    assert steps(120.0, slow) == 120
-    assert filter_share(1.0, 4.0) == Single(0.2)
-    assert filter_share(1.0, 0.0) == 1
 
 
 def test_the_sum_is_in_the_order_of_the_slots_and_single():
@@ -53,20 +42,6 @@ def test_every_sensor_can_be_read(kind):
     codes = getattr(SENSORS[kind][0], "oversample", 1)
     below, found, above = map(module.converter(*SENSORS[kind]), (raw - codes, raw, raw + codes))
     assert abs(found - felt) <= abs(above - below) / 2
-
-
-@pytest.mark.parametrize(
-    ("offset_v", "raw", "amperes"),
-    [(0.0, 400, Single(STEP_A / 4) * Single(400) + Single(STEP_A / 2)),
-     (2.5, 0, 0.0), (2.5, 4 * 512, pytest.approx(STEP_A / 2))],
-)  # fmt: skip
-def test_amperes_are_the_middle_of_the_step_and_never_negative(offset_v, raw, amperes):
-    controller = nozzle_of()
-    sensor = controller.sensors["current"].model_copy(update={"offset_v": offset_v})
-    moved = controller.model_copy(update={"sensors": {**controller.sensors, "current": sensor}})
-    orders = Orders(current_raw=raw)
-    record = Reference(moved, "nozzle").step(0, 320, Single(50), orders=orders)
-    assert record["current.amperes"] == amperes
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,6 @@ ON_THE_BED = {"thermistor": "hotend", "rtd": "frost", "analog": "tmp36"}
 
 @cache
 def sensor(name: str) -> AnalogSensor:
-    """The sensor of a circuit."""
     written = yaml.safe_load(f"{{{CIRCUITS[name]}}}")
     made: AnalogSensor = TypeAdapter(Sensor).validate_python(written)
     return made

@@ -220,7 +220,6 @@ def on(
 
 
 def board_of(spec: str) -> BoardData:
-    """Return the board of a spec's text, or of the example of that name."""
     return (spec_of(spec) if "\n" in spec else example(spec)).controller.board
 
 

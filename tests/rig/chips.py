@@ -110,7 +110,6 @@ class Crucible:
         return found
 
     def read(self, count: int = 1) -> list[tuple[int, int]]:
-        """Do the same, and return status and raw reading of each step."""
         return [(int(s["reading_status"]), int(s["reading_raw"])) for s in self.steps(count)]
 
     def statuses(self, count: int = 1) -> list[int]:

@@ -68,7 +68,6 @@ class Drawn(NamedTuple):
 
 @st.composite
 def controllers(draw: Any) -> Drawn:
-    """Draw controllers that the checks accept."""
     found = attempt(lambda low, high: draw(st.integers(low, high)))
     assume(isinstance(found, Drawn))
     return found

@@ -358,7 +358,6 @@ class LoopDraw:
             output["minimum"] = text(self.draws.number(1, min(0.8 * most, 20), 1), "%")
 
     def ready(self) -> None:
-        """Let the loop say when it is ready."""
         least_k = max(self.band_k, self.step_k, self.dead_k, 0.5)
         self.loop["ready_within"] = text(tidy(self.draws.one(1.5, 4.0) * least_k), "K")
 

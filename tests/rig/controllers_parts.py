@@ -55,7 +55,6 @@ class Draws:
         return bool(self._between(0, 1))
 
     def maybe(self, part: Part) -> Part:
-        """Leave a part out, or not."""
         return part if self.some() else {}
 
     def seldom(self) -> bool:

@@ -35,7 +35,6 @@ def first_complaint(modules: Iterable[ModuleType], **given: Any) -> str:
 def tests_of(
     module: ModuleType, given: set[str]
 ) -> Iterator[tuple[Callable[..., None], list[dict[str, Any]]]]:
-    """Find the module's tests and the parameters of each of their cases."""
     for name, test in vars(module).items():
         if name.startswith("test_") and callable(test):
             cases = list(_cases(test))

@@ -204,7 +204,6 @@ class Wired:
 
     @property
     def controller(self) -> Controller:
-        """Read the spec."""
         return spec_of(self.text).controller
 
     @cached_property
@@ -249,7 +248,6 @@ class Wired:
 
 
 def wired(board: str, outputs: Outputs, *, gate: bool = False, feedback: str = "") -> Wired:
-    """Put outputs on a board."""
     return Wired(board, tuple(outputs.items()), gate, feedback)
 
 
@@ -311,7 +309,6 @@ class Recorded:
         device.record(self)
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Take pin changes (PIN_EVENT)."""
         del sent
         for change in changes(pins, self._switches):
             if change.on != self._on[change.name]:

@@ -14,18 +14,15 @@ EXAMPLES = ROOT / "spec" / "examples"
 
 @cache
 def example(name: str) -> Spec:
-    """Read one of the examples."""
     return load(EXAMPLES / f"{name}.yaml")
 
 
 @cache
 def spec_of(text: str) -> Spec:
-    """Read a spec from its text."""
     return load_text(text, "spec.yaml")
 
 
 def controller_of(spec: str) -> Controller:
-    """Return the controller of a spec's text, or of the example of that name."""
     return (spec_of(spec) if "\n" in spec else example(spec)).controller
 
 

@@ -132,7 +132,6 @@ class LogBoard(Board):
         self.reads(0.0)
 
     def with_eeprom(self, contents: bytes) -> "LogBoard":
-        """Power on the same program with this in the EEPROM."""
         return LogBoard(self._program, self.elf, contents)
 
     def reads(
@@ -157,7 +156,6 @@ class LogBoard(Board):
         self.run(ticks * TICK_S)
 
     def rows(self) -> list[LogRow]:
-        """Read the log."""
         self.ask("log", SOON_S)
         return self.computer.rows
 

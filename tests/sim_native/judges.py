@@ -74,7 +74,6 @@ def on_ours(image: Image, *, simavrs: bool = False) -> bytes:
 
 
 def on_avr8js(images: Sequence[Image]) -> list[bytes]:
-    """Run images on avr8js; return what is in their RAM."""
     told = [
         {"flash": base64.b64encode(image.flash).decode(), "end": image.end,
          "ram_start": image.chip.ram_start, "ram_end": image.chip.ram_end,
@@ -98,7 +97,6 @@ def node(script: str, told: dict[str, Any]) -> Any:
 
 
 def on_qemu(images: Sequence[Image], folder: Path) -> list[bytes]:
-    """Run images on QEMU; return what is in their RAM."""
     if which("qemu-system-avr") is None:
         pytest.skip(f"QEMU {REMEDY}")
     return [_qemu(image, folder) for image in images]

@@ -130,7 +130,6 @@ class Image:
 
     @property
     def flash(self) -> bytes:
-        """All of the flash."""
         return b"".join(word.to_bytes(2, "little") for word in self.words)
 
 

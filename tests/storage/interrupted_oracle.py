@@ -51,7 +51,6 @@ class Oracle:
         self._tops: deque[float] = deque(maxlen=COAST_S)
 
     def problems(self, now: Instant) -> Iterator[str]:
-        """Say what is wrong at an instant."""
         before_c = self._felt[-1] if self._felt else now.felt_c
         self._felt.append(now.felt_c)
         self._age_s += now.powered

@@ -155,7 +155,6 @@ class Kept:
 
     @staticmethod
     def as_found(value: Any) -> Any:
-        """What is found where this was saved."""
         return value
 
     def first_cuts(self) -> Iterator[str]:

@@ -40,7 +40,6 @@ class Progresses(Kept):
         return found[1]
 
     def save(self, value: Progress) -> None:
-        """Let the program be there, and save that."""
         for name in set(Progress._fields) - {"program_crc", "temperature_c"}:
             setattr(self.library.program, name, getattr(value, name))
         self.library.loop_chamber.temperature_c = value.temperature_c

@@ -219,7 +219,6 @@ class Judge:
         return Outcome(RETURNING, record.ended, record, program, 0)
 
     def _goes_on(self, record: Progress, program: Stored | None) -> Iterator[str]:
-        """Where it was, with the program that it was."""
         for name in Progress._fields:
             if name in {"state", "program_crc", "temperature_c", "energy"}:
                 continue
