@@ -361,9 +361,10 @@ static bool position(void)
 
 static bool say_exact(const char *in_flash, float value)
 {
-    const bool small = value < SMALL_GAIN && value > -SMALL_GAIN;
-
-    return small ? say_number(in_flash, value, 5) : say_number(in_flash, value, 2);
+    if (value < SMALL_GAIN && value > -SMALL_GAIN) {
+        return say_number(in_flash, value, 5);
+    }
+    return say_number(in_flash, value, 2);
 }
 
 static bool say_gain(const char *in_flash, uint8_t tool, char gain)
