@@ -498,6 +498,8 @@ def _with(text: str, puts: Mapping[int, str]) -> str:
 
 def _asserting(name: str, text: str, sources: Sources) -> str:
     """Return a file with what is asserted in it, and what is admitted of records."""
+    if re.fullmatch(r"loop_\w+\.c", name):
+        text = _written_out(text, sources)
     if name == "reset.c" and PROVES in text:  # what a start has left for the one after it
         word = "(uint16_t)((uint16_t)unknown_byte << 8 | unknown_byte)"
         return _once(text, PROVES, f"    awaited = {word};\n    waited = unknown_byte;\n")
@@ -529,6 +531,22 @@ def _asserting(name: str, text: str, sources: Sources) -> str:
         r"^( +)(output_\w+_set\((loop_\w+\.duty_percent)\);)",
         r"\1//@ assert duty: 0 <= \3 <= 100;\n\1\2", text, flags=re.MULTILINE,
     )  # fmt: skip
+
+
+MAY = re.compile(r"^bool (settings_may_limit_\w+)(\([^)]*\))\n\{\n    return ([^;]*);\n\}", re.M)
+
+
+def _written_out(text: str, sources: Sources) -> str:
+    """Return a file with the question for limits written out where it is asked: Eva knows then
+    what it says of the variables themselves, not of their copies."""
+    asked = MAY.findall(sources.get("settings.c", ""))
+    macros = "".join(
+        "#define {}{} ({})\n".format(name, given.replace("float ", ""), said.replace("\n", " "))
+        for name, given, said in asked
+    )
+    head, include, rest = text.rpartition("#include")
+    line, end, rest = rest.partition("\n")
+    return head + include + line + end + macros + rest
 
 
 def _admitting(name: str, text: str, sources: Sources) -> str:
