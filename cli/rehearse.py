@@ -23,7 +23,7 @@ class _Piece:
 
 def rehearsed(spec: Spec) -> tuple[Problem, ...]:
     """Return a problem for each rule that trips, in file order; none without a machine."""
-    from heatwright.sim.rehearsal import findings, parts  # noqa: PLC0415 - it brings numpy
+    from heatwright.sim.rehearsal import findings, parts  # noqa: PLC0415 - it imports numpy
 
     pieces = [_Piece(spec.controller, part) for part in parts(spec.controller)]
     if not pieces:

@@ -103,7 +103,7 @@ class Avr:
         return Hw(shim.lib, shim.ffi, shim.ffi.gc(hw, shim.lib.hw_free), self.clock_hz)
 
     def load(self, program: Elf) -> None:
-        """Program the flash, and the EEPROM if the program brings contents for it.
+        """Program the flash, and the EEPROM if the program has contents for it.
 
         Raises ValueError when the program is too large for the part.
         """

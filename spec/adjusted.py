@@ -1,4 +1,4 @@
-"""The numbers of an algorithm that the keypad sets, their ranges, and the ends of these."""
+"""The numbers of an algorithm that the keypad sets, and their values at the ends of the ranges."""
 
 from collections.abc import Iterator
 from itertools import product

@@ -32,7 +32,7 @@ class Gain(Checked):
             raise refuse("a gain is a bare number", f"Write the number alone; it is in {self.unit}")
         if value < 0:
             raise refuse(
-                f"{value} is negative and would heat the hotter it gets", "Use a gain of 0 or more"
+                f"{value} is negative: a hotter reading would add heat", "Use a gain of 0 or more"
             )
         if not value <= LARGEST_GAIN:
             raise refuse(f"{value} is too large", f"Use at most {LARGEST_GAIN:.0f}")

@@ -142,7 +142,7 @@ class EffortLine(NamedTuple):
 class EffortBand(NamedTuple):
     """Limits of rules `effort_high` and `effort_low`, derived from a plant.
 
-    filter_s -- mean response time of the plant to a power; move_k -- a smaller change is none.
+    filter_s -- mean response time to a change of power; move_k -- least change that counts, K.
     """
 
     filter_s: float

@@ -83,7 +83,7 @@ class KindIncomplete(Exception):
 
 @cache
 def brought(role: str) -> dict[str, Brought]:
-    """Return the kinds of a role that packages bring, by name, also those that cannot be used."""
+    """Return the kinds of a role that packages provide, by name, also those that cannot be used."""
     found: dict[str, Brought] = {}
     for name, place in _entry_points():
         its_role, _, kind = name.partition(".")
@@ -108,14 +108,14 @@ def usable(role: str) -> dict[str, Any]:
 
 
 def with_brought(role: str, union: Any) -> Any:
-    """Return a discriminated union of models, extended by those that packages bring."""
+    """Return a discriminated union of models, extended by those that packages provide."""
     if not brought(role):
         return union
     own, *marks = get_args(union)
     names = set(map(kind_of, get_args(own) or [own]))
     for kind in names & set(brought(role)):
         package = brought(role)[kind].package
-        taken = f"{package} brings the {role} kind {kind}, which heatwright has itself"
+        taken = f"{package} provides the {role} kind {kind}, which heatwright has itself"
         brought(role)[kind] = Brought(package, problem=taken)
     return Annotated[Union[own, *usable(role).values()], *marks]
 
@@ -167,7 +167,7 @@ def owned(module: str, stem: str) -> bool:
 
 
 def packages() -> list[str]:
-    """Return the packages that bring kinds."""
+    """Return the packages that provide kinds."""
     return sorted({each.package for role in LAYERS for each in brought(role).values()})
 
 
@@ -187,7 +187,7 @@ def _loaded(role: str, kind: str, place: str) -> Brought:
         said = kind if role == "board" else kind_of(value)
     except Exception as error:  # whatever it raises
         return Brought(package, problem=f"{place} cannot be imported ({error})")
-    wrong = f"{place} says of itself that it is of the kind {said}, and its entry point {kind}"
+    wrong = f"{place} is of the kind {said}, but its entry point names the kind {kind}"
     return Brought(package, value, wrong if said != kind else "")
 
 
@@ -197,7 +197,7 @@ def kind_of(model: Any) -> str:
 
 
 def _twice(kind: str, first: Brought, second: Brought) -> Brought:
-    both = f"{first.package} and {second.package} both bring {kind}"
+    both = f"{first.package} and {second.package} both provide {kind}"
     return Brought(first.package, problem=f"{both}: remove one of them")
 
 

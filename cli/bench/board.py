@@ -47,7 +47,7 @@ class Board:
 
     store -- the data for the tabs; world -- the simulated machine, used only by that thread; speed
     -- board time divided by real time: FULL for as fast as possible, 0 while paused; failed -- the
-    error that has ended the thread; when_failed -- called when it has ended so.
+    error that has ended the thread; when_failed -- called after that.
     """
 
     page = "index.html"

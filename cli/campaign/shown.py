@@ -118,7 +118,7 @@ def print_summary(done: Campaign) -> None:
     for rule, count in summary.rules.items():
         out.print(f"          {rule}: {count}", style="red", markup=False)
     for node, count in summary.too_hot.items():
-        told = f"  {count:6d}  {node} became hotter than its limit (bears)"
+        told = f"  {count:6d}  {node} became hotter than `bears` allows"
         out.print(told, style="red", markup=False)
     for title, rows in (
         ("of runs without a fault", summary.figures),
@@ -161,7 +161,7 @@ def print_run(spec: Spec, seed: int, one: Outcome) -> None:
         since = f", {after:.1f} s after something broke" if isinstance(after, float) else ""
         click.echo(f"  {row['rule']} tripped at {row['tripped_s']:.1f} s{since}")
     if row["too_hot"] is not None:
-        click.echo(f"  {row['too_hot']} became hotter than its limit (bears)")
+        click.echo(f"  {row['too_hot']} became hotter than `bears` allows")
     drawn = [(name, row[name]) for name in row if name.startswith(("drawn.", "peak."))]
     show(table(("", "value"), [(name, _cell(value)) for name, value in drawn]))
     show_figures(one.figures)

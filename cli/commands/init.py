@@ -123,7 +123,7 @@ def _narrowed(left: list[Choice], kind: str, name: str) -> list[Choice]:
         raise Refused(f"--{kind}: there is no such {kind} as {name}. Use {able}.")
     raise Refused(
         f"--{kind}: init offers no such machine with {name}. Use {able}; or write {name} into the "
-        "file afterwards: the language has more than init offers."
+        "file afterwards: a spec may have more than init offers."
     )
 
 

@@ -1,4 +1,4 @@
-"""`heatwright kinds`: what a spec may name, who brings it, and what is missing."""
+"""`heatwright kinds`: what a spec may name, which package provides it, what is missing."""
 
 import click
 
@@ -10,11 +10,11 @@ from heatwright.cli.options import json_option, print_json
 @with_examples("heatwright kinds", "heatwright kinds --json")
 @json_option
 def command(as_json: bool) -> int:
-    """List the kinds that a spec may name, and who brings them.
+    """List the kinds that a spec may name, and the packages that provide them.
 
     They are kinds of sensors, outputs, algorithms, interfaces and plants. Packages that are
-    installed beside heatwright may bring more of them. For these the command lists each piece that
-    is missing, and its file.
+    installed beside heatwright may provide more of them. For these the command lists each piece
+    that is missing, and its file.
 
     Exit status: 0 nothing is missing, 1 something is.
     """

@@ -1,4 +1,4 @@
-"""`heatwright new`: the stubs of a package that brings a kind."""
+"""`heatwright new`: the stubs of a package that provides a kind."""
 
 import re
 from importlib.resources import files
@@ -22,7 +22,7 @@ STANDS_FOR = "newsensor"
 @click.option("-o", "--output", type=File, metavar="DIR", help="Folder of the package.")
 @json_option
 def command(role: str, name: str, output: Path | None, as_json: bool) -> None:
-    """Write the stubs of a package that brings a kind of sensor.
+    """Write the stubs of a package that provides a kind of sensor.
 
     NAME is what a spec will call the kind. The package is installed beside heatwright with pip;
     `heatwright kinds` then lists what is still to be written, and in which file. Without --output

@@ -71,7 +71,7 @@ def names(left: list[Choice], kind: str) -> dict[str, str]:
 
 
 def composed(choice: Choice, name: str, file: str) -> str:
-    """Return the text of the spec; `name`: the controller's, `file`: for commands in comments."""
+    """Return the text of the spec; name -- of the controller; file -- named in its comments."""
     machine = machines()[choice.machine]
     pins = parts()["boards"][choice.board]
     others = iter(pins["others"])

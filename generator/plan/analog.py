@@ -142,11 +142,11 @@ def _constants(
         Constant(
             f"{prefix}_CODE_FAR_LOW",
             f"{limits.far_low}u",
-            f"half way to {limits.low_limit}, the circuit's lower end",
+            f"halfway from CODE_LOW to {limits.low_limit}, the circuit's lowest code",
         ),
         Constant(
             f"{prefix}_CODE_FAR_HIGH",
             f"{limits.far_high}u",
-            f"half way to {limits.high_limit}, the circuit's upper end",
+            f"halfway from CODE_HIGH to {limits.high_limit}, the circuit's highest code",
         ),
     )

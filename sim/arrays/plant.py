@@ -1,7 +1,7 @@
-"""N thermal networks of one structure, stepped together: one matrix-vector product for each.
+"""N thermal networks of one structure, advanced together: one matrix-vector product for each.
 
-Each lane (one trial) equals its `thermal_network.Plant` bit for bit: it uses that plant's matrices,
-the same routine for the product, and that plant's random generators for the noise.
+The values of a lane (one trial) equal its `thermal_network.Plant`'s bit for bit: it uses that
+plant's matrices and random generators (for the noise), and the same routine for the product.
 """
 
 from collections.abc import Mapping, Sequence

@@ -128,7 +128,7 @@ class Profile:
 
     @property
     def busy(self) -> Stretch:
-        """The longest time within 8 words of code without sleep, interrupts not counted."""
+        """The longest stay within 8 words of code, without sleep and without interrupts."""
         return self._stretch(self._lib.hw_profile_busy(self._hw))
 
     def _stretch(self, found: Any) -> Stretch:

@@ -86,7 +86,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Site(Place):
-    """A place with its binary: where a fault is tried."""
+    """A place and its binary, on which a fault is tried."""
 
     program: Elf
 

@@ -128,7 +128,7 @@ def all_faults(trace: Trace) -> tuple[Tripped, ...]:
 
 
 def key_presses(trace: Trace) -> list[tuple[float, str]]:
-    """Return times and actions of the operator; repeated presses of a key are one: `up ×3`."""
+    """Return the operator's actions with their times; repeated presses are joined: `up ×3`."""
     groups: list[list[TraceEvent]] = []
     for event in trace.events:
         at_once = groups and event.time_s - groups[-1][-1].time_s < 3 * PRESS_S

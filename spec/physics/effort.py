@@ -249,7 +249,7 @@ class _Search:
         return longest_s
 
     def _beyond_s(self, corner: _Corner, band: EffortBand) -> float:
-        """Return how long a machine is beyond its band, s: heated up, after a reset, down, off."""
+        """Return the longest time beyond the band, s: heating, reset, cooling, switching off."""
         weak = corner.power < 1
         network = _scaled(self._fed if weak else self._plant, corner.capacity, corner.resistance)
         running = sorted(self._windy if weak else self._calm)

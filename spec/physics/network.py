@@ -136,10 +136,10 @@ class Heated:
         return sum(lags_s) + self.lag_s + self.delay_s
 
     def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
-        """Return the mean response time of the sensor to a power, and the slowest lag, s.
+        """Return the sensor's mean response time to a change of power, and the slowest lag, s.
 
         Linearised at the steady state of a temperature above ambient; found by inverse iteration,
-        which begins with the rise by the heater.
+        which begins with the steady rise that the heater causes.
         """
         size = len(self._capacities)
         conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
@@ -162,7 +162,7 @@ class Heated:
         return state[len(self._capacities)] if self.lag_s else state[self._sensed]
 
     def step(self, power_w: float, time_s: float, about: Vector) -> Matrix:
-        """Matrix that takes a state on by `time_s` at a constant power.
+        """Matrix that advances a state by `time_s` at a constant power.
 
         Exact for conduction; radiation is replaced by its tangent at a state.
         """
@@ -171,14 +171,14 @@ class Heated:
         return exponential(matrix)
 
     def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
-        """Matrix that takes a state on without power, and what a watt adds to the new state."""
+        """Matrix that advances a state without power, and what 1 W adds to the new state."""
         matrix = [[*row, 0.0] for row in self._rates(time_s, about)]
         matrix[self._heated][-1] = time_s / self._capacities[self._heated]
         *found, _ = exponential([*matrix, [0.0] * len(matrix[0])])
         return [row[:-1] for row in found], [row[-1] for row in found]
 
     def _rates(self, time_s: float, about: Vector) -> Matrix:
-        """Matrix of the state's rates of change without power, times a time."""
+        """Matrix of the state's rates of change without power, multiplied by `time_s`."""
         size = len(self._capacities)
         states = size + bool(self.lag_s) + 1
         conductances, constants = self._flows.about(about)

@@ -52,12 +52,12 @@ class Limits(NamedTuple):
 
     @property
     def far_low(self) -> int:
-        """Codes below this, half way to the circuit's end, are an open or shorted sensor."""
+        """Codes below this, halfway from `low` to `low_limit`, mean an open or shorted sensor."""
         return -(-(self.low + self.low_limit) // 2)
 
     @property
     def far_high(self) -> int:
-        """Codes above this, half way to the circuit's end, are an open or shorted sensor."""
+        """Codes above this, halfway from `high` to `high_limit`, mean an open or shorted sensor."""
         return (self.high + self.high_limit) // 2
 
     @property
@@ -147,11 +147,11 @@ def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:
 
 
 def _tube(edges: Sequence[float], oversample: int) -> Tube:
-    """Bound the table's temperature at each code: half a step to either side are its code's edges.
+    """Bound the table's temperature at each code by the temperatures at the code's two edges.
 
-    Between two codes, where the sums of several readings lie, a curve may leave its chord by half
-    of its second difference (at a corner; an eighth where it is smooth). Arithmetic costs some
-    roundings of single precision.
+    Sums of several readings lie between two codes. There a curve may deviate from its chord by half
+    of its second difference at a corner, and by an eighth of it where it is smooth. The bounds are
+    narrower by this and by rounding errors.
     """
     rounding_k = ROUNDINGS * 2.0**-24 * max(abs(edge) for edge in edges)
     bends = [0.0] * (len(edges) - 1)

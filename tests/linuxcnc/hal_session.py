@@ -1,4 +1,4 @@
-"""LinuxCNC's HAL for a test (halrun as an ordinary user, halcmd beside it), and a made-up slave.
+"""LinuxCNC's HAL for a test (halrun as an ordinary user, halcmd beside it), and a simulated slave.
 
 HAL is one for the whole machine (its shared memory has fixed keys), so sessions wait for each
 other, and each leaves nothing behind.

@@ -1,5 +1,5 @@
-"""The generated HAL files in LinuxCNC's own HAL: in front of a made-up board, by the panel in
-LinuxCNC's own pyvcp on a screen that nobody sees, and in front of the real firmware."""
+"""The generated HAL files in LinuxCNC's own HAL: with a simulated slave, with the panel in
+LinuxCNC's own pyvcp on a virtual screen, and with the real firmware."""
 
 import os
 import re
@@ -56,7 +56,7 @@ def board(place: Path) -> Iterator[MadeUpBoard]:
 
 @pytest.fixture
 def hal(board: MadeUpBoard, place: Path) -> Iterator[Hal]:
-    """The generated HAL with the made-up board, no panel."""
+    """The generated HAL with the simulated slave, no panel."""
     with Hal(place, "test.hal") as session:
         session.wait("fabricator-exchange", 1)
         yield session

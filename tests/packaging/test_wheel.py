@@ -117,7 +117,7 @@ def test_without_a_compiler_it_is_one_line_with_the_remedy(run: Any, command: st
     assert [line for line in said if "sudo apt-get install " in line] == said[-1:]
 
 
-# ---- a package installed beside it, which brings a kind of sensor ----
+# ---- a package installed beside it, which provides a kind of sensor ----
 
 OUTSIDE = ROOT / "examples" / "max31865"
 PACKAGE = "heatwright_max31865"
@@ -227,8 +227,8 @@ def test_what_a_package_says_wrong_is_told(beside: Path, tmp_path: Path) -> None
     for line in (
         "broken.model:Broken cannot be imported (No module named 'nothing_there')",
         'pyproject.toml: "sensors.x" = "y:Z" begins with none of sensor, output, algorithm',
-        "Max31865 says of itself that it is of the kind max31865, and its entry point named",
-        f"{PACKAGE} brings the sensor kind rtd, which heatwright has itself",
+        "Max31865 is of the kind max31865, but its entry point names the kind named",
+        f"{PACKAGE} provides the sensor kind rtd, which heatwright has itself",
     ):
         assert line in told.stdout
     spec = tmp_path / "chamber.yaml"

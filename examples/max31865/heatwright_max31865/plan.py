@@ -97,11 +97,11 @@ def _constants(
         ),
         Constant(f"{prefix}_LOWEST_CODE", f"{low}", "the element at -200 °C"),
         Constant(f"{prefix}_HIGHEST_CODE", f"{high}", "the element at 850 °C"),
-        Constant(f"{prefix}_SHORT_CODE", f"{low // 2}u", "half way to 0: the element is shorted"),
+        Constant(f"{prefix}_SHORT_CODE", f"{low // 2}u", "halfway to 0: the element is shorted"),
         Constant(
             f"{prefix}_OPEN_CODE",
             f"{(high + CODES - 1) // 2}u",
-            "half way to the largest code: the element is open",
+            "halfway to the largest code: the element is open",
         ),
         Constant(
             f"{prefix}_SETTINGS",

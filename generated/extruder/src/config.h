@@ -84,9 +84,9 @@
 #define SENSOR_NOZZLE_CODE_LOW 22u
 /* extruder.yaml:15 sensors.nozzle.range: 0 degC */
 #define SENSOR_NOZZLE_CODE_HIGH 1011u
-/* half way to 0, the circuit's lower end */
+/* halfway from CODE_LOW to 0, the circuit's lowest code */
 #define SENSOR_NOZZLE_CODE_FAR_LOW 11u
-/* half way to 1023, the circuit's upper end */
+/* halfway from CODE_HIGH to 1023, the circuit's highest code */
 #define SENSOR_NOZZLE_CODE_FAR_HIGH 1017u
 
 /* ---- Loop nozzle ---- */

@@ -86,9 +86,9 @@
 #define SENSOR_NOZZLE_CODE_LOW 332u
 /* fabricator.yaml:12 sensors.nozzle.range: 400 degC */
 #define SENSOR_NOZZLE_CODE_HIGH 575u
-/* half way to 0, the circuit's lower end */
+/* halfway from CODE_LOW to 0, the circuit's lowest code */
 #define SENSOR_NOZZLE_CODE_FAR_LOW 166u
-/* half way to 1023, the circuit's upper end */
+/* halfway from CODE_HIGH to 1023, the circuit's highest code */
 #define SENSOR_NOZZLE_CODE_FAR_HIGH 799u
 
 /* ---- Sensor current ---- */

@@ -11,7 +11,7 @@ void gate_tick(void);
 /* Renew the main loop's permit: the main loop runs. */
 void gate_renew_main(void);
 
-/* True if the gate has counted that permit down since it was renewed. */
+/* True if the gate has run since the main loop's permit was renewed. */
 bool gate_has_run(void);
 
 /* Renew one permit of loop nozzle: it has computed its duty; it has had a good reading. */

@@ -94,9 +94,9 @@
 #define SENSOR_NOZZLE_CODE_LOW 8u
 /* feeder.yaml:16 sensors.nozzle.range: 262 degC */
 #define SENSOR_NOZZLE_CODE_HIGH 1018u
-/* half way to 0, the circuit's lower end */
+/* halfway from CODE_LOW to 0, the circuit's lowest code */
 #define SENSOR_NOZZLE_CODE_FAR_LOW 4u
-/* half way to 1023, the circuit's upper end */
+/* halfway from CODE_HIGH to 1023, the circuit's highest code */
 #define SENSOR_NOZZLE_CODE_FAR_HIGH 1020u
 
 /* ---- Loop nozzle ---- */

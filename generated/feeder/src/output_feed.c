@@ -24,7 +24,7 @@ static bool ending; /* slow down, and cancel the rest of the move */
 static float wanted_steps_per_s;
 static float steps_per_s; /* present speed; 0 while at rest */
 
-/* Set for the interrupt: parts of an interval; whole counts of a part, and its 1/256 counts. */
+/* Set for the interrupt: number of parts of an interval; length of a part in counts and 1/256 counts. */
 static uint16_t parts;
 static uint16_t part_counts;
 static uint8_t part_rest;

@@ -124,7 +124,7 @@ static bool read(uint8_t number, uint8_t slot, struct stored_program *into)
         return read_given(number, into);
     }
     eeprom_read_block(into, address(number, slot, offsetof(struct slot, program)), sizeof *into);
-    into->name[PROGRAM_NAME_SIZE - 1] = '\0'; /* whatever the EEPROM holds, the name ends */
+    into->name[PROGRAM_NAME_SIZE - 1] = '\0'; /* the name is terminated, whatever the EEPROM holds */
     /* It was sound when written; an array's index is checked again. */
     return into->segments != 0 && programs_are_sound(into);
 }

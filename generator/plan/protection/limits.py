@@ -45,7 +45,7 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
             "settings_corrupt": "the EEPROM has records, but no valid one",
             "memory_damaged": "a flipped bit in the latched fault, a setpoint or a limit; it is "
             "found in the next control step",
-            "ram_damaged": "a cell of the RAM, or its neighbour, does not keep a written value",
+            "ram_damaged": "one of two adjacent RAM cells does not keep what is written to it",
             "clock_wrong": "at the start, the watchdog, set to 16 ms, has three times in a row "
             "not reset within 12 to 24 ms",
             "eeprom_worn": "the cell that was last written or read now has another value",
@@ -185,7 +185,7 @@ def _of_second(protection: Protection) -> dict[str, str]:
         ):
             if share is not None:
                 limits[rule] = (
-                    f"{bound} than {quantity(share, '%')} of the power that the plant needs for a "
-                    f"reading in {season}, for {quantity(effort.for_s, 's')} of constant reading"
+                    f"{bound} than {quantity(share, '%')} of the power that holds the reading in "
+                    f"{season}, for {quantity(effort.for_s, 's')} while the reading is constant"
                 )
     return limits

@@ -36,12 +36,12 @@ class Watched(NamedTuple):
 
     @property
     def warned_c(self) -> float:
-        """A temperature of the tip that gives a warning."""
+        """A temperature of the tip at which the monitor warns."""
         return self.monitor.warning_c + self.step_k
 
     @property
     def over_c(self) -> float:
-        """A temperature of the tip that trips, and that the sensor can still read."""
+        """A temperature of the tip at which the monitor trips, within the sensor's range."""
         limit_c = self.monitor.limit_c
         return min(limit_c + self.sensor.error_k(limit_c) + self.step_k, self.sensor.range_c[1])
 

@@ -114,7 +114,7 @@ class Nextion:
     @property
     def picture(self) -> bytes:
         """The display's picture as a PNG."""
-        from heatwright.sim.interfaces.nextion.screen import png  # noqa: PLC0415 - brings matplotlib
+        from heatwright.sim.interfaces.nextion.screen import png  # noqa: PLC0415 - it imports matplotlib
 
         return png(self.display)
 

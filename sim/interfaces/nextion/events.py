@@ -72,7 +72,7 @@ class _Words:
 
     def _block(self) -> Code:
         if not self.left or self.left.pop(0) != "{":
-            raise PageError("After a condition, and after else, a { is missing.")
+            raise PageError("A { is missing after a condition or after else.")
         inside = self.code()
         if not self.left:
             raise PageError("A { is never closed.")

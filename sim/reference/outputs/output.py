@@ -90,7 +90,7 @@ def heater_of(controller: Controller, name: str) -> HeaterOutput:
         return Pwm(pwm_period(controller, name), rated_share(output))
     if not output.is_on_off:
         raise KindIncomplete(
-            f"The output kind {output.kind} has no reference model: a package may bring outputs "
+            f"The output kind {output.kind} has no reference model: a package may provide outputs "
             "that are on or off, and no others."
         )
     return Digital()

@@ -44,7 +44,7 @@ def somebody_switches_on(controller: Controller) -> Findings:
         if loop.protection.master_lost_after_s is not None and not there:
             yield Finding(
                 ("loops", name, "protection", "master_lost_after"),
-                "no master could be lost: there is no modbus_rtu interface, and no gcode interface "
+                "there is no master to lose: no modbus_rtu interface, and no gcode interface that "
                 "serves this loop",
                 f"Delete it, or {_REMEDY}",
                 (("interfaces",),),

@@ -140,7 +140,7 @@ def protections_in_range(controller: Controller) -> Findings:
             implied = "" if "maximum_c" in loop.protection.model_fields_set else " (the default)"
             yield Finding(
                 (*path, "maximum"),
-                f"{celsius(loop.protection.maximum_c)}{implied} may be beyond all readings: the "
+                f"{celsius(loop.protection.maximum_c)}{implied} may never be read: the "
                 f"range of {loop.sensor} {with_type}ends at {celsius(highest_c)}, where a reading "
                 f"may be {about(sensor.error_k(highest_c))} K too low",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}{or_wider}{or_less}"
@@ -151,7 +151,7 @@ def protections_in_range(controller: Controller) -> Findings:
         if loop.protection.minimum_c < reaches_c:
             yield Finding(
                 (*path, "minimum"),
-                f"{celsius(loop.protection.minimum_c)} may be beyond all readings: the range of "
+                f"{celsius(loop.protection.minimum_c)} may never be read: the range of "
                 f"{loop.sensor} {with_type}ends at {celsius(lowest_c)}, where a reading may be "
                 f"{about(sensor.error_k(lowest_c))} K too high",
                 f"Use at least {celsius(math.ceil(reaches_c * 10) / 10)}{or_wider}{or_less}",

@@ -50,7 +50,7 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
                 yield Finding(
                     ("outputs", str(part), key),
                     f"for {duration(seconds)} the heater of the loop {name} may not follow the "
-                    "algorithm, and a rule of its current would trip",
+                    "algorithm, and current_while_off or no_current would trip",
                     f"Delete it, or current of {loop.heater}",
                     (("outputs", loop.heater), ("loops", name)),
                 )
@@ -58,8 +58,8 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
         if fan and fan.proof:
             yield Finding(
                 ("outputs", str(loop.fan), "proof"),
-                f"until its signal comes the heater of loop {name} does not follow the "
-                "algorithm, and a rule of its current would trip",
+                f"until its signal comes the heater of the loop {name} stays off, whatever the "
+                "algorithm asks for, and no_current would trip",
                 f"Delete it, or current of {loop.heater}",
                 (("outputs", loop.heater), ("loops", name)),
             )

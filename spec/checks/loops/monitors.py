@@ -99,7 +99,7 @@ def monitors_in_order(controller: Controller) -> Findings:
         elif monitor.limit_c > reaches_c:
             yield Finding(
                 (*path, "limit"),
-                f"{celsius(monitor.limit_c)} may be beyond all readings: the range of "
+                f"{celsius(monitor.limit_c)} may never be read: the range of "
                 f"{monitor.sensor} ends at {celsius(highest_c)}, where a reading may be "
                 f"{about(sensor.error_k(highest_c))} K too low",
                 f"Use at most {celsius(math.floor(reaches_c * 10) / 10)}",
@@ -108,7 +108,7 @@ def monitors_in_order(controller: Controller) -> Findings:
         elif ends_c < lowest_c + sensor.error_k(lowest_c):
             yield Finding(
                 (*path, "warning"),
-                f"the warning ends at {celsius(ends_c)}, which may be beyond all readings: the "
+                f"the warning ends at {celsius(ends_c)}, which may never be read: the "
                 f"range of {monitor.sensor} ends at {celsius(lowest_c)}",
                 "Use a higher warning, or less hysteresis",
                 ((*path, "hysteresis"), *because_of),

@@ -41,7 +41,7 @@ def restart_s(first_s: float, loop: Loop) -> float:
 
 
 def lasts_a_period(path: Path, seconds: float, name: str, loop: Loop, so: str = "") -> Findings:
-    """Find a time that is shorter than a period; so -- what follows, for the message."""
+    """Find a time that is shorter than a period; so -- the consequence, for the message."""
     if seconds < loop.period_s:
         yield Finding(
             path,

@@ -68,9 +68,9 @@ def falling_stays_above_below(machine: Machine) -> Findings:
         needed_k = below_k + FASTER * (fall_k - below_k)
         yield machine.finding(
             ("protection", "runaway", "below"),
-            f"until the heat arrives this plant falls by up to {about(fall_k)} K below "
-            f"{celsius(machine.loop.setpoint.maximum_c)}, and a plant that is {number(FASTER)} "
-            f"times as fast falls by {about(needed_k)} K",
+            f"until the heat arrives the reading falls to {about(fall_k)} K below "
+            f"{celsius(machine.loop.setpoint.maximum_c)}, and that of a plant {number(FASTER)} "
+            f"times as fast to {about(needed_k)} K below it",
             f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
         )
 
