@@ -10,7 +10,7 @@ from heatwright.cli.options import json_option, print_json
 @with_examples("heatwright kinds", "heatwright kinds --json")
 @json_option
 def command(as_json: bool) -> int:
-    """List the kinds that a spec may name, and the packages that provide them.
+    """List the kinds that a spec may name, and who provides them.
 
     They are kinds of sensors, outputs, algorithms, interfaces and plants. Packages that are
     installed beside heatwright may provide more of them. For these the command lists each piece
