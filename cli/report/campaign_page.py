@@ -61,7 +61,7 @@ def _failures(done: Campaign) -> list[str]:
     summary = done.summary
     found = [f"{rule} tripped in {count} runs, with nothing broken"
              for rule, count in summary.rules.items()]  # fmt: skip
-    found += [f"{node} became hotter than `bears` allows in {count} runs"
+    found += [f"{node} became hotter than its limit (bears) in {count} runs"
               for node, count in summary.too_hot.items()]  # fmt: skip
     if unnoticed := summary.outcomes[UNNOTICED]:
         found.append(f"no rule tripped in {unnoticed} runs in which something broke")

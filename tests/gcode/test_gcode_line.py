@@ -33,7 +33,7 @@ DAMAGED_M110 = {  # the line, the number that counts from it, and the next numbe
     "checksum mismatch": [
         *((line + b"*125\n", 0, 1) for line in (
             b"N7 M110 N0", b"N M110 N0", b"N0 M1x0 N0", b"N0 M10 N0", b"N0 M110 N7", b"N0 M110 0",
-            b"N0 M110 N0*125N1 M105*3")),
+            b"N0 M1100N0", b"N0 M110 N0*125N1 M105*3")),
         (b"N0 M110 N0*25\n", 0, 1), (b"N-1 M1x0*15\n", -1, 0), (b"N1 M110*15\n", 1, 0),
         (b"N300 M110 N299*15\n", 299, 17)],
     "Checksum without line number": [(b"X0 M110 N0*125\n", 0, 1), (b"X-1 M110*15\n", 40, 0)],

@@ -31,6 +31,9 @@ under the model that is made here:
 - Four bytes that a master sends as a gain, or that a program's progress has in the EEPROM, are any
   finite number: what is not finite is refused by the comparison behind it, as a negative gain or
   a temperature beyond the limits is.
+- A number of a line of G-code has seven digits before its point at most (`seven_digits`): its
+  reader refuses more.
+- The question whether a host may set limits is written out where a loop asks it.
 - After damage (`damaged`) nothing is known of the RAM but where its pointers lead to: one turn of
   the main loop, interrupts among it, begins with any bytes. What it reads and writes by an index
   is in its array, and in the EEPROM.
@@ -391,18 +394,16 @@ def _with_texts(sources: Sources) -> list[str]:
 
 WORD = re.compile(r"return (WORD_\w+);")
 """What a line of G-code has: only a number is given."""
-WANTED = "(int32_t)wanted"
-"""A number of a line of G-code, which has seven digits before its point at most."""
-HEARS = re.compile(r"^(?:static )?\w+ (\w+)\([^;{]*\)\n\{\n(?:.+\n|\n)*?\}", re.M)
+HEARS = re.compile(r"^(?:static )?\w+ \w+\([^;{]*\)\n\{\n(?:.+\n|\n)*?\}", re.M)
 
 
 def _heard(text: str) -> str:
     """Have Eva tell states apart, in a reader of G-code, by what it has found in the line."""
     text = WORD.sub(r"{ told = \1; return \1; }", text)
-    for found in HEARS.finditer(text):
-        if re.search(r"\b(words_find|words_count|take_number|read_number)\(", found[0]):
-            text = text.replace(found[0], _split(found[0], ("told",)))
-    return text.replace(WANTED, f"(int32_t)seven_digits({WANTED.partition(')')[2]})")
+    for found in HEARS.findall(text):
+        if re.search(r"\b(words_find|words_count|take_number|read_number)\(", found):
+            text = text.replace(found, _split(found, ("told",)))
+    return text.replace("(int32_t)wanted", "(int32_t)seven_digits(wanted)")
 
 
 def _telling(text: str) -> str:
@@ -650,12 +651,6 @@ uint16_t found_count;
 extern uint8_t reset_cause;
 extern uint16_t reset_hang_mark;
 {routines}int main(void);
-
-float seven_digits(float number)
-{{
-    //@ admit -1.0e7 < number < 1.0e7;
-    return number;
-}}
 
 void interrupts(void)
 {{

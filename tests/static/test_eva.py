@@ -14,8 +14,6 @@ from rig.specs import controller_of, sources_of
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = ("barrel", "chamber", "dryer", "fabricator", "hotplate", "incubator", "oven", "press")
 DAMAGED = ("chamber", "press", "barrel", "fabricator")
-NOT_COMMANDED = {"kiln_uno": ("follow",)}
-"""Functions that no run reaches: on this machine nobody commands the manual mode."""
 BEYOND = re.compile(r"out of bounds|in_eeprom")
 
 
@@ -30,7 +28,7 @@ def test_no_run_does_what_c_leaves_undefined(name: str, tmp_path: Path) -> None:
     found = proof(name, sources_of(name), tmp_path)
     assert found.alarms == ()
     assert found.asserted == 1 + 2 * len(controller_of(name).loops)
-    assert found.unreached == NOT_COMMANDED.get(name, ())
+    assert found.unreached == ()
 
 
 @pytest.mark.parametrize("name", DAMAGED)

@@ -204,6 +204,18 @@ static bool ends_with(uint8_t from, uint8_t behind, int32_t number, int32_t want
     return words_at((uint8_t)(from - 1u)) == ' ' && words_at(behind) == '\0' && number == wanted;
 }
 
+static bool is_m110(uint8_t from)
+{
+    static const char COMMAND[] = { 'M', '1', '1', '0' };
+
+    for (uint8_t i = 0; i < sizeof COMMAND; i++) {
+        if (words_at((uint8_t)(from + i)) != COMMAND[i]) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* A damaged line may have been M110: it contains M110, it ends with its own number, as OctoPrint's
  * `N0 M110 N0`, or its number is -1, as Printrun's. Then the host restarts its numbers, and cannot
  * repeat older lines: a request for one makes OctoPrint end the print. So set the number now, and
@@ -215,21 +227,20 @@ static void save_renumbering(void)
     bool is_found = false;
 
     for (uint8_t from = 0; words_at(from) != '\0'; from++) {
-        uint8_t behind = (uint8_t)(from + 1u);
-        const int32_t number = take_number(&behind);
         if (words_at(from) == 'N') {
-            last = number;
+            uint8_t behind = (uint8_t)(from + 1u);
+            last = take_number(&behind);
             own = from == 0 ? last : own;
             is_found |= from == 0 ? own == -1 : ends_with(from, behind, last, own);
         }
-        is_found |= words_at(from) == 'M' && number == 110;
+        is_found |= is_m110(from);
     }
-    const int32_t smaller = own < last ? own : last;
-    if (!is_found || smaller == line_last + 1) {
+    const int32_t number = own < last ? own : last;
+    if (!is_found || number == line_last + 1) {
         return; /* the host will send it again, like any other line */
     }
-    if (smaller != UNKNOWN) {
-        line_last = smaller;
+    if (number != UNKNOWN) {
+        line_last = number;
     }
     repeats_left = 0;
     anew = true;

@@ -27,6 +27,11 @@ extern uint16_t found_count;
     ensures \is_finite(\result); */
 float any_finite(void);
 
+/* A number of a line of G-code: its reader takes seven digits before the point at most. */
+/*@ assigns \result \from number;
+    ensures -1.0e7 < \result < 1.0e7; */
+float seven_digits(float number);
+
 #define POINT if (interrupts_on) { interrupts(); }
 
 #endif
