@@ -155,9 +155,9 @@ def test_a_jump_to_what_restores_a_fault_at_the_start_clears_none(example: str) 
     site = site_of(example)
     restores = site.program.function("fault_restore")
     unused = site.program.static_ram[1] + 64
-    world = memory.latched(site)
-    avr = world.device.avr
     for address, r24 in product(range(restores.start, restores.end, 2), (unused & 0xFF, 0)):
+        world = memory.latched(site)
+        avr = world.device.avr
         avr.write_ram(unused, bytes(64))
         avr.write_ram(0, bytes(2) + 15 * unused.to_bytes(2, "little"))  # each pair but r1:r0
         avr.write_ram(24, bytes([r24]))
