@@ -157,7 +157,10 @@ static bool say_number(const char *in_flash, float value, uint8_t decimals)
 
 static bool say_command(const char *in_flash)
 {
-    char command[1 + TEXT_SIZE] = { words_letter >= ' ' && words_letter <= '~' ? words_letter : '?' };
+    char command[1 + TEXT_SIZE];
+
+    command[0] = words_letter >= ' ' && words_letter <= '~' ? words_letter : '?';
+    command[1] = '\0';
 
     if (words_command != WORDS_NO_COMMAND) {
         (void)text_number(command + 1, (float)words_command, 0);
