@@ -5,18 +5,14 @@ beyond an array or to what was never set, each overflow, shift, division and con
 result C leaves open, and, as we ask for it, each number that is not finite. No alarm is a proof,
 under the model that is made here:
 
-- The C is the firmware's own, with what `pointed` puts in and the compiler's headers replaced by
+- The C is the firmware's own, with what `points` puts in and the compiler's headers replaced by
   `avr_stubs`. Integers, pointers and alignment are the AVR's (machine `gcc_x86_16`, packed).
 - The world is unknown: whatever a register brings, bytes from lines and pins among it, an EEPROM
   that holds anything, a reset from any cause. A port's latch, a UART's interrupt enables and the
   timers' masks hold what the firmware wrote; a code of the ADC has ten bits.
-- Interrupts come at every point: before every statement and at the end of every block of the
-  firmware that may touch what they touch, any of those whose mask bit is set, any number of times
-  in any order, while they are on. They touch what their routines name, and the functions that these
-  may call, and whatever a pointer may lead to. At any other statement an interrupt does the same as
-  at the next point, as neither sees what the other does. `cli`, `sei` and ATOMIC_BLOCK switch them,
-  with a point before each. An access is taken as whole: that none of several bytes is torn, is not
-  shown here.
+- Interrupts come at every point where it makes a difference (`points`): any of those whose mask bit
+  is set, any number of times in any order, while they are on. `cli`, `sei` and ATOMIC_BLOCK switch
+  them. An access is taken as whole: that none of several bytes is torn, is not shown here.
 - Eva joins states, but for those that differ in where the text in hand ends (`text_end`), in what
   was found in a table (`found_*`) or in what a question was told (`told`). These variables are only
   written for that; no state is left out, so a proof does not rest on them.
@@ -46,11 +42,12 @@ with a temperature from -1 000 000 to 1 000 000 degC, which is why this is admit
 import os
 import re
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from mutation.known import name_of, syntax_of
+from points import LATCHED, Firmware, Group, everything, mask_bit, pointed, unlocked, with_places
 from rig.avr import board_of
 from tree_sitter import Node
 
@@ -58,15 +55,6 @@ STUBS = Path(__file__).parent / "avr_stubs"
 MOST_S = 3600
 """Maximum time of one proof, wall clock; kiln_uno takes 12 minutes of a slow processor."""
 
-ATOMIC = re.compile(
-    r"^( *)ATOMIC_BLOCK\(ATOMIC_RESTORESTATE\)[^\n]*\n\1\{\n(.*?)^\1\}", re.MULTILINE | re.DOTALL
-)
-LATCHED = re.compile(r"PORT[A-L]$|TIMSK\d?$|UCSR\d?B$")
-"""Registers that hold what was written."""
-SWITCHES = re.compile(r"(cli|interrupts_on|TIMSK\d?|UCSR\d?B)$")
-"""By what interrupts come or not."""
-LIBRARY = re.compile(r"mem\w+|str\w+|eeprom_read_block")
-"""Functions that take pointers and have no points of their own."""
 NUMBER = re.compile(r"\(?(0[xX][0-9A-Fa-f]+|\d+)[uUlL]*\)?")
 ITERATIONS = 80
 """Of each loop, which are looked at one by one; more are taken together."""
@@ -114,26 +102,24 @@ class Proof(NamedTuple):
     said: str
 
 
-class Shared(NamedTuple):
-    names: frozenset[str]
-    """Of all that interrupts may touch and that outlives a function."""
-    pointers: frozenset[str]
-    """All names of pointers."""
-
-
 def proof_of(spec: str, sources: Sources, folder: Path, *, damaged: bool = False) -> Proof:
     """Have Eva look at a firmware: a spec's text or an example's name, and its files."""
     board = board_of(spec)
     registers, header = _registers(board.mcu)
     (folder / "avr").mkdir()
     (folder / "avr" / "io.h").write_text(header, encoding="utf-8")
-    sources = {name: FLASH if name == "flash.c" else text for name, text in sources.items()}
-    shared = _shared(sources)
+    sources = {
+        name: FLASH if name == "flash.c" else unlocked(text) for name, text in sources.items()
+    }
+    firmware = Firmware(sources)
     for name, text in sources.items():
-        pointed_text = pointed(_with_ends(_mapped(name, _asserting(name, text, sources))), shared)
-        plain = re.sub(r"\bvolatile\b", "", pointed_text)
+        asserting = _with_ends(_mapped(name, _asserting(name, text, sources)))
+        plain = re.sub(r"\bvolatile\b", "", pointed(name, asserting, firmware, ITERATIONS))
         (folder / name).write_text(f'#pragma pack(1)\n#include "harness.h"\n{plain}', "utf-8")
-    (folder / "harness.c").write_text(_harness(sources, registers), encoding="utf-8")
+    (folder / "harness.c").write_text(
+        _harness(sources, firmware.groups, registers), encoding="utf-8"
+    )
+    inlined = firmware.shared_functions()
     share = _run(["frama-c", "-print-share-path"], folder).strip()
     chip = f"-D__AVR_ATmega{board.mcu.removeprefix('atmega').upper()}__"
     ram = f"{board.ram_start:#x}-{board.ram_start + board.ram_bytes - 1:#x}"
@@ -148,6 +134,7 @@ def proof_of(spec: str, sources: Sources, folder: Path, *, damaged: bool = False
             "-warn-special-float", "non-finite",
             "-eva-split-return", "auto", "-eva-subdivide-non-linear", "20",
             *_for(sources),
+            *(("-inline-calls", ",".join(inlined)) if inlined else ()),
             "-eva-domains-function", "bitwise:gate_tick+",
             "-eva-split-return-function", ",".join(f"{name}:full" for name in _with_texts(sources)),
             "-eva-widening-delay", "1", "-eva-widening-period", "1",
@@ -167,7 +154,7 @@ def proof_of(spec: str, sources: Sources, folder: Path, *, damaged: bool = False
 LATCH = "    fault.temperature_c = temperature_c;\n"
 MODEST = "\\is_finite({0}.temperature_c) && -1.0e6 <= {0}.temperature_c <= 1.0e6"
 GHOSTS = ("told", "text_end", "found_entry", "found_count")
-ASKS = ("counts", "is_gain", "is_temperature", "modbus_line_is_asked")
+ASKS = ("counts", "is_gain", "is_reachable", "is_temperature", "modbus_line_is_asked")
 """What these find out is told apart by who calls them."""
 RETURN = re.compile(r"^( +)return ([^;]*);", re.M)
 TOLD = r"\1if (\2) {\n told = 1; return true; }\n\1told = 0; return false;"
@@ -188,6 +175,7 @@ SPLITS = {
     "show_choosing": ("told",),
     "clock_wait": ("told",),
     "take_record": ("told",),
+    "try_move": ("told",),
     "can_go_on": ("told",),
     "program_start_up": ("told",),
     "latched_fault": ("text_end",),
@@ -227,10 +215,8 @@ NEEDED = {
         for each in GIVES
     },
     **{rf"\bbool {each}\(": ("-eva-slevel-function", f"{each}:{FEW}") for each in ASKS},
-    r"^static .*\bconvert\(": ("-inline-calls", "convert"),
 }  # fmt: skip
-"""What a function needs, where there is one of the name: each text is looked at alone; and what
-both main program and interrupt call is none that calls itself."""
+"""What a function needs, where there is one of the name: each text is looked at alone."""
 
 
 def _for(sources: Sources) -> list[str]:
@@ -255,122 +241,6 @@ def _run(command: list[str], folder: Path) -> str:
     )
     assert done.returncode == 0, done.stdout[-3000:]
     return done.stdout
-
-
-def pointed(text: str, shared: Shared) -> str:
-    """Return a file with a point for interrupts wherever they matter, and loops unrolled."""
-
-    def written_out(found: re.Match[str]) -> str:
-        assert not re.search(r"\b(return|break|continue)\b", found[2]), "it would stay locked"
-        return (
-            f"{{ const uint8_t were_on = interrupts_on; interrupts_on = 0;\n{found[2]}"
-            f"interrupts_on = were_on; }}"
-        )
-
-    text = ATOMIC.sub(written_out, re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL))
-    assert "ATOMIC_BLOCK(" not in text
-    places: dict[int, str] = {}
-    for block in _all(syntax_of(text.encode())):
-        if (
-            block.type == "compound_statement"
-            and (block.parent or block).type != "switch_statement"
-        ):
-            inner = _statements(block)
-            _put(places, inner, shared)
-            is_loop = (block.parent or block).type in LOOPS
-            if is_loop or (inner and _touches(inner[-1], shared, whole=True)):
-                places[block.end_byte - 1] = "POINT "
-        elif block.type == "case_statement":
-            value = block.child_by_field_name("value")
-            _put(places, [each for each in _statements(block) if each != value], shared)
-    return _with(text, places)
-
-
-LOOPS = ("for_statement", "while_statement", "do_statement")
-
-
-def _put(places: dict[int, str], statements: list[Node], shared: Shared) -> None:
-    for each in statements:
-        what = "POINT " if _touches(each, shared) else ""
-        text = each.text or b""
-        if each.type in LOOPS and not text.startswith(b"for (;;)") and b"sleep_cpu" not in text:
-            what += f"/*@ loop unroll {ITERATIONS}; */ "
-        places[each.start_byte] = what
-
-
-def _all(node: Node) -> list[Node]:
-    return [node, *(each for child in node.children for each in _all(child))]
-
-
-def _statements(block: Node) -> list[Node]:
-    return [
-        each
-        for each in block.named_children
-        if each.type != "comment" and not each.type.startswith("preproc")
-    ]
-
-
-def _touches(statement: Node, shared: Shared, *, whole: bool = False) -> bool:
-    """Whether it reads or writes what interrupts may touch, by name or through a pointer, or lets
-    them come or not. Blocks within it have points of their own, and so have the functions that it
-    calls, but for the library's."""
-    for node in [statement] if whole else _own(statement):
-        for each in _all(node):
-            if each.type == "identifier":
-                name = (each.text or b"").decode()
-                if name in shared.names or SWITCHES.match(name) or LIBRARY.match(name):
-                    return True
-            if each.type in ("pointer_expression", "subscript_expression", "field_expression"):
-                base = each.children[0]
-                named = base.child_by_field_name("field") or base
-                if base.type == "*" or each.children[1].type == "->":
-                    return True
-                if each.type == "subscript_expression" and (
-                    named.type not in ("identifier", "field_identifier")
-                    or (named.text or b"").decode() in shared.pointers
-                ):
-                    return True
-    return False
-
-
-def _own(statement: Node) -> list[Node]:
-    """The parts of a statement that are no blocks."""
-    if statement.type == "compound_statement":
-        return []
-    return [each for each in statement.children if each.type != "compound_statement"]
-
-
-def _shared(sources: Sources) -> Shared:
-    """What is named where an interrupt's routine is, or a function that it may call, and outlives
-    that; and all names that are given to a pointer somewhere."""
-    bodies: dict[str, list[Node]] = {}
-    lasting: set[str] = set()
-    pointers: set[str] = set()
-    for text in sources.values():
-        for node in _all(syntax_of(text.encode())):
-            if node.type == "function_definition":
-                is_routine = node.children[0].text == b"ISR"
-                name = "ISR" if is_routine else name_of(node.child_by_field_name("declarator"))
-                bodies.setdefault(name, []).append(node)
-            declared = {name_of(each) for each in node.children_by_field_name("declarator")}
-            if node.type == "declaration" and (
-                (node.parent or node).type != "compound_statement"
-                or (node.text or b"").startswith(b"static")
-            ):
-                lasting |= declared
-            if node.type == "pointer_declarator" or (
-                node.type == "array_declarator"
-                and (node.parent or node).type == "parameter_declaration"
-            ):
-                pointers.add(name_of(node))
-    names: set[str] = set()
-    new = {"ISR"}
-    while new:
-        names |= new
-        inside = [each for name in new for body in bodies.pop(name, []) for each in _all(body)]
-        new = {(each.text or b"").decode() for each in inside if each.type == "identifier"} - names
-    outlive = {name for name in names if name in lasting or LATCHED.match(name)}
-    return Shared(frozenset(outlive), frozenset(pointers))
 
 
 def _texts(text: str) -> list[Node]:
@@ -435,7 +305,7 @@ def _with_ends(text: str) -> str:
         is_given_one = re.search(r"\bchar (\*|\w+\[)", written.split("{")[0])
         new = "" if is_given_one else "text_end = 0; "
         puts[body.start_byte + 1] = f" {new}/*@ dynamic_split text_end; */ ;"
-        for each in _all(body):
+        for each in everything(body):
             said = (each.text or b"").decode()
             if ended := re.fullmatch(r"([^;=]+) = '\\0';", said):
                 puts[each.end_byte] = f" ENDS(&({ended[1]}));"
@@ -447,7 +317,7 @@ def _with_ends(text: str) -> str:
             if each.type == "return_statement" and re.match(r"[\w ]*\bchar \*", written):
                 puts[each.start_byte] = f"{{ ENDS({said[len('return ') : -1]}); "
                 puts[each.end_byte] = " }"
-    return _with(text, puts)
+    return with_places(text, puts)
 
 
 def _whole(name: str) -> re.Pattern[str]:
@@ -488,13 +358,6 @@ def _split(function: str, names: tuple[str, ...]) -> str:
             new = f" {name} = 0;" if name in GHOSTS else ""
             function = function.replace("\n{\n", f"\n{{\n{new}{split}", 1)
     return function
-
-
-def _with(text: str, puts: Mapping[int, str]) -> str:
-    data = text.encode()
-    for place in sorted(puts, reverse=True):
-        data = data[:place] + puts[place].encode() + data[place:]
-    return data.decode()
 
 
 def _asserting(name: str, text: str, sources: Sources) -> str:
@@ -607,36 +470,52 @@ def _declared(name: str, bits: Mapping[str, str]) -> str:
 
 def _mask(vector: str, registers: Mapping[str, str]) -> str:
     """Return what enables an interrupt, as C."""
-    if found := re.fullmatch(r"TIMER(\d)_COMP([A-C]?)_vect", vector):
-        register = f"TIMSK{found[1]}" if f"TIMSK{found[1]}" in registers else "TIMSK"
-        return f"{register} & (1u << OCIE{found[1]}{found[2]})"
-    if found := re.fullmatch(r"USART(\d?)_(RX|TX|UDRE)C?_vect", vector):
-        number = found[1] or ("0" if "UCSR0B" in registers else "")
-        bit = {"RX": "RXCIE", "TX": "TXCIE", "UDRE": "UDRIE"}[found[2]]
-        return f"UCSR{number}B & (1u << {bit}{number})"
-    if vector == "BADISR_vect":
-        return "1"  # whatever has no routine
-    assert vector == "ADC_vect", vector
-    return "ADCSRA & (1u << ADIE)"
+    bit = mask_bit(vector)
+    if not bit:  # whatever has no routine
+        return "1"
+    number = bit.strip("ABCDEIMORTUX")
+    if bit.startswith("OCIE"):
+        register = f"TIMSK{number}" if f"TIMSK{number}" in registers else "TIMSK"
+    elif bit == "ADIE":
+        register = "ADCSRA"
+    elif "UCSR0B" in registers:
+        register, bit = f"UCSR{number or 0}B", bit if number else f"{bit}0"
+    else:
+        register = "UCSRB"
+    return f"{register} & (1u << {bit})"
 
 
-def _harness(sources: Sources, registers: Mapping[str, str]) -> str:
-    """Return the C around the firmware: registers, interrupts, and the power-up."""
-    vectors = [
-        vector
-        for text in sources.values()
-        for vector in re.findall(r"^ISR\((\w+)\)", text, re.MULTILINE)
-    ]
+def _coming(number: int, vectors: Sequence[str], registers: Mapping[str, str]) -> str:
+    """Return the C for interrupts of a group: those that are enabled, as often as may be."""
     cases = "".join(
-        f"        case {number}:\n            if ({_mask(vector, registers)}) {{\n"
+        f"        case {n}:\n            if ({_mask(vector, registers)}) {{\n"
         f"                {vector}();\n            }}\n            break;\n"
-        for number, vector in enumerate(vectors)
+        for n, vector in enumerate(vectors)
     )
+    routines = "".join(f"void {vector}(void);\n" for vector in vectors)
+    return f"""{routines}
+void interrupts_{number}(void)
+{{
+    interrupts_on = 0;
+    while (unknown_byte) {{
+        switch (unknown_byte) {{
+{cases}        default:
+            break;
+        }}
+    }}
+    interrupts_on = 1;
+}}
+
+"""
+
+
+def _harness(sources: Sources, groups: Sequence[Group], registers: Mapping[str, str]) -> str:
+    """Return the C around the firmware: registers, interrupts, and the power-up."""
+    come = "".join(_coming(n, each.vectors, registers) for n, each in enumerate(groups))
     unknown = "".join(f"    {name} = unknown_byte;\n" for name in registers if name[:4] == "PORT")
     variables = "".join(f"{_declared(name, registers)};\n" for name in registers)
     is_wide = any(WIDE in text for text in sources.values())
     steps = STEPS + (WIDE_STEPS if is_wide else "")
-    routines = "".join(f"void {vector}(void);\n" for vector in vectors)
     return f"""#include <avr/io.h>
 #include "harness.h"
 
@@ -650,21 +529,9 @@ uint16_t found_address;
 uint16_t found_count;
 extern uint8_t reset_cause;
 extern uint16_t reset_hang_mark;
-{routines}int main(void);
+int main(void);
 
-void interrupts(void)
-{{
-    interrupts_on = 0;
-    while (unknown_byte) {{
-        switch (unknown_byte) {{
-{cases}        default:
-            break;
-        }}
-    }}
-    interrupts_on = 1;
-}}
-
-void powered(void)
+{come}void powered(void)
 {{
     /*@ widen_hints global:"all", {steps}; */
 {unknown}    reset_cause = unknown_byte;

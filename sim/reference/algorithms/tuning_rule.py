@@ -102,7 +102,8 @@ def found_by(swings: Swings, constants: Constants) -> Found:
     share = THREE / (FOUR + SIX * on_s / off_s)
     carried = rise * (ONE - share)
     dead_s = clamp(peak_k - share * rise * late_s, ZERO, carried * late_s) / carried
-    lag_s = max(ZERO, late_s - dead_s)
+    lag_s = max(ZERO, late_s - dead_s)  # rounding can make it negative
+    dead_s = late_s - lag_s
     quick_s = _quick(late_s, dead_s, constants)
     gain = constants.swing_percent / (both * quick_s)
     kd = gain * lag_s

@@ -9,8 +9,13 @@
 extern __volatile__ uint8_t unknown_byte;
 extern uint8_t interrupts_on;
 
-/* Any of the interrupts that are enabled, any number of times, in any order. */
-void interrupts(void);
+/* Any of a group's interrupts that are enabled, any number of times, in any order. */
+void interrupts_0(void);
+void interrupts_1(void);
+void interrupts_2(void);
+void interrupts_3(void);
+void interrupts_4(void);
+void interrupts_5(void);
 
 /* Where the text that was made or found last ends, by which texts are told apart. */
 extern size_t text_end;
@@ -29,9 +34,9 @@ float any_finite(void);
 
 /* A number of a line of G-code: its reader takes seven digits before the point at most. */
 /*@ assigns \result \from number;
-    ensures -1.0e7 < \result < 1.0e7; */
+    ensures \is_finite(\result) && -1.0e7 < \result < 1.0e7; */
 float seven_digits(float number);
 
-#define POINT if (interrupts_on) { interrupts(); }
+#define POINT(group) if (interrupts_on) { interrupts_##group(); }
 
 #endif
