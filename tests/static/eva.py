@@ -60,9 +60,11 @@ ITERATIONS = 80
 """Of each loop, which are looked at one by one; more are taken together."""
 STEPS = "8, 16, 32, 64, 100, 128"
 """Where a bound that grows is tried to stand."""
-WIDE = "static const int32_t PER_SIGN = 0x80000;"
-WIDE_STEPS = ", 524287"
-"""And that of a converter's 19 bits."""
+FURTHER_STEPS = {
+    "static const int32_t PER_SIGN = 0x80000;": 524287,  # a converter's 19 bits
+    "static const int32_t MOST_BEFORE_DIGIT = 1000000;": 10000245,  # behind it, one more byte
+}
+"""And that of what a source has, if it has it."""
 FEW = 10
 APART = 300
 """States that are kept apart in a function that looks at them one by one."""
@@ -514,8 +516,9 @@ def _harness(sources: Sources, groups: Sequence[Group], registers: Mapping[str, 
     come = "".join(_coming(n, each.vectors, registers) for n, each in enumerate(groups))
     unknown = "".join(f"    {name} = unknown_byte;\n" for name in registers if name[:4] == "PORT")
     variables = "".join(f"{_declared(name, registers)};\n" for name in registers)
-    is_wide = any(WIDE in text for text in sources.values())
-    steps = STEPS + (WIDE_STEPS if is_wide else "")
+    everything_said = "".join(sources.values())
+    further = [f", {step}" for text, step in FURTHER_STEPS.items() if text in everything_said]
+    steps = STEPS + "".join(further)
     return f"""#include <avr/io.h>
 #include "harness.h"
 

@@ -34,6 +34,8 @@ CAST = re.compile(r"[^*]\((?:const )?((?:struct )?\w+) \*\)")
 INLINED = re.compile(r"settings_may_limit_\w+")
 """Functions that Eva is given as macros."""
 LOOPS = ("for_statement", "while_statement", "do_statement")
+JOINED = re.compile(r"(static )?int32_t take_number\(")
+"""A function whose loops are looked at with all turns joined: it may begin at any place."""
 PLACES = ("field_expression", "subscript_expression", "parenthesized_expression")
 HERE = "(interrupts_on ? interrupts_{0}() : (void)0), "
 """A point within an expression."""
@@ -321,7 +323,8 @@ def pointed(file: str, text: str, firmware: Firmware, iterations: int) -> str:
             value = node.child_by_field_name("value")
             inner = [each for each in _statements(node) if each != value]
             for each in [] if parent.type == "switch_statement" else inner:
-                unrolled = f"/*@ loop unroll {iterations}; */ " if _is_short(each) else ""
+                is_short = _is_short(each) and not JOINED.match(_text(parent))
+                unrolled = f"/*@ loop unroll {iterations}; */ " if is_short else ""
                 places[each.start_byte] = points(_own(each)) + unrolled
             if node.type == "compound_statement" and parent.type != "switch_statement":
                 last = [parent] if parent.type in LOOPS else inner[-1:]
