@@ -12,10 +12,10 @@ from heatwright.spec.registry import with_brought
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LEAST_RANGE_PERCENT = 1.0
-"""Smallest distance of a maximum duty that a command sets from the minimum duty: without a range
-above 0 an idle loop would ask for its maximum."""
+"""Least distance between the minimum duty and a maximum duty that a command sets: if both were
+equal, an idle loop would ask for its maximum."""
 LARGEST_GAIN = 1e6
-"""Far above any useful gain; its products with temperatures still fit into single precision."""
+"""Maximum gain: far above any useful one; its products with temperatures fit single precision."""
 
 
 class Gain(Checked):
@@ -139,7 +139,7 @@ class ThreePosition(Model):
 
     @property
     def warm_within_k(self) -> float:
-        """Deviation from the setpoint within which the loop counts as warm, K."""
+        """Deviation from the setpoint within which the loop is reported as warm, K."""
         return self.dead_band_k
 
 
@@ -184,13 +184,13 @@ class Pid(Model):
     )
     derivative_of: Literal["measurement", "error"] = Field(
         "measurement",
-        description="`measurement` does not kick when the setpoint is changed; `error` does.",
+        description="With `error` the duty jumps when the setpoint changes, else it does not.",
     )
     derivative_filter_s: _Filter = Field(
         0.0, alias="derivative_filter", description="Time constant that smooths the slope."
     )
     derivative_step: Literal["present", "previous"] = Field(
-        "present", description="Step whose slope counts; `previous` is one period late."
+        "present", description="Step whose slope is used; `previous` is one period late."
     )
     integral: IntegralLimits = Field(
         DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
@@ -204,7 +204,7 @@ class Pid(Model):
     band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] | None = Field(
         None,
         alias="band",
-        description="Beyond it below the setpoint full power, above it none. Default: no band.",
+        description="Full power below this band around the setpoint, none above. Default: no band.",
     )
     dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
@@ -219,7 +219,7 @@ class Pid(Model):
 
     @property
     def pid(self) -> "Pid":
-        """The algorithm itself, as it has gains; None for one that only switches."""
+        """The algorithm itself, because it has gains; None for an on-off algorithm."""
         return self
 
     @property
@@ -229,7 +229,7 @@ class Pid(Model):
 
     @property
     def on_at_k(self) -> float:
-        """How far below the setpoint full power begins at the latest, K; without a band never."""
+        """How far below the setpoint full power is certain, K; infinite without a band."""
         return math.inf if self.band_k is None else self.band_k
 
     @property

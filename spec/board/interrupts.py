@@ -43,11 +43,11 @@ class Wait(NamedTuple):
 
 
 def waits(controller: Controller) -> Iterator[Wait]:
-    """List the parts that interrupts serve, and how late one may come before its part loses data.
+    """List the parts that interrupts serve, and how late an interrupt may come without lost data.
 
-    A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
-    shorter than the latest of its interrupts. A stepper's steps are half of their interval apart
-    at least, however late an interrupt makes one of them.
+    A receiver holds one byte while the next one comes in. A PWM by interrupts omits pulses that are
+    shorter than its latest interrupt is late. A stepper's step may be late by half of the interval
+    between two steps.
     """
     yield Wait(ANY_S, "a hundredth of the tick", "")
     for name, sensor in controller.sensors.items():

@@ -1,4 +1,4 @@
-"""Keys that the language has elsewhere, or that are not built yet: words that refuse them."""
+"""Messages for keys that belong elsewhere in the language, or that are not built yet."""
 
 ELSEWHERE = {
     ("Analog", "quantity"): "Use kind: current for the current of a heater",

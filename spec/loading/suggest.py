@@ -9,7 +9,7 @@ _LONGEST_WORD = 40
 
 def closest(word: str, known: Sequence[str]) -> str | None:
     """Find the known word that `word` was probably meant to be."""
-    from difflib import get_close_matches  # noqa: PLC0415  (only wrong specs pay for it)
+    from difflib import get_close_matches  # noqa: PLC0415  (only a wrong spec needs the time of this import)
 
     if len(word) > _LONGEST_WORD:
         return None
@@ -24,7 +24,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def advice(word: str, known: Sequence[str]) -> str:
-    """Say what was probably meant, otherwise what there is."""
+    """Suggest the word that was probably meant, or list all known words."""
     match = closest(word, known)
     if match is not None:
         return f"Did you mean {match}?"

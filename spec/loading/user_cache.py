@@ -1,4 +1,4 @@
-"""The folder in which the user's programs cache files that they can make again."""
+"""The user's folder for cached files, which programs can make again."""
 
 import os
 import sys

@@ -2,7 +2,7 @@
 
 Temperatures are above ambient: with capacities C and flows G·θ + c (the network's, ambient left
 out; c comes from radiation alone), C·dθ/dt = P − G·θ − c. A sensor follows its node with a
-first-order lag. All in plain Python, for the networks are small and loading must be quick.
+first-order lag. All in plain Python, because the networks are small and loading must be quick.
 """
 
 import math

@@ -30,7 +30,7 @@ TABLE_STEPS = 0.5
 """The firmware's table is nowhere half a step of the ADC away from the exact curve."""
 
 SHOWN = 5
-"""Places of a table for people; the check of `accuracy` divides the range ten times as finely."""
+"""Places in the printed table; the check of `accuracy` divides the range ten times as finely."""
 
 EDGE = 0.5 / CODES
 
@@ -64,7 +64,7 @@ class Budget:
     @property
     def worst_case(self) -> str:
         """The words for `worst`, which excludes parts whose tolerance is left out."""
-        return "worst case of what is told" if self.untold else "worst case"
+        return "worst case of the given tolerances" if self.untold else "worst case"
 
     @property
     def root(self) -> tuple[float, ...]:
@@ -272,7 +272,7 @@ def _resistors(chain: Any, percent: float) -> Iterator[_Part]:
 
 
 def _feeds(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
-    """Change the circuit's feed and the reference, of which a voltage is then another share."""
+    """Change the circuit's feed and the reference: a voltage then is another share of it."""
     full_v = reference_v(sensor, mcu)
     by_v = _reference_tolerance_v(sensor, full_v)
     fed_by_reference = _fed_by_reference(sensor)
@@ -290,7 +290,7 @@ def _feeds(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
 
 @dataclass(frozen=True)
 class _Times:
-    """A chain whose every voltage is off by a factor, against the reference."""
+    """A chain in which all voltages are off by one factor, compared with the reference."""
 
     chain: Circuit
     factor: float
@@ -331,7 +331,7 @@ def _volts(volts: float) -> str:
 
 
 def _untold(sensor: Any) -> Iterator[str]:
-    """List the keys of `tolerances` that matter and are left out."""
+    """List the keys of `tolerances` that have an effect and are left out."""
     told, fed = sensor.tolerances, _fed_by_reference(sensor)
     keys: list[tuple[str, Any]]
     if isinstance(told, VoltageTolerances):

@@ -1,4 +1,4 @@
-"""From an ADC's codes to temperatures: the firmware's table, and what its readings can mean.
+"""From an ADC's codes to temperatures: the firmware's table, and the exactness of its readings.
 
 A reading is the sum of `oversample` ten-bit codes. A code stands for the middle of its step, so a
 sum for the share (sum / oversample + 0.5) / 1024 of the reference. The firmware interpolates in a
@@ -134,8 +134,8 @@ def _code(ratio: float) -> int:
 def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:
     """Bound the table's temperature at each sum.
 
-    A table of codes has corners anywhere, and may be ten times as steep behind one: a line that is
-    right at each code need not be so between.
+    A curve that is a table of codes has corners anywhere, and may be ten times as steep after one:
+    a line that is right at each code may be wrong between two codes.
     """
     sums = range(oversample * bounds.low, oversample * bounds.high + 1)
     ends_c = [

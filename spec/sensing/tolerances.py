@@ -1,4 +1,4 @@
-"""How exact the parts of an analog chain are, as their maker or the data sheet says."""
+"""The tolerances of an analog chain's parts, as their maker or the data sheet gives them."""
 
 from typing import Annotated, Any, Literal
 

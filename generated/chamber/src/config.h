@@ -111,7 +111,7 @@
 #define LOOP_AIR_HEATING_RISE_K 2.0f
 /* chamber.yaml:29 loops.air.protection.heating.within: 120 s in periods of 1 s */
 #define LOOP_AIR_HEATING_STEPS 120u
-/* chamber.yaml:25 loops.air.protection.frozen.holding (default): 92.2 %, derived from the plant: half way from what 70 degC takes on a cold day to full power */
+/* chamber.yaml:25 loops.air.protection.frozen.holding (default): 92.2 %, derived from the plant: half way from the duty that holds 70 degC on a cold day to full power */
 #define LOOP_AIR_FROZEN_HOLDING_PERCENT 92.2f
 /* chamber.yaml:25 loops.air.protection.frozen.for (default): 600 s in periods of 1 s, derived from the plant: as usual */
 #define LOOP_AIR_FROZEN_STEPS 600u
@@ -127,7 +127,7 @@
 #define LOOP_AIR_EFFORT_SHARE 0.0017486488f
 /* chamber.yaml:25 loops.air.protection.effort (default): a smaller move counts as constant */
 #define LOOP_AIR_EFFORT_MOVE_K 2.0f
-/* chamber.yaml:25 loops.air.protection.effort.for (default): 290 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 168 s; 1.5 times that, or half of the plant's response time to a power, 571 s, and delays */
+/* chamber.yaml:25 loops.air.protection.effort.for (default): 290 s in periods of 1 s, derived from the plant: a healthy machine is beyond a limit for up to 168 s; 1.5 times that, or half of the plant's response time to a power, 571 s, and delays */
 #define LOOP_AIR_EFFORT_STEPS 290u
 
 /* ---- LCD keypad shield ---- */

@@ -159,9 +159,9 @@
 #define LOOP_NOZZLE_HEATING_RISE_K 2.0f
 /* extruder.yaml:45 loops.nozzle.protection.heating.within: 20 s in periods of 0.1 s */
 #define LOOP_NOZZLE_HEATING_STEPS 200u
-/* extruder.yaml:41 loops.nozzle.protection.frozen.holding (default): 53.6 %, derived from the plant: what 260 degC takes on a cold day at a supply that is 10 % low */
+/* extruder.yaml:41 loops.nozzle.protection.frozen.holding (default): 53.6 %, derived from the plant: the duty that holds 260 degC on a cold day at a supply that is 10 % low */
 #define LOOP_NOZZLE_FROZEN_HOLDING_PERCENT 53.6f
-/* extruder.yaml:41 loops.nozzle.protection.frozen.for (default): 45 s in periods of 0.1 s, derived from the plant: at that duty a reading stands still for up to 14.6 s; 3 times that, and 233 ms for delays */
+/* extruder.yaml:41 loops.nozzle.protection.frozen.for (default): 45 s in periods of 0.1 s, derived from the plant: at that duty a healthy reading is constant for up to 14.6 s; 3 times that, and 233 ms for delays */
 #define LOOP_NOZZLE_FROZEN_STEPS 450u
 /* extruder.yaml:41 loops.nozzle.protection.rising_while_off.rise (default): 10 K, derived from the plant: as usual */
 #define LOOP_NOZZLE_OFF_RISE_K 10.0f
@@ -179,7 +179,7 @@
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00039985604f
 /* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 5.4342513f
-/* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond it for up to 166 s; 1.5 times that, or half of the plant's response time to a power, 250 s, and delays */
+/* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond a limit for up to 166 s; 1.5 times that, or half of the plant's response time to a power, 250 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 2500u
 
 /* ---- G-code host ---- */

@@ -150,7 +150,7 @@
 #define LOOP_NOZZLE_HEATING_RISE_K 5.0f
 /* fabricator.yaml:34 loops.nozzle.protection.heating.within: 30 s in periods of 0.2 s */
 #define LOOP_NOZZLE_HEATING_STEPS 150u
-/* fabricator.yaml:30 loops.nozzle.protection.frozen.holding (default): 63.4 %, derived from the plant: what 320 degC takes on a cold day at a supply that is 10 % low */
+/* fabricator.yaml:30 loops.nozzle.protection.frozen.holding (default): 63.4 %, derived from the plant: the duty that holds 320 degC on a cold day at a supply that is 10 % low */
 #define LOOP_NOZZLE_FROZEN_HOLDING_PERCENT 63.4f
 /* fabricator.yaml:30 loops.nozzle.protection.frozen.for (default): 600 s in periods of 0.2 s, derived from the plant: as usual */
 #define LOOP_NOZZLE_FROZEN_STEPS 3000u
@@ -170,7 +170,7 @@
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00090654846f
 /* fabricator.yaml:30 loops.nozzle.protection.effort (default): a smaller move counts as constant */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 6.7601275f
-/* fabricator.yaml:30 loops.nozzle.protection.effort.for (default): 230 s in periods of 0.2 s, derived from the plant: a healthy machine is beyond it for up to 150 s; 1.5 times that, or half of the plant's response time to a power, 220 s, and delays */
+/* fabricator.yaml:30 loops.nozzle.protection.effort.for (default): 230 s in periods of 0.2 s, derived from the plant: a healthy machine is beyond a limit for up to 150 s; 1.5 times that, or half of the plant's response time to a power, 220 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 1150u
 
 /* ---- Current of heater ---- */

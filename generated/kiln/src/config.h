@@ -153,9 +153,9 @@
 #define LOOP_CHAMBER_HEATING_RISE_K 2.0f
 /* kiln.yaml:46 loops.chamber.protection.heating.within: 600 s in periods of 1 s */
 #define LOOP_CHAMBER_HEATING_STEPS 600u
-/* kiln.yaml:41 loops.chamber.protection.frozen.holding (default): 98.8 %, derived from the plant: half way from what 1100 degC takes on a cold day to full power */
+/* kiln.yaml:41 loops.chamber.protection.frozen.holding (default): 98.8 %, derived from the plant: half way from the duty that holds 1100 degC on a cold day to full power */
 #define LOOP_CHAMBER_FROZEN_HOLDING_PERCENT 98.8f
-/* kiln.yaml:41 loops.chamber.protection.frozen.for (default): 900 s in periods of 1 s, derived from the plant: 1.5 times what heating has, which knows full power better */
+/* kiln.yaml:41 loops.chamber.protection.frozen.for (default): 900 s in periods of 1 s, derived from the plant: 1.5 times heating.within, so that heating_failed trips first */
 #define LOOP_CHAMBER_FROZEN_STEPS 900u
 /* kiln.yaml:41 loops.chamber.protection.rising_while_off.rise (default): 10 K, derived from the plant: as usual */
 #define LOOP_CHAMBER_OFF_RISE_K 10.0f
@@ -165,7 +165,7 @@
 #define LOOP_CHAMBER_EFFORT_SHARE 0.00075474253f
 /* kiln.yaml:41 loops.chamber.protection.effort (default): a smaller move counts as constant */
 #define LOOP_CHAMBER_EFFORT_MOVE_K 2.0f
-/* kiln.yaml:41 loops.chamber.protection.effort.for (default): 1100 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 667 s; 1.5 times that, or half of the plant's response time to a power, 1320 s, and delays */
+/* kiln.yaml:41 loops.chamber.protection.effort.for (default): 1100 s in periods of 1 s, derived from the plant: a healthy machine is beyond a limit for up to 667 s; 1.5 times that, or half of the plant's response time to a power, 1320 s, and delays */
 #define LOOP_CHAMBER_EFFORT_STEPS 1100u
 
 /* ---- Touch display ---- */

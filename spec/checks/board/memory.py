@@ -1,4 +1,4 @@
-"""RAM: a lower bound of what a firmware takes. `heatwright build` measures what it really takes."""
+"""A lower bound of the RAM that a firmware needs; `heatwright build` measures the real size."""
 
 from heatwright.spec.board.eeprom import log_entry_bytes
 from heatwright.spec.checks.finding import Finding, Findings
@@ -8,8 +8,8 @@ from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
 
-# Variables and stack of the smallest firmware, and what comes on top, each a little less than was
-# measured: nothing that fits is refused.
+# RAM of the smallest firmware, and of each addition to it. Each value is a little less than was
+# measured, so that a firmware which fits is never refused.
 LEAST_BYTES = 200
 NEXTION_BYTES = 1700
 PROGRAMS_BYTES = 240
@@ -21,7 +21,7 @@ LOG_BYTES = 60
 
 
 def least_bytes(controller: Controller) -> int:
-    """Return the RAM that a firmware takes at least, without the ring buffer of a log."""
+    """Return the least RAM that a firmware needs, without the ring buffer of a log."""
     programs = controller.programs
     touched = nextion_of(controller) is not None
     found = LEAST_BYTES + NEXTION_BYTES * touched

@@ -7,7 +7,7 @@ from heatwright.spec.quantity import hertz
 
 
 def clock_ticks(controller: Controller) -> Findings:
-    """Find clocks too fast for the chip, or that do not divide into ticks of 10 ms."""
+    """Find clocks that are too fast for the chip, or that no timer divides into ticks of 10 ms."""
     board = controller.board
     path = ("controller", "clock")
     if board.clock_hz > board.fastest_hz:

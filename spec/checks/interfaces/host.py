@@ -139,7 +139,7 @@ def lines_fit_the_host(controller: Controller) -> Findings:
 
 
 def lines_name_served_loops(controller: Controller) -> Findings:
-    """Find lines of the scenario that heat what the host does not command."""
+    """Find lines of the scenario that heat a loop which the host does not command."""
     gcode = gcode_of(controller)
     if gcode is None:
         return
@@ -156,7 +156,7 @@ def lines_name_served_loops(controller: Controller) -> Findings:
 
 
 def lines_have_a_host(controller: Controller) -> Findings:
-    """Find lines of the scenario that nothing would read."""
+    """Find lines of the scenario that no interface would read."""
     if gcode_of(controller) is None and nextion_of(controller) is None:
         remedy = (
             "Add {kind: gcode, loops: {T0: …}} or {kind: nextion, loop: …} to interfaces, or "

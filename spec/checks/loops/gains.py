@@ -52,7 +52,7 @@ def ready_can_last(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "ready_within"),
                 f"{number(loop.ready_within_k)} K is not above {what}, {about(widest_k)} K: the "
-                "loop could come to rest and not be ready",
+                "loop could settle and not be ready",
                 f"Use more than {rounded_up(widest_k)} K",
                 (("loops", name), ("sensors", loop.sensor)),
             )

@@ -12,7 +12,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz
 
 MOST_BUSES, QUICK_HZ = 4, 16_000_000
-"""Maximum number of 1-Wire buses from this clock on; one less below it (measured)."""
+"""Maximum number of 1-Wire buses at this clock or a faster one; one less at a slower (measured)."""
 
 MOST_MISSING = 255
 """Maximum number of missing readings: an 8-bit counter counts them."""
@@ -149,7 +149,7 @@ def stale_after(controller: Controller) -> Findings:
 
 
 def watchdog_on_the_chip(controller: Controller) -> Findings:
-    """Find times that the chip's watchdog does not have: the oldest chips have up to 2 s."""
+    """Find times that are too long for the chip's watchdog: the oldest chips have at most 2 s."""
     board, watchdog_s = controller.board, controller.safety.watchdog_s
     if watchdog_s > board.longest_watchdog_s:
         yield Finding(

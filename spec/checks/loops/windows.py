@@ -85,7 +85,7 @@ def spread_leaves_no_dc(controller: Controller) -> Findings:
 
 
 def spread_has_no_rests(controller: Controller) -> Findings:
-    """Find shortest pulses or pauses given for a spread output, whose step is both."""
+    """Find a shortest pulse or pause of a spread output: one step is both, so neither is set."""
     for name, output in _outputs(controller):
         for key, seconds in (
             ("minimum_on", output.minimum_on_s),

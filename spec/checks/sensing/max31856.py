@@ -13,7 +13,7 @@ from heatwright.spec.sensing.max31856 import Max31856, lowered
 
 
 def types_have_an_operator(controller: Controller) -> Findings:
-    """Find lists of selectable types that no operator can use, or that leave no choice."""
+    """Find lists of selectable types without an operator, or with fewer than two types."""
     for name, sensor in controller.sensors.items():
         if not isinstance(sensor, Max31856) or not sensor.selectable:
             continue

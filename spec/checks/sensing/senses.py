@@ -1,4 +1,4 @@
-"""What sensors of the simulated machine measure: temperatures of nodes, currents of outputs."""
+"""Sensors of the simulated machine: they measure temperatures of nodes or currents of outputs."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
