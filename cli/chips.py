@@ -1,4 +1,4 @@
-"""What the chips around the binary show after a run, and what they complain of."""
+"""The simulated chips after a run: displays, refused commands, violations of data sheets."""
 
 from collections.abc import Iterator
 
@@ -38,7 +38,7 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
 
 
 def not_done(device: AvrDevice) -> tuple[tuple[float, str], ...]:
-    """Return what host or master asked for without success: time, s, and the board's answer."""
+    """Return the failed requests of host or master: time, s, and the board's answer."""
     found = [
         *((line.time_s, line.text.removeprefix("echo:"))
           for host in device.parts(GcodeHost) for line in host.refusals),

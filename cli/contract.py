@@ -87,7 +87,8 @@ def _of_layers(role: str, kind: str, model: type[BaseModel]) -> Iterator[str]:
         given = set(layer.gives) - left_out
         if find_spec(name) is None:
             wanted = " and ".join(sorted(given))
-            yield f"{file_of(name)}: the file is missing: the {layer.what}, which gives {wanted}"
+            missing = f"the {layer.what}, which must define {wanted}"
+            yield f"{file_of(name)}: the file is missing: {missing}"
             continue
         try:
             module = import_module(name)

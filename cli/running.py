@@ -38,7 +38,7 @@ class Run:
     faults: dict[str, tuple[Tripped, ...]]
     """Faults with their times, by loop."""
     display: tuple[str, str] | None = None
-    """What the display shows at the end; None if there is none, or no binary to write to it."""
+    """Text of the display at the end; None without a display, or without a binary."""
     screen: bytes | None = None
     """What the touch display shows at the end, as a PNG."""
     lights: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class Run:
     """Requests of host or master that were not done: time, s, and the answer; None with the
     model, which has no interfaces."""
     complaints: tuple[str, ...] = ()
-    """What the chips at the binary's pins, and the processor, had to object to."""
+    """Violations reported by the chips at the binary's pins and by the processor."""
     limit: Limit | None = None
     """Highest possible speed, set by the processor alone; None without a binary."""
 

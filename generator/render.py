@@ -67,7 +67,7 @@ def _begun(suffix: str, banner: str) -> str:
 
 
 def _guarded(path: PurePosixPath, text: str) -> str:
-    """Return a text; that of a header with a guard behind its first comment, unless it has one."""
+    """Return a text; add an include guard after a header's first comment, unless it has a guard."""
     if path.suffix != ".h" or _GUARD.search(text):
         return text
     guard = f"{path.stem.upper()}_H"
@@ -76,7 +76,7 @@ def _guarded(path: PurePosixPath, text: str) -> str:
 
 
 def names(told: Told) -> dict[str, object]:
-    """Return a template's variables by name; dataclasses within are not taken apart."""
+    """Return a template's variables by name; nested dataclasses stay whole."""
     if isinstance(told, Mapping):
         return dict(told)
     if isinstance(told, tuple):

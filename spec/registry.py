@@ -142,7 +142,7 @@ def module_of(role: str, stem: str, kind: str) -> str:
     name = place_of(role, layer, kind)
     if name not in sys.modules and not _is_there(name):
         raise KindIncomplete(
-            f"The {role} kind {kind} has no {layer.what}: write {file_of(name)}, which gives "
+            f"The {role} kind {kind} has no {layer.what}: write {file_of(name)}, which must define "
             f"{' and '.join(layer.gives)}."
         )
     return name

@@ -52,7 +52,7 @@ class LiveWorld(World):
         plant = plant_of(
             self.site.controller, self._network, ambient_c=weather.ambient_c, step_s=self.step_s
         )
-        assert isinstance(plant, Plant)  # noqa: S101 - the one kind there is
+        assert isinstance(plant, Plant)  # noqa: S101 - the only kind of plant
         return plant
 
     # -- the surroundings ----------------------------------------------------------------------

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 Told: TypeAlias = "DataclassInstance | Mapping[str, object] | tuple[Told, ...]"
-"""A template's variables: the fields of dataclasses; of two with one name, the last counts.
+"""A template's variables: the fields of dataclasses; if two have one name, the last one is used.
 
 Packages from outside may give a mapping.
 """
@@ -144,7 +144,7 @@ class Wiring:
 
     pin: str
     what: str
-    """The device at the other end; its terminal follows behind a comma."""
+    """The device at the other end; its terminal follows after a comma."""
     how: str
     symbols: tuple[Symbol, ...] = ()
     """In order, from the pin on."""

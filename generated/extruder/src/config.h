@@ -32,7 +32,7 @@
 
 /* extruder.yaml:49 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* extruder.yaml:49 safety.lockout.within (default): an older trip no longer counts */
+/* extruder.yaml:49 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
 /* extruder.yaml:49 safety.lockout.wait (default): wait after a loss of power */
 #define LOCKOUT_WAIT_S 600u
@@ -119,7 +119,7 @@
 #define LOOP_NOZZLE_KD 31.4f
 /* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: 0.1 s / (1 s + 0.1 s) */
 #define LOOP_NOZZLE_SLOPE_WEIGHT 0.09090909f
-/* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: K/s; less counts as 0 */
+/* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: K/s; less becomes 0 */
 #define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* extruder.yaml:27 loops.nozzle.period: 1 / 0.1 s */
 #define LOOP_NOZZLE_PER_PERIOD 10.0f
@@ -177,7 +177,7 @@
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -4.0816326f
 /* extruder.yaml:41 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 250 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00039985604f
-/* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller move counts as constant */
+/* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller change is ignored */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 5.4342513f
 /* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond a limit for up to 166 s; 1.5 times that, or half of the plant's response time to a power, 250 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 2500u

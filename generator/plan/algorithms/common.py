@@ -20,7 +20,7 @@ class AlgorithmPlan:
     told: Told
     constants: tuple[Constant, ...]
     full_duty: Constant
-    """The duty that counts as full heat for the rule heating_failed, %."""
+    """The duty that the rule heating_failed takes for full power, %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def least_slope(source: Source, prefix: str) -> Constant:
 
     avr-libc rounds some products below the least normal number in its own way.
     """
-    return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less counts as 0")
+    return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less becomes 0")
 
 
 def by_keys(source: Source, name: str) -> frozenset[str]:
