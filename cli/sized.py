@@ -79,7 +79,7 @@ def sized_json(found: Sized) -> dict[str, object]:
 
 
 def rows(found: Sized) -> Iterator[Row]:
-    """List what the table of a loop shows."""
+    """List the rows of a loop's table."""
     reserve = found.reserve
     ends = f"{celsius(reserve.setpoint_c)}, ambient {celsius(reserve.ambient_c)}"
     yield f"power that the plant needs at {ends}", about(reserve.needed_w), "W"

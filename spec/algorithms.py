@@ -56,7 +56,7 @@ _LeadFilter = Annotated[
 
 
 class OnOff(Model):
-    """Full power or none, with a band and with a lead (a look ahead along the slope)."""
+    """On-off control, with a hysteresis and with a lead (it looks ahead along the slope)."""
 
     pid: ClassVar[None] = None
     full_percent: ClassVar[float] = 100.0
@@ -144,7 +144,7 @@ class ThreePosition(Model):
 
 
 class IntegralLimits(Model):
-    """Bounds of the integral term, and what it does at the output's bounds."""
+    """Bounds of the integral term, and its behaviour while the output is limited."""
 
     minimum_percent: _Signed = Field(0.0, alias="minimum", description="Lowest contribution.")
     maximum_percent: Percent = Field(100.0, alias="maximum", description="Highest contribution.")

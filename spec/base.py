@@ -1,4 +1,4 @@
-"""What all models share: strict keys, frozen values, names, read-only maps."""
+"""Common parts of all models: strict keys, frozen values, names, read-only maps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which interfaces a controller has, which loops they serve, and what they may command."""
+"""The interfaces of a controller, the loops that they serve, and the commands that they give."""
 
 from typing import TypeVar
 

@@ -58,10 +58,10 @@ class Line(NamedTuple):
     """Whether the spec may choose the serial port."""
     baud: int
     usual_bauds: tuple[int, ...]
-    """Baud rates that its other end may offer."""
+    """Baud rates that the other end of the line may offer."""
     receives: bool
     called: str | None
-    """Its name in a list of level converters; None if its other end has the levels of the pins."""
+    """Name in a list of level converters; None if the line's other end has the pins' levels."""
     parity: Literal["even", "odd", "none"] = "none"
     stop_bits: int = 1
 
@@ -72,7 +72,7 @@ class Line(NamedTuple):
 
     @property
     def told(self) -> str:
-        """Its speed and format, such as `19200 baud, 8E1`."""
+        """Speed and format of the line, such as `19200 baud, 8E1`."""
         return f"{self.baud} baud, {self.form}"
 
 
@@ -203,7 +203,7 @@ class _Interface(Model):
 
     @property
     def line(self) -> Line | None:
-        """Its serial line."""
+        """The interface's serial line."""
         return None
 
     @property

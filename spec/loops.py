@@ -21,7 +21,7 @@ _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
 
 LONGEST_RULE_S = 86_400.0
-"""A day: a rule that waits for longer protects nobody, and takes too long to simulate."""
+"""A day: a rule that waits for longer protects nothing, and its simulation takes too long."""
 
 _RuleTime = Annotated[float, Quantity(DURATION, least=0.01, most=LONGEST_RULE_S)]
 
@@ -116,7 +116,7 @@ class RisingWhileOff(Limits):
 
 
 class Agreement(Limits):
-    """Rule `sensors_disagree`: a second sensor must read what the loop's own sensor reads."""
+    """Rule `sensors_disagree`: a second sensor must read the same temperature as the loop's."""
 
     within_k: _Rise = Field(alias="within", description="Largest difference of the readings.")
     for_s: _RuleTime = Field(10.0, alias="for", description="How long the difference must last.")

@@ -1,4 +1,4 @@
-"""Outputs: what switches heaters and fans."""
+"""Outputs: pins that switch heaters and fans, or drive a stepper."""
 
 import math
 from collections.abc import Mapping

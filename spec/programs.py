@@ -186,7 +186,7 @@ def _fits(value: Any) -> Any:
 
 
 Resumes = BeforeValidator(_fits)
-"""Marks what may be written as the word `stop`."""
+"""Marks a field that may also be the word `stop`."""
 
 
 class Programs(Model):

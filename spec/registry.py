@@ -23,8 +23,9 @@ _HEADING = f"[{GROUP}]".encode()
 class Layer(NamedTuple):
     """One of the modules of a kind.
 
-    stem -- name of its file in a package from outside; package -- where heatwright has its own,
-    named after their kinds; what -- words for messages; gives -- the names that it must define.
+    stem -- name of its file in a package from outside; package -- heatwright's own package of such
+    modules, each named after its kind; what -- its description in messages; gives -- the names that
+    it must define.
     """
 
     stem: str
@@ -179,7 +180,7 @@ def _is_there(module: str) -> bool:
 
 
 def _loaded(role: str, kind: str, place: str) -> Brought:
-    """Import what an entry point names; a package that is broken must not stop the others."""
+    """Import the object of an entry point; a broken package must not stop the others."""
     module, _, name = place.partition(":")
     package = module.rpartition(".")[0]
     try:

@@ -45,7 +45,7 @@ INSTALL = "pip install 'heatwright[campaign]'"
     "vary_file",
     type=File,
     metavar="FILE",
-    help="File that says what varies, and how; by default variations that suit any machine.",
+    help="File with the variations; by default variations that suit any machine.",
 )
 @click.option(
     "--seed",

@@ -1,4 +1,4 @@
-"""`heatwright check`: what is wrong with specs."""
+"""`heatwright check`: finds the errors of specs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A firmware that does not fit its board: by how much, what takes the memory, and remedies."""
+"""A firmware that does not fit its board: the missing memory, the largest users, and remedies."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Register:
     table: Table
     address: int
     name: str
-    """Such as `nozzle.temperature`; names of the controller's registers have no dot."""
+    """Name, such as `nozzle.temperature`; names of the controller's registers have no dot."""
     kind: Kind
     meaning: str
     stored: Stored

@@ -15,15 +15,15 @@ from heatwright.spec.interfaces import LcdKeypad, SerialLog
 from heatwright.spec.self_checks import self_checked
 
 EVERY = Least(2250, 100)
-"""For every firmware: clock, gate, faults, settings, start-up, library; and the stack."""
+"""Memory of every firmware: clock, gate, faults, settings, start-up, library; and the stack."""
 TUNABLE = Least(2160, 0)
-"""For each loop whose gains may be set: by a host, a master, a touch display or a menu."""
+"""Memory for each loop whose gains a host, a master, a touch display or a menu may set."""
 AUTOTUNE = Least(1670, 79)
-"""In addition to TUNABLE, for each loop with autotune."""
+"""Memory for each loop with autotune, in addition to TUNABLE."""
 COUNTDOWN = Least(1090, 7)
-"""In addition, for the countdown of a keypad."""
+"""Memory for the countdown of a keypad."""
 MENU = Least(4700, 140)
-"""In addition, for the menu of a keypad beside programs."""
+"""Memory for the menu of a keypad, if the controller has programs."""
 PROGRAMS = Least(4300, 220)
 SELF_CHECKS = Least(650, 12)
 

@@ -21,7 +21,7 @@ from heatwright.spec.quantity import hertz
 
 
 class TimerProblem(NamedTuple):
-    """A frequency that the timers cannot make, and what to change."""
+    """A frequency that the timers cannot make: the reason and the remedy."""
 
     path: Path
     reason: str

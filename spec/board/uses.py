@@ -1,4 +1,4 @@
-"""Which pins a spec uses, and for what."""
+"""The pins that a spec uses, and their purposes."""
 
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The chips, from their data sheets: memories, timers, and what each pin can do besides I/O."""
+"""The chips, from their data sheets: memories, timers, and each pin's functions besides I/O."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What a board offers: its chip, its pins by name, its timers and serial ports."""
+"""The parts of a board: its chip, its pins by name, its timers and serial ports."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -102,7 +102,7 @@ class Chip:
 
 @dataclass(frozen=True)
 class Layout:
-    """The pins of a board and what it has besides its chip."""
+    """The pins of a board and its other properties besides the chip's."""
 
     platformio: str
     """The board's id in PlatformIO."""

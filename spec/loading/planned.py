@@ -6,6 +6,6 @@ ELSEWHERE = {
     ("Event", "setpoint"): "Let the simulated master write it: write: {LOOP.setpoint: 50 °C}",
     ("Segment", "rate"): "Write at:, as in {to: 540 °C, at: 150 K/h}",
 }
-"""Keys that a user may try in a model, and what to write instead."""
+"""Keys that a user may try in a model, with the keys to write instead."""
 
 NOT_BUILT = "is a planned part of the language that is not built yet"

@@ -130,7 +130,7 @@ def _reference(model: type[BaseModel], definitions: dict[str, Json]) -> Json:
 
 
 def _value(annotation: Any, definitions: dict[str, Json]) -> Json:
-    """Describe what an annotation accepts."""
+    """Describe the values that an annotation accepts."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _marked(arguments[0], arguments[1:], definitions)

@@ -32,7 +32,7 @@ def advice(word: str, known: Sequence[str]) -> str:
 
 
 def one_of(value: object, what: str, known: Sequence[str]) -> Exception:
-    """Make the error for a word that is none of `known`."""
+    """Make the error for a word that is not in `known`."""
     word = value if isinstance(value, str) else ""
     shown = repr(word) if 0 < len(word) <= _LONGEST_WORD else "this"
     return refuse(f"{shown} is not a {what}", advice(word, known))

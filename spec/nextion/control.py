@@ -27,7 +27,7 @@ LONGEST_FAULT = 40
 
 
 def settings_page(number: int, *, adjustable: bool, selectable: bool, saves: bool) -> Page:
-    """Lay out what the operator sets: the setpoint, the critical temperature, the sensor's type."""
+    """Lay out the operator's settings: setpoint, critical temperature, type of the thermocouple."""
     sheet = Sheet("settings", number, "Setpoint, critical temperature, thermocouple.")
     sheet.label("title", (10, 5, 400, 40), "Settings", LARGE)
     rows = [("sp", "Setpoint °C", asking(3, "Setpoint", "sp", number))]
@@ -106,7 +106,7 @@ def faults_page(number: int) -> Page:
 
 
 def fault_page(number: int, rule: Rule) -> Page:
-    """Lay out the page of one fault: what it is, how hot it was, what to do."""
+    """Lay out the page of one fault: its meaning, the temperature, the remedy."""
     sheet = Sheet(f"fault{rule.code:02d}", number, rule.meaning)
     sheet.text("t", (10, 230, 200, 50), LONGEST_NUMBER, LARGE, pco=AMBER)
     sheet.label("code", (0, 0, 800, 66), f"E{rule.code:02d} {rule.display}", LARGE, bco=RED)

@@ -7,7 +7,7 @@ from typing import Literal
 
 Kind = Literal["page", "text", "number", "button", "dual_state", "waveform", "timer", "variable"]
 Code = tuple[str, ...]
-"""The lines of an event, as they are typed into the editor."""
+"""The code of an event: lines that are typed into the editor."""
 Attribute = int | str
 
 WIDTH, HEIGHT = 800, 480

@@ -148,7 +148,7 @@ def _open(rule: Limits | None, name: str) -> set[str]:
 
 
 class _Times(NamedTuple):
-    """The basis of a rule's time: what a healthy machine needs, s, and its derivation in words."""
+    """The basis of a rule's time: the time that a healthy machine needs, s, and its derivation."""
 
     usual_s: float
     needs_s: float
@@ -224,7 +224,7 @@ class _Rules:
         self._put("frozen", "holding_percent", [(percent, words)])
 
     def _derive_within(self) -> None:
-        """Find how long full power may last: machines need it for a rise, nodes withstand it."""
+        """Find how long full power may last: enough for a rise, and no node becomes too hot."""
         heated = self._heated
         rise_k = self._number("heating", "rise_k")
         needs_s = heated.slowest_rise(rise_k)[0]

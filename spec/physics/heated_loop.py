@@ -106,7 +106,7 @@ def most_borne(
 
 
 class HeatedLoop:
-    """One loop with its part of a plant, as the rules' numbers need it.
+    """One loop with its part of a plant, for the derivation of the rules' numbers.
 
     Raises ArithmeticError, AssertionError, LookupError or ValueError for a plant that the checks
     refuse.

@@ -171,7 +171,7 @@ class Heated:
         return exponential(matrix)
 
     def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
-        """Matrix that advances a state without power, and what 1 W adds to the new state."""
+        """Matrix that advances a state without power, and the vector that each watt adds to it."""
         matrix = [[*row, 0.0] for row in self._rates(time_s, about)]
         matrix[self._heated][-1] = time_s / self._capacities[self._heated]
         *found, _ = exponential([*matrix, [0.0] * len(matrix[0])])

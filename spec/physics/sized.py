@@ -53,7 +53,7 @@ class SizedWire(NamedTuple):
     air_c: float
     temperature_c: float
     load_as_measured_w_per_cm2: float | None
-    """Surface load at which such a wire is as hot as was measured; None where nothing was."""
+    """Surface load at which such a wire has the measured temperature; None if none was measured."""
 
 
 def wind_film_w_per_m2k(wind_m_per_s: float) -> float:

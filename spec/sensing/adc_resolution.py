@@ -23,7 +23,7 @@ LEAST_CHANGE = 1e-12
 def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
     """Return the width of an ADC step at a temperature, K, from the slope there.
 
-    Beyond the range, where no reading is valid, it is that of the range's end.
+    Outside the range, where no reading is valid, the width at the range's end is returned.
     """
     chain: Circuit = sensor.circuit(mcu)
     low_c, high_c = sensor.range_c

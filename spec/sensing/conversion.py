@@ -22,7 +22,7 @@ TICK_S = 0.010
 """Time between two codes of a channel: each tick takes one."""
 
 LEAST_MARGIN_STEPS = 2
-"""Minimum number of codes between an end of the range and what an open or shorted sensor reads."""
+"""Minimum number of codes between an end of the range and the code of an open or shorted sensor."""
 
 ROUNDINGS = 6
 """Rounding errors in single precision, relative to the largest temperature: one of the point, one
@@ -62,7 +62,7 @@ class Limits(NamedTuple):
 
     @property
     def shown(self) -> bool:
-        """Whether the circuit can show the range, and what lies beyond it."""
+        """Whether the circuit can show the range, and distinguish an open or shorted sensor."""
         margin = min(self.low - self.low_limit, self.high_limit - self.high)
         return margin >= LEAST_MARGIN_STEPS and self.high - self.low >= LEAST_MARGIN_STEPS
 

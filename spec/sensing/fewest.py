@@ -139,7 +139,7 @@ Layer = dict[int, list[Window]]
 
 
 def _reached(tube: Tube, layers: Sequence[Sequence[int]]) -> list[Layer]:
-    """Find what lines reach at each bend, if each bend is at a place of its layer."""
+    """Find the values that lines reach at each bend, if each bend is at a place of its layer."""
     reached: list[Layer] = [{0: [_whole(tube, 0)]}]
     for places in layers[1:]:
         layer: Layer = {place: [] for place in places}

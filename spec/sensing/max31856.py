@@ -160,7 +160,7 @@ __all__ = [
 
 
 def variants(sensor: object) -> dict[str, Max31856]:
-    """Return a sensor with each type of thermocouple that may be chosen for it; mostly none."""
+    """Return a sensor with each type of thermocouple that may be chosen for it; mostly empty."""
     if not isinstance(sensor, Max31856):
         return {}
     return {kind: sensor.model_copy(update={"thermocouple": kind}) for kind in sensor.selectable}
@@ -175,7 +175,7 @@ def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, fl
         maximum_c: the loop's `protection.maximum`, °C; it stays as far above the setpoint.
 
     Returns:
-        tenths of °C, by the types; mostly none.
+        tenths of °C, by type; mostly empty.
 
     """
     found = {}

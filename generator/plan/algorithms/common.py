@@ -1,4 +1,4 @@
-"""What the plans of all algorithms return, and the constants that several share."""
+"""The result of every algorithm's plan, and constants that several algorithms share."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The condition that trips each rule, as a project's README says it."""
+"""The condition that trips each rule, in words for a project's README."""
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS

@@ -15,7 +15,7 @@ NEXTION_BYTES = 1700
 PROGRAMS_BYTES = 240
 POINT_BYTES = 27
 POINT_SHOWN_BYTES = 36
-"""For each point of a program that a nextion display shows."""
+"""RAM for each point of a program that a nextion display shows."""
 MENU_BYTES = 150
 LOG_BYTES = 60
 

@@ -1,4 +1,4 @@
-"""G-code hosts: what they serve and command."""
+"""G-code hosts: the loops, fans and steppers that they command, and the lines that they send."""
 
 import re
 

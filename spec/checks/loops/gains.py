@@ -59,7 +59,7 @@ def ready_can_last(controller: Controller) -> Findings:
 
 
 def autotune_has_a_use(controller: Controller) -> Findings:
-    """Find experiments that nobody could start, or that would find nothing."""
+    """Find autotune that nobody could start, or of an algorithm that has no gains."""
     for name, loop in controller.loops.items():
         if loop.autotune is None:
             continue

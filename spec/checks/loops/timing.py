@@ -35,7 +35,8 @@ def periods_s(count: int, loop: Loop) -> float:
 def restart_s(first_s: float, loop: Loop) -> float:
     """Return how long a loop has no reading, s, if its sensor restarts, which takes `first_s`.
 
-    One step finds the reading lost; each step before the first new reading finds none.
+    One step finds that the reading is lost; the following steps have no reading until the first new
+    one.
     """
     return periods_s(1 + max(1, math.ceil(round(loop.periods_in(first_s), 6))), loop)
 

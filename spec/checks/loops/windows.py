@@ -12,7 +12,7 @@ from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import duration
 
 MAINS_PERIOD_S = 0.02
-"""One period of 50 Hz mains."""
+"""Length of one period of 50 Hz mains, s."""
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:

@@ -1,4 +1,4 @@
-"""After its heater is off a machine first rises further (it coasts), and then it cools."""
+"""Checks of a machine after its heater is off: it rises further (coasts), and then it cools."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""One loop with its part of the plant, heated to the highest setpoint and then left to cool."""
+"""A loop with its part of the plant, heated to the highest setpoint and then left to cool."""
 
 import math
 from collections.abc import Iterator
@@ -97,7 +97,7 @@ class Machine:
 
     @property
     def full_power_w(self) -> float:
-        """The algorithm's highest power, or what the current limit allows if that is less."""
+        """Highest power of the algorithm, or of the current limit if that is lower, W."""
         share = self.loop.algorithm.full_percent / 100
         return min(self.power_w * share, limit_w(self.output))
 

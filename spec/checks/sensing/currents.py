@@ -141,7 +141,7 @@ def limits_can_be_told(controller: Controller) -> Findings:
 
 
 def currents_can_be_read(controller: Controller) -> Findings:
-    """Check that the sensor can read the trip, and can distinguish a current from none."""
+    """Check that the sensor can read the trip, and can distinguish a current from no current."""
     for each in measured(controller):
         sensor: Path = ("sensors", each.current.sensor)
         because_of = (sensor, ("outputs", each.name), ("controller", "board"))
