@@ -23,7 +23,7 @@ UNFINISHED = "#error"
 _OF_LOOPS = {"cut", "mend"}
 """Functions that disconnect a loop's sensor and connect it; a current sensor needs none."""
 SHARES = (0.2, 0.5, 0.8)
-"""Where in a thermometer's range its reference model is tried, as shares of the range."""
+"""Temperatures at which a thermometer's reference model is tried, as shares of its range."""
 
 
 def lacking(role: str, kind: str) -> Iterator[str]:

@@ -23,7 +23,7 @@ _COMMENTS = {
     **dict.fromkeys((".csv", ".hal", ".py"), "# {}\n"),
     ".json": '{{"_": "{}",\n',
 }
-"""Form of the banner by a file's suffix: a comment; in JSON, which has none, a member."""
+"""Form of the banner by a file's suffix: a comment; in JSON, which has no comments, a member."""
 
 
 def _load(template: str) -> str:

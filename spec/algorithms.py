@@ -76,22 +76,22 @@ class OnOff(Model):
 
     @property
     def off_at_k(self) -> float:
-        """How far above the setpoint full power ends, K."""
+        """Distance above the setpoint at which full power ends, K."""
         return self.hysteresis_k
 
     @property
     def on_at_k(self) -> float:
-        """How far below the setpoint full power begins, K."""
+        """Distance below the setpoint at which full power begins, K."""
         return self.hysteresis_k
 
     @property
     def swing_k(self) -> float:
-        """How far the reading swings between on and off, K."""
+        """Swing of the reading between on and off, K."""
         return 2 * self.hysteresis_k
 
     @property
     def rests_within_k(self) -> float:
-        """How far above the setpoint the temperature of a healthy loop may rest, K."""
+        """Largest steady deviation of a healthy loop above the setpoint, K."""
         return self.hysteresis_k
 
 
@@ -111,7 +111,7 @@ class ThreePosition(Model):
     hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
         alias="hysteresis",
-        description="How far heating or cooling goes on into the dead band.",
+        description="Distance inside the dead band at which heating or cooling ends.",
     )
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
@@ -119,22 +119,22 @@ class ThreePosition(Model):
 
     @property
     def off_at_k(self) -> float:
-        """How far above the setpoint full power ends, K: 0 or less, because it ends at or below."""
+        """Distance above the setpoint at which full power ends, K: 0 or negative."""
         return self.hysteresis_k - self.dead_band_k
 
     @property
     def on_at_k(self) -> float:
-        """How far below the setpoint full power begins, K."""
+        """Distance below the setpoint at which full power begins, K."""
         return self.dead_band_k
 
     @property
     def swing_k(self) -> float:
-        """How far the reading swings between heating and cooling, K."""
+        """Swing of the reading between heating and cooling, K."""
         return 2 * self.dead_band_k
 
     @property
     def rests_within_k(self) -> float:
-        """How far above the setpoint the temperature of a healthy loop may rest, K."""
+        """Largest steady deviation of a healthy loop above the setpoint, K."""
         return self.dead_band_k
 
     @property
@@ -229,12 +229,12 @@ class Pid(Model):
 
     @property
     def on_at_k(self) -> float:
-        """How far below the setpoint full power is certain, K; infinite without a band."""
+        """Distance below the setpoint that ensures full power, K; without a band infinite."""
         return math.inf if self.band_k is None else self.band_k
 
     @property
     def rests_within_k(self) -> float:
-        """How far above the setpoint the temperature of a healthy loop may rest, K."""
+        """Largest steady deviation of a healthy loop above the setpoint, K."""
         return self.dead_band_k
 
     @property

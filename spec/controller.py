@@ -1,4 +1,4 @@
-"""The whole spec as one frozen value."""
+"""The model of the whole spec, which never changes after loading."""
 
 from collections.abc import Mapping
 from dataclasses import replace

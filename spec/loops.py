@@ -12,7 +12,7 @@ from heatwright.spec.quantity import Quantity, duration
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT, RATE
 
 DEFAULT_MARGIN_K = 15.0
-"""Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
+"""Default of the maximum above the highest setpoint; Marlin and Klipper have 10 to 15 K."""
 
 MOST_STEPS = 65535
 """Maximum number of steps: a 16-bit counter counts them."""

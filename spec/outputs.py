@@ -139,22 +139,22 @@ class DigitalOutput(Model):
 
     @property
     def always_runs(self) -> bool:
-        """Whether it is on as long as the controller runs."""
+        """Whether the output is on as long as the controller runs."""
         return self.runs == "always"
 
     @property
     def is_held(self) -> bool:
-        """Whether it has minimum times."""
+        """Whether the output has minimum times."""
         return self.stays_on_s > 0 or self.stays_off_s > 0
 
     @property
     def stays_on_s(self) -> float:
-        """Time for which it stays on once it is on, s."""
+        """Shortest time on, s."""
         return self.minimum_on_s
 
     @property
     def stays_off_s(self) -> float:
-        """Time for which it stays off once it is off, s."""
+        """Shortest time off, s."""
         return self.minimum_off_s
 
     @property
@@ -212,7 +212,7 @@ class PwmOutput(_Metered):
 
     @property
     def full_share(self) -> float:
-        """Share of the time that makes the rated power from the supply: (rated/supply)²."""
+        """Duty, as a share, at which the supply gives the rated power: (rated/supply)²."""
         return self.mean_of_rms**2
 
     @property

@@ -19,7 +19,7 @@ LEAST_SUPPLY, MOST_SUPPLY = 0.0, 1.3
 
 
 class Course(NamedTuple):
-    """Values of a loop's control steps, in s, °C and %; machine_c -- at its sensor's node."""
+    """Values of a loop's control steps, in s, °C and %; machine_c -- of the sensor's node."""
 
     time_s: NDArray[np.float64]
     temperature_c: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""`heatwright campaign`: many machines of one spec, each drawn from a seed."""
+"""`heatwright campaign`: runs many machines of one spec, each drawn at random from a seed."""
 
 from __future__ import annotations
 

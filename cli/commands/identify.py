@@ -1,4 +1,4 @@
-"""`heatwright identify`: a plant from a recorded step."""
+"""`heatwright identify`: fits a plant to a recorded step."""
 
 from __future__ import annotations
 

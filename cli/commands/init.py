@@ -1,4 +1,4 @@
-"""`heatwright init`: a spec to begin with."""
+"""`heatwright init`: writes a first spec."""
 
 from __future__ import annotations
 

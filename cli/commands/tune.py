@@ -1,4 +1,4 @@
-"""`heatwright tune`: gains for a loop, by several methods side by side."""
+"""`heatwright tune`: finds a loop's gains by several methods, and compares them."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ class TimerRegisters:
 
     @property
     def control_a(self) -> str:
-        """The register with the pins' modes."""
+        """The register that sets the modes of the timer's output pins."""
         return f"TCCR{self.number}" if self.alone else f"TCCR{self.number}A"
 
     @property

@@ -21,7 +21,7 @@ class Pin(NamedTuple):
     """Line of the SPI bus that the pin can be: `ss`, `sck`, `mosi` or `miso`."""
     led: bool = False
     bootloader: bool = False
-    """Driven, or pulled up, by the bootloader at every reset."""
+    """True if the bootloader drives the pin, or pulls it up, at every reset."""
 
     @property
     def digital(self) -> bool:
@@ -35,7 +35,7 @@ class Pin(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Both names, as messages have them, such as `D3 (PD3)`; one if there is no other."""
+        """Both names for messages, such as `D3 (PD3)`; only one if the pin has no other."""
         if not self.digital or self.name == self.port_name:
             return self.name
         return f"{self.name} ({self.port_name})"

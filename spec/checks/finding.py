@@ -15,7 +15,7 @@ from heatwright.spec.simulation import Event, ThermalNetwork
 
 
 class Finding(NamedTuple):
-    """One error of the spec, at the key that is best changed."""
+    """One error of the spec, at the key whose change is the best remedy."""
 
     path: Path
     reason: str

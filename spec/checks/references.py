@@ -140,7 +140,7 @@ def heaters_can_heat(controller: Controller) -> Findings:
         if loop.heater in controller.steppers:
             yield Finding(
                 ("loops", name, "heater"),
-                f"{loop.heater} is a stepper, which feeds and does not heat",
+                f"{loop.heater} is a stepper, which feeds material and cannot heat",
                 "Name the heater's output",
                 (("outputs", loop.heater),),
             )

@@ -64,7 +64,7 @@ def waveform_attributes() -> dict[str, int]:
 
 
 def _clocks(sheet: Sheet) -> None:
-    """Add the times in the program and in the segment, and the names of both."""
+    """Add the elapsed times of program and segment, and the names of both."""
     places = {"day": 470, "hour1": 526, "minute1": 582}
     for name, x in places.items():
         sheet.number(name, (x, 52, 50, 36), SMALL)

@@ -65,7 +65,7 @@ class Page:
 
 @dataclass(slots=True)
 class Sheet:
-    """Lays a page out: components get their numbers in the order in which they are added."""
+    """A page while it is laid out: components get their numbers in the order of adding."""
 
     name: str
     id: int

@@ -62,7 +62,7 @@ POINTS, SLOW_TIMES = 120, 8.0
 
 
 TURNS = 12
-"""Iterations of the search for the slowest part, and of the other searches here."""
+"""Number of iterations of the searches here, such as that for the slowest part."""
 
 
 def effort_of(
@@ -125,7 +125,7 @@ class _Corner(NamedTuple):
 
 
 class _Search:
-    """One loop's band, and the time that a healthy machine may be beyond it."""
+    """The search for a loop's band, and for the longest time of a healthy machine beyond it."""
 
     def __init__(
         self,
@@ -317,9 +317,9 @@ class _Course:
         yield [share * each for each in rested]
 
     def follow(self, state: Vector, target_c: float | None) -> tuple[float, Vector, Vector]:
-        """Return how long it is beyond the band, s, its state on arrival, and its last state.
+        """Return how long a machine is beyond the band, s, its state on arrival, and its last one.
 
-        target_c -- its setpoint; None: the heater is off. Infinite if it stays beyond.
+        target_c -- its setpoint; None: the heater is off. Infinite if it stays beyond the band.
         """
         plant, band, about_state = self._plant, self._band, state
         without, added = plant.pushed(self._step_s, state)
@@ -376,7 +376,7 @@ def _feed_mm_per_s(controller: Controller, simulation: Simulation) -> float:
 
 
 def _scaled(plant: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
-    """Return a machine with the plant's capacities and resistances times two factors."""
+    """Return the plant with its capacities and its resistances multiplied by a factor each."""
     return plant.model_copy(
         update={
             "nodes": {name: capacity * value for name, value in plant.nodes.items()},

@@ -164,7 +164,7 @@ class HeatedLoop:
 
     @cached_property
     def warm_rest(self) -> Vector:
-        """Steady state at the highest setpoint on a warm day."""
+        """The plant's steady state at the highest setpoint on a warm day."""
         return self.warm[0].rest(self.highest_c - max(SUMMER_C, self.ambient_c))
 
     @cached_property
@@ -406,7 +406,7 @@ def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> flo
 
 
 def _full_w(loop: Loop, heater: Switch) -> float:
-    """Return the algorithm's highest power, or the current limit's if that is less, W."""
+    """Return the highest power of the algorithm, or of the current limit if that is lower, W."""
     return min((heater.power_w or 0.0) * loop.algorithm.full_percent / 100, limit_w(heater))
 
 

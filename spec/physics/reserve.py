@@ -1,4 +1,4 @@
-"""How much more power a heater has than its machine needs at the highest setpoint."""
+"""The reserve of a heater: its power compared with the need at the highest setpoint."""
 
 from collections.abc import Iterator
 from typing import NamedTuple

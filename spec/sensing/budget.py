@@ -27,7 +27,7 @@ CLASSES = {"AA": (0.1, 0.0017), "A": (0.15, 0.002), "B": (0.3, 0.005), "C": (0.6
 """Platinum elements, ±(a + b·|t|) K (IEC 60751:2008, 5.1.1)."""
 
 TABLE_STEPS = 0.5
-"""The firmware's table is nowhere half a step of the ADC away from the exact curve."""
+"""Largest error of the firmware's table against the exact curve, in steps of the ADC."""
 
 SHOWN = 5
 """Places in the printed table; the check of `accuracy` divides the range ten times as finely."""
@@ -319,7 +319,7 @@ def hangs_on_supply(sensor: Any) -> bool:
 
 
 def _reference_tolerance_v(sensor: Any, full_v: float) -> float | None:
-    """Return the tolerance of the reference, V; the internal one's default is the data sheet's."""
+    """Return the reference's tolerance, V; for the internal one the data sheet's by default."""
     told: float | None = sensor.tolerances.reference_v
     if told is None and sensor.reference == "internal":
         return INTERNAL_TOLERANCE_V[full_v]

@@ -1,4 +1,4 @@
-"""How a sensing element's resistance follows its temperature, exactly, and back.
+"""The exact resistance of a sensing element at a temperature, and the temperature at a resistance.
 
 Temperatures in °C, resistances in Ω. Each curve is a function and its inverse; none of this runs in
 the firmware, whose tables are computed from it.

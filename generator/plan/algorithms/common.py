@@ -84,14 +84,14 @@ def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:
 
 
 def lead_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
-    """How far the algorithm looks ahead, for a comment; empty if it does not."""
+    """Text of the algorithm's lead, for a comment; empty without a lead."""
     if "lead_s" in keyed:
         return "a lead"
     return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
 
 
 def hysteresis_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
-    """How wide its hysteresis is, for a comment; empty if there is none."""
+    """Text of the algorithm's hysteresis, for a comment; empty without a hysteresis."""
     if "hysteresis_k" in keyed:
         return "a hysteresis"
     return quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k > 0 else ""

@@ -186,7 +186,7 @@ def _response(source: Source, response: Response, loop: Loop, prefix: str) -> li
 
 
 def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constant]:
-    """Period and setpoints; the bounds only if a command or a stored value could exceed them."""
+    """Period and setpoints; bounds only if a command or a stored value could exceed them."""
     bounded = told.commanded or told.adjustable or told.keyed or told.stored
     setpoint = source.at("setpoint")
     bounds = (("minimum", loop.setpoint.minimum_c), ("maximum", loop.setpoint.maximum_c))

@@ -112,7 +112,7 @@ def _connection(output: PwmOutput, number: int, letter: str) -> str:
 
 
 def _connections(controller: Controller, number: int) -> str:
-    """The connecting bits of all outputs of a timer."""
+    """The bits that connect all outputs of a timer to their pins."""
     pins = controller.board.pins
     found = [
         _connection(output, number, pwm[1])

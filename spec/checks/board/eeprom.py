@@ -1,4 +1,4 @@
-"""The EEPROM: room for all that is stored in it, and few enough writes that its cells last."""
+"""The EEPROM: it must hold everything that is stored, and its cells must last."""
 
 import math
 from collections.abc import Callable

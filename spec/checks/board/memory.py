@@ -45,7 +45,7 @@ def ram_suffices(controller: Controller) -> Findings:
         fewer = ", or fewer points" if controller.programs is not None else ""
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "kind"),
-            f"a nextion and what it shows take at least {least} bytes of RAM, {has}: "
+            f"a nextion and its contents need at least {least} bytes of RAM, {has}: "
             f"{least - board.ram_bytes} too many",
             f"Use a board with more RAM, such as mega2560, or an lcd_keypad{fewer}",
             because_of,
@@ -55,7 +55,7 @@ def ram_suffices(controller: Controller) -> Findings:
         most = (board.ram_bytes - least) // entry_bytes[index]
         yield Finding(
             ("interfaces", index, "entries"),
-            f"entries take {number(rings[index])} bytes of RAM, all else at least {least}, {has}: "
+            f"entries need {number(rings[index])} bytes of RAM, the rest at least {least}, {has}: "
             f"{least + rings[index] - board.ram_bytes} too many",
             f"Use at most {most}, or keep: eeprom" if most else "Use keep: eeprom",
             because_of,

@@ -1,4 +1,4 @@
-"""Serial ports: those of the board, each for one interface, at a baud rate it can make."""
+"""Serial ports: they must exist, serve one interface each, and be able to make its baud rate."""
 
 from heatwright.spec.board.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.checks.finding import Finding, Findings

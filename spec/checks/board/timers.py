@@ -1,4 +1,4 @@
-"""Timers: enough of them, and frequencies they can make."""
+"""Timers: there must be enough, and they must be able to make the frequencies."""
 
 from heatwright.spec.board.timers import NoTimer, allocate, ticks_at_all
 from heatwright.spec.checks.finding import Finding, Findings

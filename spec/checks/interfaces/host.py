@@ -65,7 +65,7 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
         yield Finding(
             ("outputs", name, "runs"),
             "a fan that always runs cannot be switched by a host",
-            "Delete runs, or take the fan from the interface",
+            "Delete runs, or remove the fan from the interface",
             (path,),
         )
 
@@ -96,8 +96,8 @@ def steppers_wait(controller: Controller) -> Findings:
         if not waits:
             yield Finding(
                 ("outputs", name),
-                "nothing says when the stepper may feed: no loop that a gcode interface serves has "
-                "ready_within",
+                "no loop of a gcode interface has ready_within, so the stepper could feed cold "
+                "material",
                 "Add ready_within:, such as 2 K, to the loop that melts the material",
                 (("loops",), ("interfaces",)),
             )

@@ -1,4 +1,4 @@
-"""Algorithms: limits in order, and outputs that can make the duty."""
+"""Algorithms: their limits must be in order, and their outputs able to make the duty."""
 
 from heatwright.spec.algorithms import LEAST_RANGE_PERCENT
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters

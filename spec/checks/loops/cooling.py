@@ -95,7 +95,7 @@ def dead_band_has_room(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "hysteresis"),
                 f"{number(algorithm.hysteresis_k)} K is more than the dead band of "
-                f"{number(algorithm.dead_band_k)} K, so heating would go on above the setpoint",
+                f"{number(algorithm.dead_band_k)} K, so heating would continue above the setpoint",
                 f"Use at most {number(algorithm.dead_band_k)} K",
                 ((*path, "dead_band"),),
             )

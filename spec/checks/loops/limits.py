@@ -1,4 +1,4 @@
-"""Temperatures: setpoints in order, protections outside them, sensors that can read them all."""
+"""Temperatures: setpoints in order, protections beyond them, sensors that can read all of them."""
 
 import math
 from itertools import product
@@ -132,7 +132,7 @@ def protections_in_range(controller: Controller) -> Findings:
         lowest_c, highest_c = sensor.range_c
         path = ("loops", name, "protection")
         with_type = f"with type {kind} " if kind else ""
-        or_less = f", or take {kind} out of selectable" if kind else ""
+        or_less = f", or remove {kind} from selectable" if kind else ""
         has_range = "range_c" in type(sensor).model_fields
         or_wider = f", or give sensor {loop.sensor} a wider range" if has_range else ""
         reaches_c = highest_c - sensor.error_k(highest_c)

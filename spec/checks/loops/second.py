@@ -37,7 +37,7 @@ def second_sensors_are_monitors(controller: Controller) -> Findings:
         if loop.protection.agreement is None:
             yield Finding(
                 path,
-                "nothing says how far apart the two sensors may read",
+                "the largest allowed difference of the two sensors is missing",
                 "Add agreement: {within: 5 K} to the loop's protection",
                 (rule,),
             )

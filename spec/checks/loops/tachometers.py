@@ -34,7 +34,7 @@ def tachometers_can_be_counted(controller: Controller) -> Findings:
         if proof.within_s < least_s:
             yield Finding(
                 (*path, "within"),
-                f"a fan takes a second to start, and counting its pulses two windows of "
+                f"a fan needs a second to start, and counting its pulses two windows of "
                 f"{duration(proof.tachometer.window_s)}",
                 f"Use at least {duration(least_s)}",
                 ((*path, "tachometer"),),
@@ -81,7 +81,7 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
         yield Finding(
             (*path, "maximum" if fan.maximum_rpm is not None else "minimum"),
             f"{fan.fastest_rpm:g} rpm are more than {MOST_RATIO:g} times {fan.slowest_rpm:g} rpm: "
-            "one counting window does not suit both",
+            "no counting window suits both",
             f"Use a minimum of at least {fan.fastest_rpm / MOST_RATIO:g} rpm, or a smaller maximum",
             ((*path, "minimum" if fan.maximum_rpm is not None else "maximum"),),
         )

@@ -162,7 +162,7 @@ def watchdog_on_the_chip(controller: Controller) -> Findings:
 
 
 def watchdog_slow_enough(controller: Controller) -> Findings:
-    """Check that the watchdog, at its shortest, lasts two ticks: it is reset once a tick."""
+    """Check that the watchdog's shortest time is two ticks: the program resets it in each tick."""
     watchdog_s = controller.safety.watchdog_s
     if watchdog_s * (1 - WATCHDOG_TOLERANCE) < 2 * TICK_S:
         able = [each for each in WATCHDOG_S if each * (1 - WATCHDOG_TOLERANCE) >= 2 * TICK_S]

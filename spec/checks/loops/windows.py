@@ -1,4 +1,4 @@
-"""Time-proportional outputs: whole ticks, enough steps, pulses that fit the window."""
+"""Time-proportional outputs: steps of whole ticks, enough of them, pulses that fit the window."""
 
 import math
 from collections.abc import Iterator

@@ -41,8 +41,8 @@ def coasting_settles(machine: Machine) -> Findings:
     if peak_s > rule.settle_s and peak_k - settled_k >= rule.rise_k:
         yield machine.finding(
             ("protection", "rising_while_off", "settle"),
-            f"with the heater off this plant goes on rising for {duration(round(peak_s))}: by "
-            f"{about(peak_k - settled_k)} K after the time settle",
+            f"with the heater off this plant continues to rise for {duration(round(peak_s))}: by "
+            f"{about(peak_k - settled_k)} K after settle is over",
             f"Use at least {duration(round(peak_s))}, or a greater rise",
         )
 

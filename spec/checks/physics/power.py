@@ -51,7 +51,7 @@ def integral_suffices(machine: Machine) -> Findings:
         needed_w = machine.plant.power_w(machine.target_k)
         yield machine.finding(
             ("algorithm", "integral", "maximum"),
-            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, and not "
+            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, not "
             f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
             f"Use at least {rounded_up(100 * needed_w / machine.power_w)} %",
         )

@@ -69,7 +69,7 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
 
 
 def _not_full_k(algorithm: Pid | None) -> float:
-    """Return the error below which full power ends, K, while the integral is still 0."""
+    """Return the error, K, below which the duty is less than full power, if the integral is 0."""
     if algorithm is None:
         return 0.0
     most_percent = algorithm.full_percent

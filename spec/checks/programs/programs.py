@@ -42,7 +42,7 @@ def programs_have_an_operator(controller: Controller) -> Findings:
     if display is not None and display.loop != programs.loop:
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "loop"),
-            f"the display starts the programs, which set the setpoint of loop {programs.loop}",
+            f"the display must serve the loop of the programs, {programs.loop}",
             f"Write loop: {programs.loop}",
             (("programs", "loop"),),
         )
