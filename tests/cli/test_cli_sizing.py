@@ -127,7 +127,7 @@ def test_full_duty_is_what_the_algorithm_may_ask_for() -> None:
     assert reserve.power_w == pytest.approx(192.0)
     (warned,) = small_reserves(controller_of(limited))
     assert "the reserve is 5 %" in warned.reason
-    assert warned.remedy.startswith("Let the heater have 237 to 274 W")
+    assert warned.remedy.startswith("Use a heater of 237 to 274 W")
 
 
 def test_nothing_to_heat_has_no_reserve() -> None:
