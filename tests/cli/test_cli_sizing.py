@@ -149,7 +149,7 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     oven = heatwright("size oven.yaml --json").json["loops"]["air"]
     assert (oven["walls"], oven["walls_W"], oven["wire"]) == ([], None, None)
     told = heatwright("check --quick chamber.yaml").out
-    assert "  air: 240 W, a reserve of 45 % over the 165 W that 70 °C takes" in told
+    assert "  air: 240 W, a reserve of 45 % over the 165 W that 70 °C needs" in told
     listed = heatwright("check --quick chamber.yaml --json").json["reserves"]
     assert listed == [{"file": "chamber.yaml", **air["plant"]}]
     weak = changed("oven", ("derivative_filter: 3 s\n    ", f"derivative_filter: 3 s{LESS}    "))
