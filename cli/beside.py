@@ -1,4 +1,4 @@
-"""Files beside a spec: a scenario, and what a campaign varies."""
+"""Files beside a spec: a scenario, and the variations of a campaign."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the chips around the binary show after a run, and what they complain of."""
+"""The simulated chips after a run: displays, refused commands, violations of data sheets."""
 
 from collections.abc import Iterator
 
@@ -16,19 +16,19 @@ from heatwright.spec.indicated import shown_loop
 
 
 def display(device: AvrDevice) -> tuple[str, str] | None:
-    """Return what the display shows; None if there is none."""
+    """Return the two lines of the display; None if there is no display."""
     shields = device.parts(LcdKeypad)
     return shields[0].lcd.text if shields else None
 
 
 def screen(device: AvrDevice) -> bytes | None:
-    """Return the page of the touch display as a PNG; None if there is none."""
+    """Return the page of the touch display as a PNG; None if there is no such display."""
     displays = device.parts(Nextion)
     return displays[0].picture if displays else None
 
 
 def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str]]:
-    """Return for each loop with LEDs what they show (lit, blinking, dark), by the LED's meaning."""
+    """Return the states of each loop's LEDs (lit, blinking, dark), by the LED's meaning."""
     return {
         shown_loop(controller, spec): dict[str, str](leds.lights())
         for spec, leds in zip(
@@ -38,7 +38,7 @@ def lights(controller: Controller, device: AvrDevice) -> dict[str, dict[str, str
 
 
 def not_done(device: AvrDevice) -> tuple[tuple[float, str], ...]:
-    """Return what host or master asked for without success: time, s, and the board's answer."""
+    """Return the failed requests of host or master: time, s, and the board's answer."""
     found = [
         *((line.time_s, line.text.removeprefix("echo:"))
           for host in device.parts(GcodeHost) for line in host.refusals),

@@ -23,7 +23,7 @@ UNFINISHED = "#error"
 _OF_LOOPS = {"cut", "mend"}
 """Functions that disconnect a loop's sensor and connect it; a current sensor needs none."""
 SHARES = (0.2, 0.5, 0.8)
-"""Where in a thermometer's range its reference model is tried, as shares of the range."""
+"""Temperatures at which a thermometer's reference model is tried, as shares of its range."""
 
 
 def lacking(role: str, kind: str) -> Iterator[str]:
@@ -87,7 +87,8 @@ def _of_layers(role: str, kind: str, model: type[BaseModel]) -> Iterator[str]:
         given = set(layer.gives) - left_out
         if find_spec(name) is None:
             wanted = " and ".join(sorted(given))
-            yield f"{file_of(name)}: the file is missing: the {layer.what}, which gives {wanted}"
+            missing = f"the {layer.what}, which must define {wanted}"
+            yield f"{file_of(name)}: the file is missing: {missing}"
             continue
         try:
             module = import_module(name)

@@ -46,7 +46,7 @@ COMPLETION = "_HEATWRIGHT_COMPLETE"
 
 
 class Refused(Exception):
-    """The command cannot be done; the text says what and how to put it right."""
+    """The command cannot be done; the text says why, and what to do about it."""
 
 
 class _End(NamedTuple):
@@ -122,7 +122,7 @@ def _flush() -> None:
 
 
 def _misused(error: click.ClickException) -> _End:
-    """Say how the command is used, and what is wrong with the command line."""
+    """Return the end for a wrong command line: the command's usage, and the error."""
     said = StringIO()
     error.show(said)
     return _End(Status.REFUSED, said.getvalue().rstrip("\n"))

@@ -29,7 +29,7 @@ LOAD_COLUMNS = (
     "at [s]",
     "lowest [K]",
     "highest [K]",
-    f"within ±{RECOVERED_K:g} K for good after [s]",
+    f"stays within ±{RECOVERED_K:g} K after [s]",
 )
 LOAD_TEXTS = 2
 

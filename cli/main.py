@@ -30,7 +30,7 @@ COMMANDS = (
     "kinds",
     "new",
 )
-"""In the order in which a user meets them; each is a module of `commands`."""
+"""The commands, in the order in which a user needs them; each is a module of `commands`."""
 
 
 class _Commands(Command, click.Group):

@@ -17,10 +17,10 @@ R = TypeVar("R")
 
 ENDS = {signal.SIGINT, signal.SIGTERM}
 LOOK_S = 0.05
-"""Time between two looks at the results while no progress is reported."""
+"""Time between two checks for results while no progress is reported, s."""
 
 _told: Any = None
-"""In a worker: the queue to the process that shows the progress."""
+"""The queue of a worker to the process that shows the progress."""
 
 
 class _Relay:

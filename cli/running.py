@@ -38,16 +38,16 @@ class Run:
     faults: dict[str, tuple[Tripped, ...]]
     """Faults with their times, by loop."""
     display: tuple[str, str] | None = None
-    """What the display shows at the end; None if there is none, or no binary to write to it."""
+    """Text of the display at the end; None without a display, or without a binary."""
     screen: bytes | None = None
-    """What the touch display shows at the end, as a PNG."""
+    """Page of the touch display at the end, as a PNG."""
     lights: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    """What the LEDs of each loop show at the end, by the LED's meaning."""
+    """States of each loop's LEDs at the end, by the LED's meaning."""
     not_done: tuple[tuple[float, str], ...] | None = None
     """Requests of host or master that were not done: time, s, and the answer; None with the
     model, which has no interfaces."""
     complaints: tuple[str, ...] = ()
-    """What the chips at the binary's pins, and the processor, had to object to."""
+    """Violations reported by the chips at the binary's pins and by the processor."""
     limit: Limit | None = None
     """Highest possible speed, set by the processor alone; None without a binary."""
 
@@ -115,7 +115,7 @@ def _purpose(use: PinUse) -> str:
 
 def _run(controller: Controller, device: Device, progress: Progress) -> Run:
     if controller.simulation is not None:
-        plant_module(controller.simulation.plant.kind)  # the import is no part of the run
+        plant_module(controller.simulation.plant.kind)  # the measured time excludes this import
     start = perf_counter()
     trace = bench(controller, device, progress=progress)
     wall_s = perf_counter() - start
@@ -130,5 +130,5 @@ def _run(controller: Controller, device: Device, progress: Progress) -> Run:
 def _figures(trace: Trace, controller: Controller) -> dict[str, Metrics]:
     try:
         return {loop: metrics(trace, controller, loop) for loop in controller.loops}
-    except ValueError as error:  # no reading at all
+    except ValueError as error:  # the run has no reading
         raise Refused(f"{error}: simulate a longer time, or check the sensor.") from None

@@ -55,7 +55,7 @@ def _checked(controller: Controller, found: _File, tree: Tree) -> list[Problem]:
 
 
 def read_length(text: str) -> float:
-    """Read a scenario's length, as `for` has it, in s; raises ValueError with what is wrong."""
+    """Read a scenario's length, written as for the key `for`, in s; raises ValueError."""
     try:
         length_s = Event.model_validate({"for": text}).for_s
     except ValidationError as error:

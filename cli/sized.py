@@ -32,7 +32,7 @@ class Sized(NamedTuple):
 def sized(controller: Controller) -> Iterator[Sized]:
     """Size each loop that has to heat to its highest setpoint."""
     simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - reserves come of it, and the command asks for it
+    assert simulation is not None  # noqa: S101 - reserves need it, and the command has checked it
     for reserve in reserves(controller):
         sizing = simulation.sizing.get(reserve.loop)
         ends_c = reserve.setpoint_c, reserve.ambient_c
@@ -79,9 +79,9 @@ def sized_json(found: Sized) -> dict[str, object]:
 
 
 def rows(found: Sized) -> Iterator[Row]:
-    """List what the table of a loop shows."""
+    """List the rows of a loop's table."""
     reserve = found.reserve
-    ends = f"{celsius(reserve.setpoint_c)} in {celsius(reserve.ambient_c)}"
+    ends = f"{celsius(reserve.setpoint_c)}, ambient {celsius(reserve.ambient_c)}"
     yield f"power that the plant needs at {ends}", about(reserve.needed_w), "W"
     yield "  thermal resistance from sensor to ambient", about(reserve.resistance_k_per_w), "K/W"
     yield from _of_walls(found)
@@ -118,4 +118,4 @@ def _of_wire(wire: SizedWire, measured_c: float | None) -> Iterator[Row]:
         yield "  computed minus measured", f"{wire.temperature_c - measured_c:+.1f}", "K"
     if wire.load_as_measured_w_per_cm2 is not None:
         load = about(wire.load_as_measured_w_per_cm2)
-        yield "  surface load that ends as measured", load, "W/cm²"
+        yield "  surface load for the measured temperature", load, "W/cm²"

@@ -23,7 +23,7 @@ _COMMENTS = {
     **dict.fromkeys((".csv", ".hal", ".py"), "# {}\n"),
     ".json": '{{"_": "{}",\n',
 }
-"""Form of the banner by a file's suffix: a comment; in JSON, which has none, a member."""
+"""Form of the banner by a file's suffix: a comment; in JSON, which has no comments, a member."""
 
 
 def _load(template: str) -> str:
@@ -67,7 +67,7 @@ def _begun(suffix: str, banner: str) -> str:
 
 
 def _guarded(path: PurePosixPath, text: str) -> str:
-    """Return a text; that of a header with a guard behind its first comment, unless it has one."""
+    """Return a text; add an include guard after a header's first comment, unless it has a guard."""
     if path.suffix != ".h" or _GUARD.search(text):
         return text
     guard = f"{path.stem.upper()}_H"
@@ -76,7 +76,7 @@ def _guarded(path: PurePosixPath, text: str) -> str:
 
 
 def names(told: Told) -> dict[str, object]:
-    """Return a template's variables by name; dataclasses within are not taken apart."""
+    """Return a template's variables by name; nested dataclasses stay whole."""
     if isinstance(told, Mapping):
         return dict(told)
     if isinstance(told, tuple):

@@ -26,7 +26,7 @@ _DECIMALS = re.compile(r"\d+\.\d{3,}")
 
 
 class Wires:
-    """A drawing that is made only when it is rendered: planning a firmware does not wait for it."""
+    """A drawing that is made only when it is rendered, so that planning a firmware stays quick."""
 
     def __init__(self, name: str, board: str, rows: Iterable[Wiring]) -> None:
         """Keep what is drawn later: the controller `name` on its board."""

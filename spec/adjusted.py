@@ -59,7 +59,7 @@ class Number(NamedTuple):
         return next(able, MOST_DECIMALS + 1)
 
     def said(self, value: float) -> str:
-        """Write a value as the spec would have it: gains have no unit."""
+        """Format a value as it is written in a spec: with its unit; gains have none."""
         return number(value) if self.kind.key in GAINS else f"{number(value)} {self.kind.unit}"
 
     def words(self, value: float) -> str:
@@ -68,7 +68,7 @@ class Number(NamedTuple):
 
 
 Setting = tuple[tuple[Number, float], ...]
-"""Numbers, with values that the keypad may have set."""
+"""The value of each number that the keypad sets."""
 
 
 def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
@@ -90,7 +90,7 @@ def sets_gains(controller: Controller, loop_name: str) -> bool:
 
 
 def fixed(controller: Controller) -> tuple[Interface, ...]:
-    """Return the interfaces without numbers to set: each number keeps the algorithm's value."""
+    """Return the interfaces with no number to set, so that each keeps the algorithm's value."""
     keypad = keypad_of(controller)
     return tuple(
         each.model_copy(update={"adjust": None}) if each is keypad else each

@@ -12,10 +12,10 @@ from heatwright.spec.registry import with_brought
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LEAST_RANGE_PERCENT = 1.0
-"""Smallest distance of a maximum duty that a command sets from the minimum duty: without a range
-above 0 an idle loop would ask for its maximum."""
+"""Least distance between the minimum duty and a maximum duty that a command sets: if both were
+equal, an idle loop would ask for its maximum."""
 LARGEST_GAIN = 1e6
-"""Far above any useful gain; its products with temperatures still fit into single precision."""
+"""Maximum gain: far above any useful one; its products with temperatures fit single precision."""
 
 
 class Gain(Checked):
@@ -56,7 +56,7 @@ _LeadFilter = Annotated[
 
 
 class OnOff(Model):
-    """Full power or none, with a band and with a lead (a look ahead along the slope)."""
+    """On-off control, with a hysteresis and with a lead (it looks ahead along the slope)."""
 
     pid: ClassVar[None] = None
     full_percent: ClassVar[float] = 100.0
@@ -76,22 +76,22 @@ class OnOff(Model):
 
     @property
     def off_at_k(self) -> float:
-        """How far above the setpoint full power ends, K."""
+        """Distance above the setpoint at which full power ends, K."""
         return self.hysteresis_k
 
     @property
     def on_at_k(self) -> float:
-        """How far below the setpoint full power begins, K."""
+        """Distance below the setpoint at which full power begins, K."""
         return self.hysteresis_k
 
     @property
     def swing_k(self) -> float:
-        """How far the reading swings between on and off, K."""
+        """Swing of the reading between on and off, K."""
         return 2 * self.hysteresis_k
 
     @property
     def rests_within_k(self) -> float:
-        """How far above the setpoint the temperature of a healthy loop may rest, K."""
+        """Largest steady deviation of a healthy loop above the setpoint, K."""
         return self.hysteresis_k
 
 
@@ -111,7 +111,7 @@ class ThreePosition(Model):
     hysteresis_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
         alias="hysteresis",
-        description="How far heating or cooling goes on into the dead band.",
+        description="Distance inside the dead band at which heating or cooling ends.",
     )
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
@@ -119,32 +119,32 @@ class ThreePosition(Model):
 
     @property
     def off_at_k(self) -> float:
-        """How far above the setpoint full power ends, K: 0 or less, because it ends at or below."""
+        """Distance above the setpoint at which full power ends, K: 0 or negative."""
         return self.hysteresis_k - self.dead_band_k
 
     @property
     def on_at_k(self) -> float:
-        """How far below the setpoint full power begins, K."""
+        """Distance below the setpoint at which full power begins, K."""
         return self.dead_band_k
 
     @property
     def swing_k(self) -> float:
-        """How far the reading swings between heating and cooling, K."""
+        """Swing of the reading between heating and cooling, K."""
         return 2 * self.dead_band_k
 
     @property
     def rests_within_k(self) -> float:
-        """How far above the setpoint the temperature of a healthy loop may rest, K."""
+        """Largest steady deviation of a healthy loop above the setpoint, K."""
         return self.dead_band_k
 
     @property
     def warm_within_k(self) -> float:
-        """Deviation from the setpoint within which the loop counts as warm, K."""
+        """Deviation from the setpoint within which the loop is reported as warm, K."""
         return self.dead_band_k
 
 
 class IntegralLimits(Model):
-    """Bounds of the integral term, and what it does at the output's bounds."""
+    """Bounds of the integral term, and its behaviour while the output is limited."""
 
     minimum_percent: _Signed = Field(0.0, alias="minimum", description="Lowest contribution.")
     maximum_percent: Percent = Field(100.0, alias="maximum", description="Highest contribution.")
@@ -184,13 +184,13 @@ class Pid(Model):
     )
     derivative_of: Literal["measurement", "error"] = Field(
         "measurement",
-        description="`measurement` does not kick when the setpoint is changed; `error` does.",
+        description="With `error` the duty jumps when the setpoint changes, else it does not.",
     )
     derivative_filter_s: _Filter = Field(
         0.0, alias="derivative_filter", description="Time constant that smooths the slope."
     )
     derivative_step: Literal["present", "previous"] = Field(
-        "present", description="Step whose slope counts; `previous` is one period late."
+        "present", description="Step whose slope is used; `previous` is one period late."
     )
     integral: IntegralLimits = Field(
         DEFAULTS, validate_default=True, description="Limits of the integral's contribution."
@@ -204,7 +204,7 @@ class Pid(Model):
     band_k: Annotated[float, Quantity(DIFFERENCE, least=0.001)] | None = Field(
         None,
         alias="band",
-        description="Beyond it below the setpoint full power, above it none. Default: no band.",
+        description="Full power below this band around the setpoint, none above. Default: no band.",
     )
     dead_band_k: Annotated[float, Quantity(DIFFERENCE, least=0.0)] = Field(
         0.0,
@@ -219,7 +219,7 @@ class Pid(Model):
 
     @property
     def pid(self) -> "Pid":
-        """The algorithm itself, as it has gains; None for one that only switches."""
+        """The algorithm itself, because it has gains; None for an on-off algorithm."""
         return self
 
     @property
@@ -229,12 +229,12 @@ class Pid(Model):
 
     @property
     def on_at_k(self) -> float:
-        """How far below the setpoint full power begins at the latest, K; without a band never."""
+        """Distance below the setpoint that ensures full power, K; without a band infinite."""
         return math.inf if self.band_k is None else self.band_k
 
     @property
     def rests_within_k(self) -> float:
-        """How far above the setpoint the temperature of a healthy loop may rest, K."""
+        """Largest steady deviation of a healthy loop above the setpoint, K."""
         return self.dead_band_k
 
     @property

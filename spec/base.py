@@ -1,4 +1,4 @@
-"""What all models share: strict keys, frozen values, names, read-only maps."""
+"""Common parts of all models: strict keys, frozen values, names, read-only maps."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from heatwright.spec.quantity import Quantity
 from heatwright.spec.units import TEMPERATURE
 
 DEFAULTS: Any = {}
-"""The default of a field that holds a model: validated, so that the model fills itself. An
-instance would have pydantic build that model's validator by itself while modules are imported."""
+"""Default of a field that holds a model: pydantic validates it, so the model's own defaults apply.
+With an instance as the default, pydantic would build that model's validator during the import."""
 
 MOST_ENTRIES = 100
 """Maximum number of entries of a mapping or list: the largest board has 86 pins."""

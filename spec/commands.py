@@ -1,4 +1,4 @@
-"""Which interfaces a controller has, which loops they serve, and what they may command."""
+"""The interfaces of a controller, the loops that they serve, and the commands that they give."""
 
 from typing import TypeVar
 
@@ -18,7 +18,7 @@ Kind = TypeVar("Kind", bound=Model)
 
 
 def placed(controller: Controller, kind: type[Kind]) -> dict[int, Kind]:
-    """Find the interfaces of a kind, by their indices; a checked spec has one of most kinds."""
+    """Find the interfaces of a kind, by their indices; of most kinds a spec may have only one."""
     return {n: each for n, each in enumerate(controller.interfaces) if isinstance(each, kind)}
 
 
@@ -42,7 +42,7 @@ def nextion_of(controller: Controller) -> Nextion | None:
 
 
 def for_display(controller: Controller, line: str) -> bool:
-    """Return whether a line is sent to the touch display: beside a host, if it begins with #."""
+    """Return whether a line goes to the touch display; if there is a host, only after a `#`."""
     if nextion_of(controller) is None:
         return False
     return gcode_of(controller) is None or line.startswith("#")
@@ -76,7 +76,7 @@ def by_host(controller: Controller, loop_name: str) -> bool:
 
 
 def minds_host(controller: Controller, loop_name: str) -> bool:
-    """Return whether a loop trips when the host that commands it falls silent."""
+    """Return whether a loop trips when the host that commands it sends nothing for too long."""
     protection = controller.loops[loop_name].protection
     return by_host(controller, loop_name) and protection.master_lost_after_s is not None
 
@@ -108,7 +108,7 @@ def keyed(controller: Controller, loop_name: str) -> bool:
 
 
 def plotted(controller: Controller, loop_name: str) -> bool:
-    """Return whether a plotter is sent a loop's numbers."""
+    """Return whether a loop's numbers are sent to a plotter."""
     return any(each.loop == loop_name for each in placed(controller, SerialPlotter).values())
 
 
@@ -130,7 +130,7 @@ def programmed(controller: Controller, loop_name: str) -> bool:
 
 
 def must_release(controller: Controller) -> bool:
-    """Return whether a switched loop must be told "off" before it takes an "on".
+    """Return whether a switched loop needs a command "off" before it accepts an "on".
 
     A master repeats its commands, and a repeated "on" must not restart a heater. A person presses a
     button on purpose.

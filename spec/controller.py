@@ -1,4 +1,4 @@
-"""The whole spec as one frozen value."""
+"""The model of the whole spec, which never changes after loading."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -38,10 +38,10 @@ from heatwright.spec.simulation import Simulation
 from heatwright.spec.units import DURATION, FREQUENCY, TEMPERATURE
 
 FORMAT = 1
-"""The version of the language; a file says it as `heatwright: 1`."""
+"""The version of the language; a file states it as `heatwright: 1`."""
 
 WATCHDOG_S = (0.015, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""The AVR's watchdog periods, the longest of them not on every chip."""
+"""The AVR's watchdog periods; not every chip has the longest ones."""
 
 
 def _format(value: Any) -> int:
@@ -79,7 +79,7 @@ class Lockout(Model):
         3, description="Number of trips after which nobody can acknowledge remotely."
     )
     within_s: _LockoutTime = Field(
-        1800.0, alias="within", description="Time after which a trip no longer counts."
+        1800.0, alias="within", description="Trips within this time are counted."
     )
     hold_s: Annotated[float, Quantity(DURATION, least=3.0, most=60.0)] = Field(
         5.0, alias="hold", description="With a keypad: time for which a person holds SELECT."
@@ -192,7 +192,7 @@ class Controller(Model):
         return max(loop.period_s for loop in self.loops.values())
 
     def with_loop(self, name: str, loop: Loop) -> "Controller":
-        """Return the controller with one loop replaced; no default is derived again."""
+        """Return the controller with one loop replaced; defaults are not derived again."""
         return self.model_copy(update={"loops": ReadOnlyDict({**self.loops, name: loop})})
 
     @property

@@ -1,7 +1,7 @@
-"""What follows from a spec for each of its loops: computed once, read by every layer.
+"""Facts that follow from a spec for each of its loops: computed once, read by every layer.
 
-Facts are statements about the spec. Each layer has its own arithmetic for them: a reference model
-that shared the firmware's would prove nothing.
+Facts are statements about the spec. The calculations that use them are written anew in each layer:
+a reference model that shared the firmware's calculations would prove nothing.
 """
 
 from __future__ import annotations
@@ -48,21 +48,21 @@ class LoopFacts:
     programmed: bool
     """Programs set the loop's setpoint."""
     must_release: bool
-    """The loop must be told "off" before it takes an "on"."""
+    """The loop needs a command "off" before it accepts an "on"."""
     starts_enabled: bool
     keyed: bool
     """The keypad of the display shield serves the loop."""
     touched: bool
     """A touch display serves the loop."""
     plotted: bool
-    """A plotter is sent the loop's numbers."""
+    """The loop's numbers are sent to a plotter."""
     countdown: bool
     """The operator sets a time after which the loop goes off."""
     has_state: bool
-    """The loop can say whether it works, heats, cools and is warm: it is switched, or has LEDs."""
-    # What may be set, and what outlives a loss of power.
+    """The loop reports whether it works, heats, cools and is warm: it is switched, or has LEDs."""
+    # Settings, and those that survive a loss of power.
     stored: bool
-    """The loop's setpoint outlives a loss of power."""
+    """The loop's setpoint survives a loss of power."""
     lasting: bool
     """The loop stores 0 instead of its setpoint unless its mode is automatic."""
     adjustable: bool
@@ -71,7 +71,7 @@ class LoopFacts:
     """A host may narrow the limits of the loop's integral and output."""
     keyed_numbers: tuple[Number, ...]
     """Numbers of the loop's algorithm that the keypad sets."""
-    # What its control step does in addition.
+    # Additions to its control step.
     readings: int
     """How many readings are in the mean that the control uses."""
     inputs: bool
@@ -81,7 +81,7 @@ class LoopFacts:
     relay_judged: bool
     """The loop's step checks the relay's contact: only the first loop's does."""
     wants_relay: bool
-    """The loop can be off, and then does not need the relay closed."""
+    """The loop can be off, and while it is off the relay may open."""
     proven: tuple[str, ...]
     """Fans whose proof the loop's step checks."""
     fan_proven: bool

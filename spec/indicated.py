@@ -1,4 +1,4 @@
-"""Which loops have LEDs, and what these show."""
+"""The loops that have LEDs, and the states that these LEDs show."""
 
 from heatwright.spec.commands import placed
 from heatwright.spec.controller import Controller
@@ -6,7 +6,7 @@ from heatwright.spec.interfaces import Indicators
 
 
 def shown_loop(controller: Controller, indicators: Indicators) -> str:
-    """Name the loop that LEDs show: the one they name, otherwise the only one."""
+    """Name the loop that LEDs show: the loop of their key `loop`, otherwise the only loop."""
     return next(iter(controller.loops)) if indicators.loop is None else indicators.loop
 
 
@@ -16,7 +16,7 @@ def indicated(controller: Controller, loop_name: str) -> bool:
 
 
 def shown_meanings(controller: Controller, loop_name: str) -> frozenset[str]:
-    """Collect what LEDs show of a loop."""
+    """Collect the states of a loop that LEDs show."""
     return frozenset(
         meaning
         for each in placed(controller, Indicators).values()

@@ -1,8 +1,8 @@
 """Interfaces: how an operator or a computer sees and sets the loops.
 
 Other code uses these properties of a model, and never asks for its kind:
-line -- the serial line it talks on; shield -- the board with keys that it is; is_host -- a program
-at its other end sets setpoints; named_pins -- where the spec names pins for it, and what for;
+line -- its serial line; shield -- its board with keys, if it is one; is_host -- a program at the
+other end sets setpoints; named_pins -- where the spec names pins for it, and for what purpose;
 named_loops -- where the spec names loops for it.
 """
 
@@ -30,7 +30,7 @@ from heatwright.spec.registry import with_brought
 from heatwright.spec.units import DIFFERENCE, DURATION
 
 FASTEST_HOST = 250_000
-"""Baud, as hosts of 3D printers use. A byte comes every 40 us, and its interrupt takes some 5."""
+"""Fastest baud rate of hosts of 3D printers: a byte each 40 µs, whose interrupt takes some 5 µs."""
 
 
 BUS_BAUDS = (1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 76800, 115_200)
@@ -47,21 +47,21 @@ USUAL_BAUDS = (9600, 19200, 38400, 57600, 115200, 250000, 500000, 1000000)
 HOST_BAUDS = tuple(baud for baud in USUAL_BAUDS if baud <= FASTEST_HOST)
 
 NamedPins = tuple[tuple[Path, str, str], ...]
-"""The keys of the interface that name a pin, the pin, and what for."""
+"""For each pin: the keys of the interface that name it, the pin, and its purpose."""
 
 
 class Line(NamedTuple):
-    """A serial line, as an interface talks on it."""
+    """A serial line of an interface."""
 
     port: int
     can_move: bool
     """Whether the spec may choose the serial port."""
     baud: int
     usual_bauds: tuple[int, ...]
-    """Baud rates that its other end may offer."""
+    """Baud rates that the other end of the line may offer."""
     receives: bool
     called: str | None
-    """Its name in a list of level converters; None if its other end has the levels of the pins."""
+    """Name in a list of level converters; None if the line's other end has the pins' levels."""
     parity: Literal["even", "odd", "none"] = "none"
     stop_bits: int = 1
 
@@ -72,12 +72,12 @@ class Line(NamedTuple):
 
     @property
     def told(self) -> str:
-        """Its speed and format, such as `19200 baud, 8E1`."""
+        """Speed and format of the line, such as `19200 baud, 8E1`."""
         return f"{self.baud} baud, {self.form}"
 
 
 class Shield(NamedTuple):
-    """A board that is put on top: the pins that it takes, what for, and the pin of its keys."""
+    """A board that is put on top: the pins that it uses, with purposes, and the pin of its keys."""
 
     pins: Mapping[str, str]
     keys: str
@@ -128,7 +128,7 @@ class Address(Checked):
     """Marks a name by which a host calls a part: a letter and a digit, or a letter."""
 
     def __init__(self, pattern: str, what: str, examples: str) -> None:
-        """Set the pattern, and the words of messages: what it names, and examples."""
+        """Set the pattern; for messages: the thing that it names, and examples."""
         super().__init__(self.read_address, type="string", pattern=f"^{pattern}$")
         self._pattern, self._what, self._examples = pattern, what, examples
 
@@ -196,14 +196,14 @@ class Adjust(Model):
 
 
 class _Interface(Model):
-    """What most interfaces are: no shield, no host, without a line and pins of their own."""
+    """Defaults of most interfaces: no shield, no host, no serial line and no pins."""
 
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = False
 
     @property
     def line(self) -> Line | None:
-        """The serial line that it talks on."""
+        """The interface's serial line."""
         return None
 
     @property
@@ -276,7 +276,7 @@ class ModbusRtu(_Interface):
         19_200, description="Speed of the line: one of the usual ones, 1200 to 115200."
     )
     parity: Literal["even", "odd", "none"] = Field(
-        "even", description="Parity of each character; `even` is what the standard starts with."
+        "even", description="Parity of each character; `even` is the standard's default."
     )
     asked_stop_bits: Literal[1, 2] | None = Field(
         None, alias="stop_bits", description="Stop bits. Default: 2 without parity, 1 with it."
@@ -334,7 +334,7 @@ Meaning = Literal["enabled", "heating", "cooling", "warm", "communicating", "fau
 
 
 class Indicators(_OfOneLoop):
-    """LEDs that show by steady light, blinking or none what a loop does."""
+    """LEDs that show a loop's state: on, blinking or off."""
 
     kind: Literal["indicators"]
     loop: Reference | None = Field(
@@ -387,10 +387,10 @@ class SerialLog(_OfOneLoop):
         60.0, alias="every", description="Time between entries."
     )
     entries: Annotated[int, WholeNumber("a number of entries", 1, 1000, 480)] = Field(
-        480, description="Entries of the ring buffer; a new one replaces the oldest."
+        480, description="Entries of the ring buffer; a new entry replaces the oldest."
     )
     keep: Annotated[Literal["ram", "eeprom"], Checked(_memory, enum=["ram", "eeprom"])] = Field(
-        "ram", description="Where the ring buffer is; `eeprom` outlives a loss of power."
+        "ram", description="Where the ring buffer is; `eeprom` survives a loss of power."
     )
     least: ClassVar[Least] = Least(1800, 70)
 

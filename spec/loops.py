@@ -12,7 +12,7 @@ from heatwright.spec.quantity import Quantity, duration
 from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT, RATE
 
 DEFAULT_MARGIN_K = 15.0
-"""Marlin's and Klipper's margin between the highest setpoint and the maximum is 10 to 15 K."""
+"""Default of the maximum above the highest setpoint; Marlin and Klipper have 10 to 15 K."""
 
 MOST_STEPS = 65535
 """Maximum number of steps: a 16-bit counter counts them."""
@@ -21,12 +21,12 @@ _Rise = Annotated[float, Quantity(DIFFERENCE, least=0.001)]
 _Time = Annotated[float, Quantity(DURATION, least=0.01)]
 
 LONGEST_RULE_S = 86_400.0
-"""A day: a rule that waits for longer protects nobody, and takes too long to simulate."""
+"""A day: a rule that waits for longer protects nothing, and its simulation takes too long."""
 
 _RuleTime = Annotated[float, Quantity(DURATION, least=0.01, most=LONGEST_RULE_S)]
 
 LONGEST_ON_S = 604_800.0
-"""A week: who needs a heater on for longer needs no limit."""
+"""A week: a heater that has to be on for longer needs no limit."""
 
 
 class Setpoint(Model):
@@ -47,11 +47,11 @@ class Limits(Model):
 
     @property
     def derived(self) -> Mapping[str, str]:
-        """How numbers were derived, in words, by their keys in the language."""
+        """Explanations of the derived numbers, by their keys in the spec."""
         return self._derived
 
     def derived_as(self, words: Mapping[str, str]) -> Self:
-        """Return the rule with words that say how its numbers were derived, by their keys."""
+        """Return the rule with explanations of its derived numbers, by their keys."""
         copy = self.model_copy()
         copy._derived = dict(words)
         return copy
@@ -94,7 +94,7 @@ class Frozen(Limits):
     holding_percent: Annotated[float, Quantity(PERCENT, least=0.0, most=100.0)] = Field(
         0.0,
         alias="holding",
-        description="Duty that holding the setpoint may need: up to it a reading may stand still. "
+        description="Duty that holding the setpoint may need: up to it a reading may be constant. "
         "Default: derived from the plant; without one 0 %.",
     )
 
@@ -116,7 +116,7 @@ class RisingWhileOff(Limits):
 
 
 class Agreement(Limits):
-    """Rule `sensors_disagree`: a second sensor must read what the loop's own sensor reads."""
+    """Rule `sensors_disagree`: a second sensor must read the same temperature as the loop's."""
 
     within_k: _Rise = Field(alias="within", description="Largest difference of the readings.")
     for_s: _RuleTime = Field(10.0, alias="for", description="How long the difference must last.")
@@ -142,7 +142,7 @@ class EffortLine(NamedTuple):
 class EffortBand(NamedTuple):
     """Limits of rules `effort_high` and `effort_low`, derived from a plant.
 
-    filter_s -- mean response time to a change of power; move_k -- least change that counts, K.
+    filter_s -- mean response time to a change of power; move_k -- smaller changes are ignored, K.
     """
 
     filter_s: float
@@ -296,7 +296,7 @@ class Loop(Model):
     sensor: Reference = Field(description="Sensor that measures the temperature.")
     also: Reference | None = Field(
         None,
-        description="Monitor with a second sensor there; the loop heats only with both.",
+        description="Monitor of the same temperature; the loop heats only with both sensors.",
     )
     heater: Reference = Field(description="Output that heats.")
     fan: Reference | None = Field(
@@ -339,7 +339,7 @@ class Loop(Model):
 
     @property
     def told_period(self) -> str:
-        """The period as a message says it."""
+        """The period, formatted for a message."""
         return duration(self.period_s)
 
     @property
@@ -352,7 +352,7 @@ class Loop(Model):
         return count * self.period_s
 
     def periods_in(self, seconds: float) -> float:
-        """Return how many periods a time is, with the part of one that is left over."""
+        """Return a time as a number of periods, with its fraction."""
         return seconds / self.period_s
 
     def next_step_s(self, after_s: float) -> float:

@@ -1,4 +1,4 @@
-"""Monitors: sensors of no loop, that warn of a temperature and stop the heaters at another."""
+"""Monitors: sensors outside the loops that warn at one temperature and stop all heat at another."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Monitors = Annotated[Mapping[Name, Monitor], at_most(MOST_MONITORS)]
 def watching_loop(controller: Controller, name: str) -> str | None:
     """Name the loop whose control step checks a monitor; None where there is none.
 
-    It is the loop that names it in `also`, or the first whose period fits the sensor's reading.
+    It is the loop that names it in `also`, or the first whose period is long enough for a reading.
     """
     sensor = controller.thermometers.get(controller.monitors[name].sensor)
     if sensor is None:

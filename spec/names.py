@@ -1,18 +1,18 @@
-"""Which names a spec may use, as they become C identifiers and file names."""
+"""Names that a spec may use: they become C identifiers and file names."""
 
 import re
 
 from heatwright.spec.problems import refuse
 
 LONGEST_NAME = 24
-"""Maximum length: with the longest prefix and suffix within the 63 that C11 distinguishes."""
+"""Maximum length: C11 distinguishes 63 characters, the longest prefix and suffix included."""
 
 NAME = r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$"
 _NAME = re.compile(NAME)
 
-# C11's keywords in lower case, main, what stdbool.h and avr-gcc add, predefined macro names of
-# gcc's gnu dialects; then the names Windows keeps for its devices, for a controller's name is
-# that of a folder and a file.
+# C11's lower-case keywords, main, names of stdbool.h and avr-gcc, predefined macros of gcc's gnu
+# dialects; then the names of devices that Windows reserves, because a folder and a file have the
+# controller's name.
 _RESERVED = """
     auto break case char const continue default do double else enum extern float for goto if
     inline int long register restrict return short signed sizeof static struct switch typedef

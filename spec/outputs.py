@@ -1,4 +1,4 @@
-"""Outputs: what switches heaters and fans."""
+"""Outputs: pins that switch heaters and fans, or drive a stepper."""
 
 import math
 from collections.abc import Mapping
@@ -23,16 +23,16 @@ from heatwright.spec.units import (
 )
 
 SLOWEST_PWM_HZ = 1.0
-"""Slower switching is for a time-proportional output."""
+"""Minimum frequency; slower switching needs a time-proportional output."""
 
 WINDOW_PULSES = 16
-"""Pulses of a tachometer in one counting window, at the slowest speed that counts as turning."""
+"""Pulses of a tachometer in one counting window, at the slowest speed that is allowed."""
 
 Active = Literal["high", "low"]
 Power = Annotated[float, Quantity(POWER, least=0.001)]
 Volt = Annotated[float, Quantity(VOLTAGE, least=0.1)]
 _Rest = Annotated[float, Quantity(DURATION, least=0.0, most=3600.0)]
-_SUPPLY = "Voltage the load is driven from."
+_SUPPLY = "Voltage that supplies the load."
 _CURRENT = "Its measured current, with limit and trip; needs power and supply."
 _PIN = "Pin that drives the switch."
 _ACTIVE = "Level at which the switch conducts; the other level is off."
@@ -57,12 +57,12 @@ class Tachometer(Model):
 
     @property
     def slowest_rpm(self) -> float:
-        """Slowest speed that counts as turning."""
+        """Slowest speed at which the fan is not reported as stopped."""
         return self.speed_rpm / 2 if self.minimum_rpm is None else self.minimum_rpm
 
     @property
     def fastest_rpm(self) -> float:
-        """Fastest speed that counts as turning."""
+        """Fastest speed at which the pulses are not taken for noise."""
         return self.speed_rpm * 1.5 if self.maximum_rpm is None else self.maximum_rpm
 
     def pulses_hz(self, speed_rpm: float) -> float:
@@ -118,7 +118,7 @@ class DigitalOutput(Model):
     power_w: Power | None = Field(None, alias="power", description=_POWER)
     runs: Literal["always", "with_loop"] = Field(
         "with_loop",
-        description="`always`: on as long as the controller runs. A fan a loop names needs it.",
+        description="`always`: on as long as the controller runs; a loop's fan needs this.",
     )
     minimum_on_s: _Rest = Field(
         0.0,
@@ -133,28 +133,28 @@ class DigitalOutput(Model):
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     current: Current | None = Field(None, description=_CURRENT)
     proof: Proof | None = Field(
-        None, description="Feedback that a loop's fan turns. Default: none, its pin's level counts."
+        None, description="Signal that a loop's fan turns. Default: none; on means that it turns."
     )
     least: ClassVar[Least] = Least(10, 0)
 
     @property
     def always_runs(self) -> bool:
-        """Whether it is on as long as the controller runs."""
+        """Whether the output is on as long as the controller runs."""
         return self.runs == "always"
 
     @property
     def is_held(self) -> bool:
-        """Whether it has minimum times."""
+        """Whether the output has minimum times."""
         return self.stays_on_s > 0 or self.stays_off_s > 0
 
     @property
     def stays_on_s(self) -> float:
-        """Time for which it stays on once it is on, s."""
+        """Shortest time on, s."""
         return self.minimum_on_s
 
     @property
     def stays_off_s(self) -> float:
-        """Time for which it stays off once it is off, s."""
+        """Shortest time off, s."""
         return self.minimum_off_s
 
     @property
@@ -168,7 +168,7 @@ class DigitalOutput(Model):
 
 
 class _Metered(Model):
-    """What outputs share that give a part of their power, or a speed, instead of on and off."""
+    """Common keys of outputs that set a share of the power, or a speed, and not only on and off."""
 
     is_on_off: ClassVar[bool] = False
     always_runs: ClassVar[bool] = False
@@ -212,7 +212,7 @@ class PwmOutput(_Metered):
 
     @property
     def full_share(self) -> float:
-        """Share of the time that makes the rated power from the supply: (rated/supply)²."""
+        """Duty, as a share, at which the supply gives the rated power: (rated/supply)²."""
         return self.mean_of_rms**2
 
     @property
@@ -240,7 +240,7 @@ class TimeProportionalOutput(_Metered):
     active: Active = Field("high", description=_ACTIVE)
     power_w: Power | None = Field(None, alias="power", description=_POWER)
     window_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
-        alias="window", description="Time over which the power is measured out."
+        alias="window", description="Length of one switching cycle."
     )
     resolution_s: Annotated[float, Quantity(DURATION, least=0.01)] = Field(
         0.01,
@@ -276,7 +276,7 @@ class TimeProportionalOutput(_Metered):
         return max(self.resolution_s, min(self.minimum_on_s, self.minimum_off_s))
 
     def pulse_s(self, share: float) -> float:
-        """Return the length of a pulse at a share of the time, s: a step where they are spread."""
+        """Return the length of a pulse at a share of the time, s: one step if pulses are spread."""
         return self.resolution_s if self.distribution == "spread" else share * self.cycle_s
 
 
@@ -337,8 +337,7 @@ def always_running(outputs: Mapping[str, Output]) -> list[str]:
 def full_a(output: Switch) -> float | None:
     """Return the current of a load that is on, A; None if power or supply are not known.
 
-    A resistor that takes its power at its rated voltage takes supply · power / rated² from the
-    supply.
+    A resistor that has its power at its rated voltage draws the current supply · power / rated².
     """
     supply_v = output.supply_v
     if supply_v is None or output.power_w is None:
@@ -354,7 +353,7 @@ def full_rms_a(output: Switch) -> float | None:
 
 
 def limit_w(output: Switch) -> float:
-    """Return the power that the limit of a load's current leaves, W; infinite without one."""
+    """Return the power that the limit of a load's current allows, W; infinite without a limit."""
     current, rms_a = output.current, full_rms_a(output)
     if current is None or current.limit_a is None or rms_a is None:
         return math.inf

@@ -27,7 +27,7 @@ def shown(text: str) -> str:
 
 
 class Problem(NamedTuple):
-    """One thing wrong in one place of one file."""
+    """One error at one place of a file."""
 
     file: str
     line: int

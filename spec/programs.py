@@ -1,4 +1,4 @@
-"""Ramp programs: what the setpoint does over hours, and what happens when the power fails."""
+"""Ramp programs: the course of the setpoint over hours, and what happens after a power failure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from heatwright.spec.quantity import Quantity, number
 from heatwright.spec.units import DIFFERENCE, DURATION, PROGRAM_RATE
 
 LONGEST_NAME = 12
-"""Maximum length of a program's name: what fits a line of 16 beside its number."""
+"""Maximum length of a program's name: it fits beside its number on a display line of 16."""
 MOST_POINTS = 20
 LONGEST_SEGMENT_S = 31 * 86_400.0
 FARTHEST_K = 100.0
@@ -186,7 +186,7 @@ def _fits(value: Any) -> Any:
 
 
 Resumes = BeforeValidator(_fits)
-"""Marks what may be written as the word `stop`."""
+"""Marks a field that may also be the word `stop`."""
 
 
 class Programs(Model):
@@ -209,7 +209,7 @@ class Programs(Model):
     reached_within_k: _Band = Field(
         1.0,
         alias="reached_within",
-        description="Deviation at which a target counts as reached at a segment's end.",
+        description="Deviation within which a target is reached, at a segment's end.",
     )
     after_power_loss: Annotated[AfterPowerLoss, Resumes] = Field(
         DEFAULTS, validate_default=True, description="What happens when the power comes back."

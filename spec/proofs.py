@@ -21,7 +21,7 @@ def proofs(controller: Controller) -> dict[str, Proof]:
 
 
 def proven_in(controller: Controller, loop: str) -> list[str]:
-    """List the fans whose proof a loop's step checks: of the loops with a fan, the first does."""
+    """List the fans whose proof a loop's step checks: the first loop that names a fan checks it."""
     return [
         fan
         for fan in proofs(controller)

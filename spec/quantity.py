@@ -34,13 +34,13 @@ def about(value: float) -> str:
 
 
 def rounded_up(value: float) -> str:
-    """Write a computed lower limit for a message: three digits, and none too little."""
+    """Write a computed lower limit for a message: three digits, rounded up."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return about(math.ceil(value / step) * step)
 
 
 def rounded_down(value: float) -> str:
-    """Write a computed upper limit for a message: three digits, and none too much."""
+    """Write a computed upper limit for a message: three digits, rounded down."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return about(math.floor(value / step) * step)
 
@@ -118,7 +118,7 @@ def parse(text: object, dimension: Dimension) -> float:
 
 
 def _begins_odd(text: str) -> bool:
-    """Return whether a text begins with a digit that is none of 0 to 9, such as ³, ½ or １."""
+    """Return whether a text begins with a digit other than 0 to 9, such as ³, ½ or １."""
     first = text.strip()[:1]
     return first != "" and not first.isascii() and first.isnumeric()
 

@@ -1,6 +1,6 @@
-"""Finds the modules of a kind, be it of heatwright or of a package installed beside it.
+"""Finds the modules of a kind, whether heatwright's own or of a package installed beside it.
 
-Such a package names each of its kinds, and the model of it, by an entry point:
+Such a package declares each of its kinds, with the kind's model, by an entry point:
 
     [project.entry-points."heatwright.kinds"]
     "sensor.max31865" = "heatwright_max31865.model:Max31865"
@@ -23,8 +23,9 @@ _HEADING = f"[{GROUP}]".encode()
 class Layer(NamedTuple):
     """One of the modules of a kind.
 
-    stem -- name of its file in a package from outside; package -- where heatwright has its own,
-    named after their kinds; what -- words for messages; gives -- the names that it must define.
+    stem -- name of its file in a package from outside; package -- heatwright's own package of such
+    modules, each named after its kind; what -- its description in messages; gives -- the names that
+    it must define.
     """
 
     stem: str
@@ -142,7 +143,7 @@ def module_of(role: str, stem: str, kind: str) -> str:
     name = place_of(role, layer, kind)
     if name not in sys.modules and not _is_there(name):
         raise KindIncomplete(
-            f"The {role} kind {kind} has no {layer.what}: write {file_of(name)}, which gives "
+            f"The {role} kind {kind} has no {layer.what}: write {file_of(name)}, which must define "
             f"{' and '.join(layer.gives)}."
         )
     return name
@@ -179,7 +180,7 @@ def _is_there(module: str) -> bool:
 
 
 def _loaded(role: str, kind: str, place: str) -> Brought:
-    """Import what an entry point names; a package that is broken must not stop the others."""
+    """Import the object of an entry point; a broken package must not stop the others."""
     module, _, name = place.partition(":")
     package = module.rpartition(".")[0]
     try:
@@ -203,9 +204,9 @@ def _twice(kind: str, first: Brought, second: Brought) -> Brought:
 
 @cache
 def _entry_points() -> tuple[tuple[str, str], ...]:
-    """Find our entry points: name and what it stands for, in the order of the names.
+    """Find heatwright's entry points: name and object, in the order of the names.
 
-    importlib.metadata takes as long to import as all else that `check --quick` does in 15 ms.
+    Importing importlib.metadata would take 15 ms, as long as the rest of `check --quick`.
     """
     found = {point for text in _metadata() if _HEADING in text for point in _listed(text.decode())}
     return tuple(sorted(found))

@@ -9,7 +9,7 @@ class Rule(NamedTuple):
     code: int
     id: str
     display: str
-    """At most 12 ASCII characters: what fits beside `E06 ` on a 16-column display."""
+    """At most 12 ASCII characters, which fit beside `E06 ` on a 16-column display."""
     meaning: str
     remedy: str
 

@@ -26,7 +26,7 @@ def self_checked(controller: Controller) -> bool:
 
 
 def proves_watchdog(controller: Controller) -> bool:
-    """Return whether the start lets the watchdog reset the chip once: not all bootloaders can."""
+    """Return whether the start tests the watchdog by a reset; some bootloaders do not allow it."""
     return self_checked(controller) and controller.board.bears_watchdog
 
 

@@ -5,9 +5,9 @@ on_adc, on_one_wire, measures_current -- where it is and what it measures. Therm
 reading_bits -- bits of the signed number of a reading; clips_c -- lowest and highest
 temperature that a reading can show, None if no reading beyond its range is valid; selectable --
 types of thermocouple that the operator may choose; fitting -- settings of its own with which it
-would fit into a period. Sensors on the ADC also have unit -- of what they measure; shown_range --
-what they can show on a chip; circuit -- from that to the code; gives_voltage -- whether the sensor
-itself gives a voltage, and is no element in a circuit.
+would fit into a period. Sensors on the ADC also have unit -- of their quantity; shown_range -- the
+values that they can show on a chip; circuit -- from a value to the code; gives_voltage -- whether
+the sensor itself gives a voltage, and is no element in a circuit.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The simulated machine: a plant, what the operator does, and what to expect."""
+"""The simulated machine: a plant, a scenario of events, and limits that `verify` checks."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -141,8 +141,8 @@ class ThermalNetwork(Model):
     bears_c: Annotated[Mapping[str, Temperature], ReadOnly] = Field(
         {},
         alias="bears",
-        description="Highest temperature that each node withstands. Default: what full "
-        "power makes of it until the loop's maximum trips, and a tenth more.",
+        description="Highest temperature that each node withstands. Default: the one at which full "
+        "power trips the loop's maximum, plus a tenth of the rise.",
         validate_default=True,
     )
     fans: Annotated[Mapping[str, FanEffect], ReadOnly] = Field(
@@ -218,7 +218,7 @@ class Event(Model):
         if self.for_s is not None:
             if self.at_s is not None or self._actions or self._pressing:
                 raise refuse(
-                    "`for` ends the scenario and stands alone", "Give it a line of its own"
+                    "`for` ends the scenario and is an event of its own", "Write it as a new item"
                 )
         elif self.at_s is None or self._actions != 1:
             raise refuse(

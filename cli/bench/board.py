@@ -26,11 +26,11 @@ SLICE_S = 0.02
 """Real time between two checks for commands, s: a key press waits no longer."""
 TELL_S = 0.02
 TELL_QUICK_S = 0.1
-"""Shortest real time between two updates of the tabs, s: up to real time, and above it."""
+"""Shortest real time between two updates of the tabs, s: at speeds up to real time, and above."""
 PICTURE_S, PICTURE_QUICK_S = 0.2, 1.0
 VARIABLES_S = 0.5
-"""Shortest real time, s, between two pictures of a touch display (up to real time, and above it),
-and between two readings of all variables."""
+"""Shortest real time, s, between two pictures of a touch display (at speeds up to real time, and
+above), and between two readings of all variables."""
 FULL_S = 0.05
 """Approximate real time of a stretch at full speed, s."""
 MOST_STRETCH = 20_000
@@ -226,7 +226,7 @@ class Board:
         self.world.device.advance(end_s)
 
     def _slowly(self, end_s: float) -> None:
-        """Run the device to the end of a step in slices of real time; commands act between."""
+        """Run the device to the end of a step in slices of real time; execute commands between."""
         device = self.world.device
         while (left_s := end_s - device.time_s) > ROUNDING_S:
             if self._waiting is None and not self._stop.is_set():

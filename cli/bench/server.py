@@ -88,7 +88,7 @@ class OwnNames:
         host, origin = headers.get("host"), headers.get("origin")
         is_own = host in self._hosts and origin in {f"http://{host}", None}
         if not is_own or (origin is None and scope["type"] == "websocket"):
-            refusal = PlainTextResponse("Not from here.\n", 403, SAFE)
+            refusal = PlainTextResponse("Refused: only this computer may ask.\n", 403, SAFE)
             if scope["type"] == "websocket":
                 await WebSocket(scope, receive, send).close(1008)
             else:

@@ -67,7 +67,7 @@ class Told:
 
 
 class Store:
-    """The latest state, with charts and consoles; about -- what never changes.
+    """The latest state, with charts and consoles; about -- the constant data.
 
     pictures -- of touch displays, by the interface's number; drawn -- how often each was drawn;
     watchers -- called in the board's thread when there is news.

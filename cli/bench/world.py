@@ -19,7 +19,7 @@ LEAST_SUPPLY, MOST_SUPPLY = 0.0, 1.3
 
 
 class Course(NamedTuple):
-    """Values of a loop's control steps, in s, °C and %; machine_c -- at its sensor's node."""
+    """Values of a loop's control steps, in s, °C and %; machine_c -- of the sensor's node."""
 
     time_s: NDArray[np.float64]
     temperature_c: NDArray[np.float64]
@@ -52,7 +52,7 @@ class LiveWorld(World):
         plant = plant_of(
             self.site.controller, self._network, ambient_c=weather.ambient_c, step_s=self.step_s
         )
-        assert isinstance(plant, Plant)  # noqa: S101 - the one kind there is
+        assert isinstance(plant, Plant)  # noqa: S101 - the only kind of plant
         return plant
 
     # -- the surroundings ----------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""What a campaign varies: read from its file and checked against the spec, or derived from it."""
+"""The variations of a campaign: read from a file and checked against the spec, or derived."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -29,7 +29,7 @@ from heatwright.spec.units import CAPACITY, PERCENT, TEMPERATURE, THERMAL_RESIST
 
 EMPTY = "this file is empty", "Write what varies, such as capacities: {all: ± 20 %}"
 AROUND_K = 10.0
-"""By how much a room may be colder and hotter if no file says it, K."""
+"""Default of the variation of the room's temperature, both ways, K."""
 FAULTS_PERCENT = 20.0
 
 

@@ -49,7 +49,7 @@ def identity(task: Task) -> dict[str, str | int]:
 class Store:
     """The runs of one campaign.
 
-    rows -- the finished runs, by number; identity -- what tells campaigns apart: see `identity()`.
+    rows -- the finished runs, by number; identity -- the values by which campaigns differ.
     """
 
     def __init__(self, folder: Path, identity: dict[str, str | int]) -> None:

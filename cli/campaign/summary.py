@@ -135,7 +135,7 @@ def _worst(
 
 
 def _odd(rows: Sequence[Row]) -> Iterable[Worst]:
-    """Yield runs with an unwanted result: a needless trip, a fault unnoticed, a node too hot."""
+    """Yield runs with an unwanted result: a needless trip, an undetected fault, a node too hot."""
     kinds = (
         ("tripped with nothing broken", "outcome", TRIPPED, "rule"),
         ("broken, and nothing tripped", "outcome", UNNOTICED, "drawn.fault"),

@@ -1,1 +1,1 @@
-"""One module for each command; it imports what it needs when it runs: `--help` stays quick."""
+"""One module for each command; it imports others only when it runs, so that `--help` is quick."""

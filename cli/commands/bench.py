@@ -1,4 +1,4 @@
-"""`heatwright bench`: the running firmware on a page in the browser."""
+"""`heatwright bench`: shows the running firmware on a page in the browser."""
 
 from __future__ import annotations
 

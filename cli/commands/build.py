@@ -1,4 +1,4 @@
-"""`heatwright build`: from a spec to a binary."""
+"""`heatwright build`: makes the binary of a spec."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`heatwright campaign`: many machines of one spec, each drawn from a seed."""
+"""`heatwright campaign`: runs many machines of one spec, each drawn at random from a seed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ INSTALL = "pip install 'heatwright[campaign]'"
     "vary_file",
     type=File,
     metavar="FILE",
-    help="File that says what varies, and how; by default variations that suit any machine.",
+    help="File with the variations; by default variations that suit any machine.",
 )
 @click.option(
     "--seed",

@@ -1,4 +1,4 @@
-"""`heatwright check`: what is wrong with specs."""
+"""`heatwright check`: finds the errors of specs."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ LOOK_S = 0.3
 @click.option("--watch", is_flag=True, help="Check again whenever a spec is saved; Ctrl-C ends it.")
 @json_option
 def command(specs: tuple[Path, ...], quick: bool, watch: bool, as_json: bool) -> int:
-    """Find all that is wrong with specs.
+    """Find all errors of specs.
 
     Each problem is one line: file, line, column, what is wrong, and what to do about it. If a spec
-    describes a machine, the reference model runs it without faults: no protection may trip. Printed
-    are then the power reserve of each heater, the current of each load that is measured or rated
-    for less than its supply, and the error that the tolerances of parts cause at each sensor on the
-    ADC. The command warns of a reserve below 30 %, of parts whose error exceeds the sensor's
+    describes a machine, the reference model runs it without faults: no protection may trip. Then
+    the command prints the power reserve of each heater, the current of each load that is measured
+    or rated for less than its supply, and the error that the tolerances of parts cause at each
+    sensor on the ADC. It warns of a reserve below 30 %, of parts whose error exceeds the sensor's
     `accuracy`, and of a firmware that certainly does not fit its board.
     """
     if not watch:

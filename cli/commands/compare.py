@@ -1,4 +1,4 @@
-"""`heatwright compare`: algorithms against each other, and against published figures."""
+"""`heatwright compare`: compares algorithms with each other, and with published figures."""
 
 from __future__ import annotations
 

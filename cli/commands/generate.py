@@ -1,4 +1,4 @@
-"""`heatwright generate`: from a spec to a folder of C."""
+"""`heatwright generate`: writes the C of a spec to a folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`heatwright identify`: a plant from a recorded step."""
+"""`heatwright identify`: fits a plant to a recorded step."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ PICTURES = (".png", ".svg")
 )
 @click.option("--power", type=Amount("POWER"), help="Power at full duty, such as 40W.")
 @click.option(
-    "--full", type=click.FloatRange(min=0, min_open=True), help="Duty at full power: 1, 255 …"
+    "--full", type=click.FloatRange(min=0, min_open=True), help="LOG's duty at full power: 1, 255 …"
 )
 @click.option("--period", type=Amount("DURATION"), help="Time between two lines if LOG has none.")
 @click.option(
-    "--ambient", type=Amount("TEMPERATURE"), help="Ambient temperature; without it, it is fitted."
+    "--ambient", type=Amount("TEMPERATURE"), help="Ambient temperature; by default it is fitted."
 )
 @click.option("--cold", is_flag=True, help="All of the machine was at ambient when LOG began.")
 @click.option(

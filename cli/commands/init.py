@@ -1,4 +1,4 @@
-"""`heatwright init`: a spec to begin with."""
+"""`heatwright init`: writes a first spec."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def command(file: Path, example: str | None, as_json: bool, **wanted: str | None
     """Write a commented spec to start from.
 
     FILE is controller.yaml if none is named. In a terminal the command asks for what no option
-    sets; else it takes what is usual for the machine. The spec is complete: check, generate and
+    sets; otherwise it uses what is usual for the machine. The spec is complete: check, generate and
     verify accept it unchanged. The schema for editors is written beside it. No file is overwritten.
     """
     asks = sys.stdin is not None and sys.stdin.isatty()

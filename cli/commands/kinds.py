@@ -1,4 +1,4 @@
-"""`heatwright kinds`: what a spec may name, which package provides it, what is missing."""
+"""`heatwright kinds`: the kinds that a spec may name, their packages, and missing pieces."""
 
 import click
 

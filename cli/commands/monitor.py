@@ -1,4 +1,4 @@
-"""`heatwright monitor`: what a board says on its serial line."""
+"""`heatwright monitor`: shows the data that a board sends on its serial line."""
 
 import subprocess
 import sys

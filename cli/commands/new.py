@@ -1,4 +1,4 @@
-"""`heatwright new`: the stubs of a package that provides a kind."""
+"""`heatwright new`: writes the stubs of a package that provides a kind."""
 
 import re
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""`heatwright schema`: the language, for editors."""
+"""`heatwright schema`: prints the language as a JSON Schema for editors."""
 
 from heatwright.cli.command import with_examples
 from heatwright.cli.options import json_option, print_json

@@ -1,4 +1,4 @@
-"""`heatwright simulate`: a spec in closed loop with its simulated machine."""
+"""`heatwright simulate`: runs a spec in closed loop with its simulated machine."""
 
 from __future__ import annotations
 

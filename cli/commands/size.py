@@ -1,4 +1,4 @@
-"""`heatwright size`: how much power a machine needs, and which wire its heater needs."""
+"""`heatwright size`: computes the power that a machine needs, and its heater's wire."""
 
 from pathlib import Path
 

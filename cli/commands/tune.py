@@ -1,4 +1,4 @@
-"""`heatwright tune`: gains for a loop, by several methods side by side."""
+"""`heatwright tune`: finds a loop's gains by several methods, and compares them."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ MOST_SPREAD_PERCENT = 80.0
     type=Amount("PERCENT"),
     default="20 %",
     show_default=True,
-    help="Largest deviation of their capacities and resistances.",
+    help="Largest deviation of the random machines' capacities and resistances.",
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Random seed.")
 @click.option("--plot", type=File, metavar="OUT", help="Draw Bode diagram and trial: .png or .svg.")
@@ -111,8 +111,8 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     --log takes the machine from a recorded step, as identify fits it, with one body.
 
     --robust begins with the best of these gains, and improves them for machines whose capacities,
-    resistances, ambient and supply differ from the spec's: the worst machine counts. All methods
-    are then tried on other machines, drawn in the same way.
+    resistances, ambient and supply differ from the spec's: the worst machine's result decides. All
+    methods are then tried on other machines, drawn in the same way.
     """
     check_target(plot, PICTURES)
     for name, value in (("--lambda", lambda_s), ("--tauc", tauc_s)):

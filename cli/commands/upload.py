@@ -1,4 +1,4 @@
-"""`heatwright upload`: the proven binary onto a board."""
+"""`heatwright upload`: writes the verified binary to a board."""
 
 from __future__ import annotations
 

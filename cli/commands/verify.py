@@ -1,4 +1,4 @@
-"""`heatwright verify`: all the evidence for one spec."""
+"""`heatwright verify`: gathers all evidence for one spec."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult
 
 OWN = "this spec"
-"""Name of the rows for the spec as it is."""
+"""Name of the rows with the spec's own algorithms."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class _Piece:
 def rows_of(
     spec: Spec, wanted: Sequence[str], loops: Sequence[str] = ()
 ) -> tuple[ComparisonRow, ...]:
-    """Return the rows of a spec, loop by loop; after each loop's rows follows the spec as it is.
+    """Return the rows of a spec, loop by loop; each loop's last row is the spec's own algorithm.
 
     wanted -- only rows of these names or kinds; loops -- only rows of these loops.
 

@@ -1,4 +1,4 @@
-"""A firmware that does not fit its board: by how much, what takes the memory, and remedies."""
+"""A firmware that does not fit its board: the missing memory, the largest users, and remedies."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _boards_text(boards: Mapping[str, bool]) -> str:
     good = ", ".join(name for name, as_it_is in boards.items() if as_it_is)
     other = ", ".join(name for name, as_it_is in boards.items() if not as_it_is)
     said = [f"{good}, with the spec as it is"] * bool(good)
-    said += [f"{other}, where `heatwright check` tells what else to change"] * bool(other)
+    said += [f"{other}, after other changes that `heatwright check` names"] * bool(other)
     return f"Boards with room: {'; '.join(said) or 'none that the language knows'}."
 
 

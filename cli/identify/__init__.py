@@ -1,1 +1,1 @@
-"""What `heatwright identify` prints and draws."""
+"""Output of `heatwright identify`: YAML, JSON and a figure."""

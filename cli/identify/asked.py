@@ -1,4 +1,4 @@
-"""How the options, or a spec, tell `identify` to read a log."""
+"""How `identify` reads a log, according to its options or a spec."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -18,7 +18,7 @@ REMARK = 48
 
 
 def digits(found: Found) -> str:
-    """Write a value to a tenth of its uncertainty: further digits mean nothing."""
+    """Format a value to a tenth of its uncertainty: further digits would mean nothing."""
     half = max(found.high - found.value, found.value - found.low)
     if found.given or not math.isfinite(half) or half <= 0 or found.value == 0:
         return about(found.value)
@@ -34,9 +34,9 @@ def interval(found: Found) -> str:
     if found.given:
         return "given"
     if not found.told and found.parameter.key not in {LAG, DELAY}:
-        return "NOT TOLD by this record"
+        return "NOT DETERMINED by this record"
     ends = f"{about(found.low)} .. {about(found.high)} {found.parameter.unit}"
-    return ends if found.told else f"{ends}: may be none"
+    return ends if found.told else f"{ends}: may be 0"
 
 
 def block(identified: Identified, name: str) -> str:

@@ -12,7 +12,7 @@ EVERY_S = 1.0
 
 _NUMBER = r"-?\d{1,6}(?:\.\d{1,6})?"
 _END = r"(?!\S)"
-"""What must follow a number, so that a damaged one such as `201..3` is not read."""
+"""Pattern of the characters after a number, so that a damaged `201..3` is not read."""
 
 
 def hearings(controller: Controller, interface: Gcode) -> Iterator[Hearing]:

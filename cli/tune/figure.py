@@ -67,14 +67,14 @@ def _finish_bode(size: Axes, angle: Axes) -> None:
     angle.axhline(-180.0, color=SETPOINT, lw=0.8, ls="--")
     angle.set_ylim(-360, 0)
     angle.set_yticks(range(-360, 1, 90))
-    size.set_ylabel("open loop, size")
+    size.set_ylabel("open loop, magnitude")
     angle.set_ylabel("phase [°], dots: crossover")
     angle.set_xlabel("frequency [rad/s]")
     size.legend(loc="lower left", frameon=False)
 
 
 def shown_for_s(task: Task, tried: Mapping[str, Tried]) -> float:
-    """Return the length of the trials to draw: 1.5 times the time until all have come to rest.
+    """Return the length of the trials to draw: 1.5 times the time until all have settled.
 
     All trials run as long as the slowest machine may need, which can be many times longer.
     """

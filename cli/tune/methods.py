@@ -138,7 +138,7 @@ def try_all(task: Task, rows: Sequence[Judged], shown: Talk) -> dict[str, Tried]
 def proposed(rows: Sequence[Judged], tried: Mapping[str, Tried]) -> Judged | None:
     """Return the first row with a sound loop and a trial that trips nothing; None without rows.
 
-    If there is none, a stable loop counts most, then a trial that trips nothing, then the least Ms.
+    If there is none, a stable loop is preferred, then a trial that trips nothing, then a lower Ms.
     """
 
     def doubts(row: Judged) -> tuple[bool, bool, float]:

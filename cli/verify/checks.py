@@ -81,7 +81,9 @@ def upset_checks(outcomes: Sequence[Outcome]) -> Iterator[Check]:
             told += f" (number {', '.join(bad)})"
         yield Check(
             f"upsets: {kind}",
-            "none heats, is too hot, forgets a fault" if guarded else "not guarded: only reported",
+            "no upset heats, is too hot or forgets a fault"
+            if guarded
+            else "not guarded: only reported",
             told,
             not guarded or not any(found[each] for each in BAD),
         )

@@ -12,7 +12,7 @@ CHECK_COLUMNS = ("", "limit", "found")
 CHECK_TEXTS = 3
 CHAIN_COLUMNS = ("sensor", "at", "one step of the ADC", "largest error near")
 CHAIN_UNITS = {"temperature": ("°C", "K", 0), "current": ("A", "A", 1)}
-"""By quantity: its unit, the unit of its differences, and its decimals."""
+"""For each quantity: unit, unit of differences, and number of decimals."""
 FAULT_COLUMNS = ("fault", "trips", "would trip next", "after [s]", "heater off [s]", "peak [°C]")
 FAULT_TEXTS = 3
 FIGURE_COLUMNS = ("", "in", "worst", "limit")

@@ -41,7 +41,7 @@ def print_evidence(evidence: Evidence) -> None:
     heading(f"Timing, over {duration(round(timing.seconds))} cycle by cycle")
     figures = [(figure_cells(each), each.passed) for each in timing.figures.values()]
     _print_judged(FIGURE_COLUMNS, FIGURE_TEXTS, figures)
-    click.echo(f"asleep {timing.idle_fraction:.2%} of the time\n")
+    click.echo(f"the processor sleeps {timing.idle_fraction:.2%} of the time\n")
     heading("Faults")
     faults = [(fault_cells(each), each.passed) for each in evidence.trials.faults]
     _print_judged(FAULT_COLUMNS, FAULT_TEXTS, faults)

@@ -30,7 +30,7 @@ class Trials:
     timing: Timing
     faults: tuple[FaultResult, ...]
     known: int
-    """How many faults there are to try."""
+    """Number of faults to try."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Decide everything about the firmware of a spec; `render` only prints what is decided here."""
+"""Decides everything about the firmware of a spec; `render` only prints these decisions."""
 
 from heatwright.generator.plan.assembly import plan_firmware
 from heatwright.generator.plan.parts import File, Plan

@@ -59,7 +59,7 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class KnownVoltage:
-    """The chip's own voltage, and within which codes it is measured."""
+    """The chip's internal voltage, and the limits of its code."""
 
     name: str
     where: str

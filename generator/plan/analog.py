@@ -109,7 +109,7 @@ def _wiring(pin: str, what: str, sensor: Thermistor | Rtd | Analog, circuit: str
 
 def divider_words(element: str, divider: Divider | None) -> str:
     """Describe how an element is wired to its resistor."""
-    assert divider is not None  # noqa: S101 - the spec asks for one
+    assert divider is not None  # noqa: S101 - a checked spec has one
     supply = "the supply" if divider.supply_v is None else f"{divider.supply_v:g} V"
     if divider.pull_up_ohm is not None:
         return f"{element} to ground, {divider.pull_up_ohm:g} ohm to {supply}"

@@ -18,7 +18,7 @@ from heatwright.spec.self_checks import (
 
 MOST_TICKS_WAITING = 10
 WATCHDOG_MS = (12, 24)
-"""Limits for the time of a watchdog set to 16 ms: hot, its oscillator is up to a fifth slower."""
+"""Limits for the time of a watchdog set to 16 ms; a hot oscillator is up to a fifth slower."""
 PIN_HELD_TICKS = 3
 NEAR_BYTES = 0x10000
 """Bytes of flash that a 16-bit address can reach."""

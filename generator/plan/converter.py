@@ -29,11 +29,11 @@ class Chip:
 
     name: str
     power_up_s: float
-    """From its supply to its first conversion, s."""
+    """Time from the power-up to the first conversion, s."""
     supply: str
-    """Its supply, and what else must be connected."""
+    """The chip's supply, and other parts that must be connected."""
     shift: str = ""
-    """The level shifter, if its levels differ from the board's."""
+    """The level shifter, if the chip's levels differ from the board's."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,8 +19,8 @@ from heatwright.spec.self_checks import proves_watchdog, self_checked
 
 GATE_MAIN_PERMIT_TICKS = 10
 MOST_PERMIT_TICKS = 65_535
-"""Largest count of the gate's 16-bit counters, more than the longest period; a longer time is cut
-to it, so the heater goes off earlier."""
+"""Largest count of the gate's 16-bit counters, more than the longest period; a longer time is
+limited to this count, so the heater goes off earlier."""
 
 FAULT_COOLING_ABOVE_C = 50.0
 """Burn threshold of hot metal, 51 degC for a contact of one minute (ISO 13732-1), rounded down."""
@@ -92,7 +92,7 @@ def clock(root: Source, timer: int) -> Part:
     """Plan the tick on timer `timer`."""
     board = root.controller.board
     interval = tick_interval(board.clock_hz, board.timers[timer], looks(root.controller))
-    assert interval is not None  # noqa: S101 - the spec gave the tick a timer that can
+    assert interval is not None  # noqa: S101 - the spec chose a timer that can
     derived = f"{board.clock_hz / 1e6:g} MHz / {interval.prescaler} / {interval.counts}"
     constants = [
         Constant("CLOCK_COMPARE", f"{interval.counts - 1}u", f"timer {timer}: {derived}"),
@@ -185,7 +185,7 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
             ),
         ),
         tick_calls=()
-        if self_checked(root.controller)  # which alone renew the permit
+        if self_checked(root.controller)  # the self-checks then renew the permit
         else (Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
     )
 
@@ -253,7 +253,7 @@ class LockoutNames:
     where: str
     by_keys: bool
     apart: list[str]
-    """Codes of the rules that do not count for the lock-out."""
+    """Codes of the rules whose trips are not counted for the lock-out."""
 
 
 def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
@@ -265,7 +265,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     constants = [
         at.at("trips").count("LOCKOUT_TRIPS", spec.trips, "then only a person acknowledges"),
         at.at("within").count(
-            "LOCKOUT_WITHIN_S", int(spec.within_s), "an older trip no longer counts"
+            "LOCKOUT_WITHIN_S", int(spec.within_s), "older trips are not counted"
         ),
     ]
     if keys:

@@ -69,5 +69,5 @@ def told_period(loop: Loop) -> str:
 
 
 def in_periods(duration_s: float, loop: Loop) -> str:
-    """What `steps` are counted from, for a comment, such as `60 s in periods of 0.5 s`."""
+    """The derivation of a number of `steps`, for a comment: `60 s in periods of 0.5 s`."""
     return f"{quantity(duration_s, 's')} in periods of {told_period(loop)}"

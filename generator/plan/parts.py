@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 Told: TypeAlias = "DataclassInstance | Mapping[str, object] | tuple[Told, ...]"
-"""A template's variables: the fields of dataclasses; of two with one name, the last counts.
+"""A template's variables: the fields of dataclasses; if two have one name, the last one is used.
 
 Packages from outside may give a mapping.
 """
@@ -131,11 +131,11 @@ class Symbol:
     """A symbol at the wire of a pin: between the wire and a rail, or in the wire."""
 
     way: Literal["up", "down", "along"]
-    """To the supply, to ground, or in the wire."""
+    """Where the symbol leads: to the supply, to ground, or along the wire."""
     shape: Literal["resistor", "sensor", "contact", "closed", "led", "fuse", "box", "rail"]
     text: str
     rail: str = "5 V"
-    """The rail at its other end."""
+    """The rail at the symbol's other end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,10 +144,10 @@ class Wiring:
 
     pin: str
     what: str
-    """The device at the other end; its terminal follows behind a comma."""
+    """The device at the other end; its terminal follows after a comma."""
     how: str
     symbols: tuple[Symbol, ...] = ()
-    """In order, from the pin on."""
+    """The symbols along the wire, in order from the pin on."""
     end: str = ""
     """Name of the terminal, if it is not in `what`."""
     ends: bool = True

@@ -43,7 +43,7 @@ class Register:
     table: Table
     address: int
     name: str
-    """Such as `nozzle.temperature`; names of the controller's registers have no dot."""
+    """Name, such as `nozzle.temperature`; names of the controller's registers have no dot."""
     kind: Kind
     meaning: str
     stored: Stored
@@ -166,7 +166,7 @@ def _coils_of_controller(controller: Controller) -> Iterable[Register]:
     coils = {"acknowledge": "A change from 0 to 1 acknowledges the latched fault."}
     if any(facts_of(controller, name).tunable for name in controller.loops):
         coils |= {
-            "store": "A change from 0 to 1 stores all gains, so that they outlive a loss of power.",
+            "store": "A change from 0 to 1 stores all gains, so that they survive a loss of power.",
             "restore": "A change from 0 to 1 restores the gains of the specification.",
         }
     for address, (name, meaning) in enumerate(coils.items()):

@@ -1,4 +1,4 @@
-"""Places in the spec from which decisions come, as the generated code names them."""
+"""Places in the spec (file, line, key) that the generated code names as origins of decisions."""
 
 from __future__ import annotations
 

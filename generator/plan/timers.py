@@ -28,7 +28,7 @@ class TimerRegisters:
 
     @property
     def control_a(self) -> str:
-        """The register with the pins' modes."""
+        """The register that sets the modes of the timer's output pins."""
         return f"TCCR{self.number}" if self.alone else f"TCCR{self.number}A"
 
     @property
@@ -113,7 +113,7 @@ def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:
 def round_interval(clock_hz: int, timer: Timer, shortest_s: float) -> Interval:
     """Return the fewest matches of a free-running timer for `shortest_s`, with the finest counts.
 
-    Rounded up, and never a whole turn of the timer: the counter could not tell it from 0.
+    Rounded up, and never a whole turn of the timer, after which the counter has its old value.
     """
     for matches in range(1, MOST_DIVIDER + 1):
         for prescaler in timer.prescalers:

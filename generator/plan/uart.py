@@ -75,7 +75,7 @@ class UartRegisters:
 
     @property
     def _format(self) -> str:
-        """Bit that selects the format instead of the divisor's high byte; before other bits."""
+        """On old chips, the bit that selects UCSRC at an address shared with UBRRH; else empty."""
         return "(1u << URSEL) | " if self.old else ""
 
     @property

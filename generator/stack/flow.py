@@ -144,8 +144,8 @@ class _Walk:
     def read_table(self, jump: Instruction, state: State) -> None:
         """Follow the table of a switch directly behind its jump, where gcc 7 puts it.
 
-        Its words are addresses within the function. It ends where the first of its cases that lies
-        behind it begins: only a case or another jump's target can be there.
+        Its words are addresses within the function. The table ends where the first case after it
+        begins: only a case or another jump's target can be there.
         """
         table = jump.next
         if self.table_address(jump) != table & 0x1FFFF:

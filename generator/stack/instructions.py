@@ -132,7 +132,7 @@ def _pointer(_: bytes, address: int, word: int, name: str) -> Instruction:
 
 Operands = Callable[[bytes, int, int, str], Instruction]
 
-# Mask, value, name, operands. The first that fits counts.
+# Mask, value, name, operands. The first match is used.
 _TABLE: tuple[tuple[int, int, str, Operands], ...] = (
     (0xFF00, 0x0100, "movw", _pair),
     (0xFE00, 0x0200, "other", _product),  # muls, mulsu, fmul...

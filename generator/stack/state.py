@@ -25,7 +25,7 @@ class Byte(NamedTuple):
     """A register's content.
 
     `constant`: `number`. `low` and `high`: that byte of the stack's address at depth `number`.
-    `low_less`: the low byte at depth `number`, less `less`; the high byte will follow.
+    `low_less`: the low byte at depth `number`, minus `less`; the high byte will follow.
     """
 
     kind: Literal["constant", "low", "high", "low_less"]

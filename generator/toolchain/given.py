@@ -16,7 +16,7 @@ from heatwright.spec import Board
 DEVICE = ".note.gnu.avr.deviceinfo"
 """Section in which avr-libc's start-up code names its chip (binutils: the AVR ELF ABI)."""
 MEMORIES = struct.calcsize("<6I")
-"""Bytes for start and size of flash, RAM and EEPROM, first in it; string offsets follow."""
+"""Size of the section's first part: start and size of flash, RAM and EEPROM; then come strings."""
 
 
 def given(elf: Path, board: Board) -> BuildResult:

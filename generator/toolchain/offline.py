@@ -72,7 +72,7 @@ def core_files() -> dict[str, bytes]:
     files |= package("packages", "tool", "tool-scons", scons)
     files |= package("packages", "tool", "toolchain-atmelavr", "1.0.0+system")
     files |= boards()
-    # PlatformIO greets a new user, and upgrades the packages of a user that it knows for longer.
+    # Without it PlatformIO greets a new user; with an older version it upgrades its packages.
     files[STATE] = json.dumps({"last_version": version("platformio")}).encode()
     return files
 

@@ -16,7 +16,7 @@ KEPT_S = 30 * 24 * 3600  # a build not used for this time is removed
 
 
 def remember(folder: Path, result: BuildResult) -> None:
-    """Write the result beside the binary; only then does the folder count."""
+    """Write the result beside the binary; a folder without a result is ignored."""
     record = dataclasses.asdict(result) | {"elf": result.elf.relative_to(folder).as_posix()}
     fresh = folder / "result.json.new"
     sealed = {"record": record, "seal": _seal(result.elf, record)}

@@ -49,7 +49,7 @@ def taken(elf: Path) -> dict[str, Bytes]:
 
 
 def _symbols(image: ELFFile) -> dict[int, tuple[str, int]]:
-    """Find the section and size of each symbol, by address: each address counts once."""
+    """Find the section and size of each symbol, by address: each address is counted once."""
     table = image.get_section_by_name(".symtab")
     names = [section.name for section in image.iter_sections()]
     if not isinstance(table, SymbolTableSection):

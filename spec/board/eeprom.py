@@ -19,7 +19,7 @@ LEAST_YEARS = 10.0
 """Time that the cells must last under a log, or a program that runs day and night."""
 
 SETTINGS_SLOT_BYTES = 64
-"""A slot's size is this or a multiple of it: so the next firmware finds where each slot begins."""
+"""A slot's size is a multiple of this, so that another firmware finds where each slot begins."""
 RECORD_BYTES = 2 + 1 + 4 + 2 + 10
 """Bytes of a record besides settings and trip count: CRC, size, digest, sequence number, fault."""
 MOST_RECORD_BYTES = 255
@@ -30,7 +30,7 @@ the shortest watchdog period of 30 ms."""
 CYCLES_A_BYTE = 75
 """Maximum number of cycles to read a byte and add it to a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
 FEWEST_SETTINGS_SLOTS = 4
-"""Minimum number, if programs or a log need room: 400 000 saves, a hundred a day for ten years."""
+"""Minimum number of slots if programs or a log need room: 400 000 saves, 100 a day for 10 years."""
 
 PROGRAM_BYTES = 12 + 1 + 1
 """Bytes of a program without its segments: name with its end, number of segments."""

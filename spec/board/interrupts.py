@@ -8,11 +8,11 @@ from heatwright.spec.board.pwm_timers import share_pwm
 from heatwright.spec.controller import Controller
 
 ANY_S = 100e-6
-"""Longest delay where nothing needs an interrupt sooner: a hundredth of the tick."""
+"""Longest delay of an interrupt if no part needs less: a hundredth of the tick."""
 SLOT_S = 50e-6
-"""Longest delay of a 1-Wire slot: one that writes a zero lasts 64 µs, and may last 120 µs."""
+"""Longest delay within a 1-Wire slot: a slot that writes a zero lasts 64 µs, and may last 120."""
 OTHERS_S = 10e-6
-"""Time of other interrupts before that of a PWM: of a serial line and of another channel."""
+"""Time of the interrupts that may delay a PWM's: of a serial line and of another channel."""
 BITS_OF_A_BYTE = 10
 """Minimum number of bits of a byte on a serial line: a start bit, eight bits, a stop bit."""
 
@@ -20,22 +20,22 @@ BITS_OF_A_BYTE = 10
 TICK_CYCLES = 135
 LOOP_CYCLES = 65
 WINDOW_CYCLES = 45
-"""For each heater with time-proportional control."""
+"""Cycles for each heater with time-proportional control."""
 HELD_CYCLES = 45
-"""For each heater or cooler with minimum times."""
+"""Cycles for each heater or cooler with minimum times."""
 BY_INTERRUPTS_CYCLES = 85
-"""For each heater whose PWM is made by interrupts."""
+"""Cycles for each heater whose PWM is made by interrupts."""
 COOLER_CYCLES = 80
 FAN_CYCLES = 30
 RELAY_CYCLES = 100
 STEPPER_CYCLES = 15
 INPUTS_CYCLES = 30
 INPUT_CYCLES = 10
-"""For each input of the machine."""
+"""Cycles for each input of the machine."""
 
 
 class Wait(NamedTuple):
-    """How long a part can wait while interrupts are off, s; its name; what can wait longer."""
+    """How long a part can wait while interrupts are off, s; its name; a part that waits longer."""
 
     seconds: float
     what: str
@@ -43,11 +43,11 @@ class Wait(NamedTuple):
 
 
 def waits(controller: Controller) -> Iterator[Wait]:
-    """List the parts that interrupts serve, and how late one may come before its part loses data.
+    """List the parts that interrupts serve, and how late an interrupt may come without lost data.
 
-    A receiver holds one byte while the next one comes in. A PWM by interrupts leaves out what is
-    shorter than the latest of its interrupts. A stepper's steps are half of their interval apart
-    at least, however late an interrupt makes one of them.
+    A receiver holds one byte while the next one comes in. A PWM by interrupts omits pulses that are
+    shorter than its latest interrupt is late. A stepper's step may be late by half of the interval
+    between two steps.
     """
     yield Wait(ANY_S, "a hundredth of the tick", "")
     for name, sensor in controller.sensors.items():

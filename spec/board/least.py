@@ -1,8 +1,8 @@
-"""What a firmware takes at least of flash and RAM, from its spec alone.
+"""Lower bounds of the flash and RAM that a firmware needs, computed from its spec alone.
 
 Each figure, here and of each kind (`least` of its model), is some 15 % below the lowest measured
 value: a firmware that is too large by these figures is too large with any compiler. `heatwright
-build` measures what it really takes.
+build` measures the real sizes.
 """
 
 from heatwright.spec.base import Least
@@ -15,21 +15,21 @@ from heatwright.spec.interfaces import LcdKeypad, SerialLog
 from heatwright.spec.self_checks import self_checked
 
 EVERY = Least(2250, 100)
-"""For every firmware: clock, gate, faults, settings, start-up, library; and the stack."""
+"""Memory of every firmware: clock, gate, faults, settings, start-up, library; and the stack."""
 TUNABLE = Least(2160, 0)
-"""For each loop whose gains may be set: by a host, a master, a touch display or a menu."""
+"""Memory for each loop whose gains a host, a master, a touch display or a menu may set."""
 AUTOTUNE = Least(1670, 79)
-"""In addition to TUNABLE, for each loop with autotune."""
+"""Memory for each loop with autotune, in addition to TUNABLE."""
 COUNTDOWN = Least(1090, 7)
-"""In addition, for the countdown of a keypad."""
+"""Memory for the countdown of a keypad."""
 MENU = Least(4700, 140)
-"""In addition, for the menu of a keypad beside programs."""
+"""Memory for the menu of a keypad, if the controller has programs."""
 PROGRAMS = Least(4300, 220)
 SELF_CHECKS = Least(650, 12)
 
 
 def least(controller: Controller) -> Least:
-    """Return the least flash and RAM that the whole firmware takes."""
+    """Return the least flash and RAM that the whole firmware needs."""
     whole = (
         *controller.sensors.values(),
         *controller.outputs.values(),
@@ -49,7 +49,7 @@ def least(controller: Controller) -> Least:
 
 
 def _rings(controller: Controller) -> int:
-    """Count the bytes of RAM that the entries of logs take, if they are kept there."""
+    """Count the bytes of the logs' entries that are kept in RAM."""
     kept = (each for each in placed(controller, SerialLog).values() if each.keep == "ram")
     return sum(each.entries * log_entry_bytes(controller, each) for each in kept)
 
@@ -60,5 +60,5 @@ def rooms(board: Board) -> Least:
 
 
 def fits(taken: Least, board: Board, spare: float = 1.0) -> bool:
-    """Return whether a board has `spare` times the room that is taken."""
+    """Return whether a board has at least `spare` times the memory that is needed."""
     return all(spare * each <= room for each, room in zip(taken, rooms(board), strict=True))

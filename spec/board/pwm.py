@@ -1,4 +1,4 @@
-"""What PWM the timers can make: by their own compare outputs, or by interrupts at any pin."""
+"""PWM that the timers can make: by their own compare outputs, or by interrupts at any pin."""
 
 from collections.abc import Collection, Iterator
 from typing import NamedTuple
@@ -7,21 +7,21 @@ from heatwright.spec.boards import Board, Timer
 from heatwright.spec.outputs import PwmOutput
 
 FREQUENCY_TOLERANCE = 0.005
-"""Tolerance of an Uno's ceramic resonator: no PWM frequency is held closer."""
+"""Tolerance of an Uno's ceramic resonator: a PWM frequency cannot be more accurate."""
 
 FEWEST_COUNTS = 100
 """Minimum number of steps of a PWM period: one step is then at most 1 % of the power."""
 
 FASTEST_BY_INTERRUPTS_HZ = 500.0
-"""Its two interrupts a period, some 100 cycles each, take 0.6 % of the time at 16 MHz."""
+"""Maximum, as its two interrupts a period, some 100 cycles each, use 0.6 % of a 16 MHz clock."""
 
 MOST_COUNTS_BY_INTERRUPTS = (1 << 15) - 1
-"""Half a round of a free-running 16-bit timer: an edge that is up to a period late is then not
-mistaken for one that is still to come."""
+"""Longest PWM period, half the range of a free-running 16-bit timer: an edge that is up to a period
+late is then not mistaken for a future edge."""
 
 LATEST_INTERRUPT_S = 50e-6
-"""How late an interrupt may come: after other interrupts, of which a 1-Wire slot's is the longest.
-Pulses and pauses shorter than that cannot be made, and are left out."""
+"""How late an interrupt may come, after other interrupts; that of a 1-Wire slot is the longest.
+Pulses and pauses that are shorter cannot be made, and are left out."""
 
 
 class PwmSetting(NamedTuple):
@@ -33,7 +33,7 @@ class PwmSetting(NamedTuple):
 
 
 def pwm_settings(clock_hz: int, timer: Timer) -> Iterator[PwmSetting]:
-    """List what an 8-bit timer can make: 256 counts of each prescaled clock, fastest first."""
+    """List an 8-bit timer's settings: 256 counts of each prescaled clock, the fastest first."""
     for prescaler in timer.prescalers:
         counts = 1 << timer.bits
         yield PwmSetting(prescaler, counts, clock_hz / (prescaler * counts))
@@ -68,7 +68,7 @@ def _distance(frequency_hz: float, wanted_hz: float) -> float:
 
 
 def keeps_frequency(setting: PwmSetting, wanted_hz: float) -> bool:
-    """Return whether a setting is as near to the frequency as a resonator is to its own."""
+    """Return whether a setting's frequency is within a resonator's tolerance of the wanted one."""
     return _distance(setting.frequency_hz, wanted_hz) <= 1 + FREQUENCY_TOLERANCE
 
 

@@ -21,7 +21,7 @@ from heatwright.spec.quantity import hertz
 
 
 class TimerProblem(NamedTuple):
-    """A frequency that the timers cannot make, and what to change."""
+    """A frequency that the timers cannot make: the reason and the remedy."""
 
     path: Path
     reason: str
@@ -78,9 +78,10 @@ def share_pwm(controller: Controller) -> PwmTimers:
 
 
 def _by_timers(board: Board, outputs: Mapping[str, PwmOutput]) -> Iterator[tuple[str, PwmChannel]]:
-    """List the PWM outputs that the timers of their own pins generate: one frequency for a timer.
+    """List the PWM outputs that the timers of their own pins generate.
 
-    It is that of its first output too fast for interrupts or, without one, of its first output.
+    All outputs of a timer have one frequency: that of the first output which is too fast for
+    interrupts or, without one, of the first output.
     """
     able: dict[int, dict[str, tuple[str, PwmSetting, float]]] = {}
     for name, output in outputs.items():
@@ -150,7 +151,7 @@ def _no_channel(board: Board, name: str, output: PwmOutput) -> TimerProblem:
 def _why_by_interrupts(board: Board, pin: Pin, output: PwmOutput) -> str:
     wanted = hertz(output.frequency_hz)
     if pin.pwm is None:
-        return f"no timer reaches {pin.label}"
+        return f"no timer drives {pin.label}"
     if not keeps_frequency(pwm_setting(board, output), output.frequency_hz):
         return f"the timer of {output.pin} cannot make {wanted}"
     return f"the timer of {output.pin} makes another frequency than {wanted}"
@@ -171,7 +172,7 @@ def _not_by_timer(
         able = [each for each, other in board.pins.items() if other.pwm and each == other.name]
         return TimerProblem(
             ("outputs", name, "pin"),
-            f"no timer reaches {pin.label} of {board.name}, and interrupts make no {wanted}",
+            f"no timer drives {pin.label} of {board.name}, and interrupts cannot make {wanted}",
             f"Use {listed(able)}, or {below}",
             (("controller", "board"), ("outputs", name, "frequency")),
         )

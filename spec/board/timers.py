@@ -1,10 +1,10 @@
-"""Shares the timers: PWM outputs, the tick, 1-Wire lines, steppers, the end of Modbus frames.
+"""Assigns timers to PWM outputs, the tick, 1-Wire lines, steppers and the end of Modbus frames.
 
-A PWM output that its pin's timer can make has no choice. The others are made by compare interrupts
-of a free-running 16-bit timer, which serves as many as it has channels. Of the rest the tick
-chooses first, for a 16-bit timer counts 10 ms in one interrupt where an 8-bit one needs several;
-each 1-Wire line then takes a timer of its own, an 8-bit one if it can, for its slots are short; a
-stepper takes what is left, a 16-bit one if it can.
+A PWM output uses its pin's timer if that can make it. The others are made by compare interrupts of
+a free-running 16-bit timer, one output for each of its channels. Then the tick gets a timer, if
+possible one with 16 bits, which counts 10 ms in one interrupt where an 8-bit one needs several.
+Then each 1-Wire line gets one, if possible with 8 bits, because its slots are short; the last are
+the steppers, if possible with 16 bits.
 """
 
 from collections.abc import Mapping
@@ -96,7 +96,7 @@ def looks_in_tick(controller: Controller) -> int:
     board = controller.board
     timer = board.timers[allocate(controller).tick]
     interval = tick_interval(board.clock_hz, timer, looks(controller))
-    assert interval is not None  # noqa: S101 - it was given a timer that can
+    assert interval is not None  # noqa: S101 - `allocate` chose a timer that can
     return interval.divider // 2
 
 
@@ -153,8 +153,8 @@ def _none_left(board: Board, path: Path, user: str, made: PwmTimers) -> TimerPro
     return TimerProblem(
         path,
         f"no timer of {board.name} is left for {user}: it has {len(board.timers)}, and the tick, "
-        "each DS18B20, each stepper and each timer with PWM outputs take one"
-        + (", PWM by interrupts one of 16 bits" if by_interrupts else ""),
+        "each DS18B20, each stepper and the PWM outputs of a pin's timer need one each"
+        + (", PWM by interrupts one with 16 bits" if by_interrupts else ""),
         _REMEDY,
         _ALL,
     )

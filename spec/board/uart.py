@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 LARGEST_DIVISOR = 4095
-"""UBRR has twelve bits."""
+"""Largest divisor: the register UBRR has twelve bits."""
 
 BAUD_TOLERANCE = 0.0225
 """Half of the tolerance of a receiver that samples 16 times a bit over the ten bits of a frame

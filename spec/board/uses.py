@@ -1,4 +1,4 @@
-"""Which pins a spec uses, and for what."""
+"""The pins that a spec uses, and their purposes."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -20,7 +20,7 @@ class PinUse(NamedTuple):
     pin: Pin
     path: Path
     purpose: str
-    """What an interface or a contact uses the pin for; empty for a sensor's or an output's own."""
+    """What an interface or a contact uses the pin for; empty for a sensor's or an output's pin."""
 
 
 def pin_uses(controller: Controller) -> Iterator[PinUse]:
@@ -36,9 +36,9 @@ def pin_uses(controller: Controller) -> Iterator[PinUse]:
 
 
 def wired_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
-    """List the pins of sensors, outputs and contacts: their paths, their names, what they are for.
+    """List the pins of sensors, outputs and contacts: path, name and purpose.
 
-    What a sensor's or an output's own pin is for is empty.
+    The purpose of a sensor's or an output's own pin is empty.
     """
     for section, parts in (("sensors", controller.sensors), ("outputs", controller.outputs)):
         for name, part in parts.items():
@@ -64,7 +64,7 @@ def _pins_of(part: Sensor | Output) -> dict[str, str]:
 
 
 def interface_pins(board: Board, interface: Interface) -> Iterator[tuple[Path, str, str]]:
-    """List the pins an interface takes: the keys that name them, if any, the pin, and what for."""
+    """List an interface's pins: the path of the key that names it, if any, the pin, its purpose."""
     if interface.shield is not None:
         for name, purpose in interface.shield.pins.items():
             yield (), name, purpose
@@ -76,6 +76,6 @@ def interface_pins(board: Board, interface: Interface) -> Iterator[tuple[Path, s
 
 
 def uart_of(board: Board, interface: Interface) -> Uart | None:
-    """Find the serial port of an interface; None if it takes none, or one the board lacks."""
+    """Find the serial port of an interface; None if it has none, or one that the board lacks."""
     line = interface.line
     return None if line is None or line.port >= len(board.uarts) else board.uarts[line.port]

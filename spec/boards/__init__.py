@@ -1,4 +1,4 @@
-"""The boards heatwright knows, by the name a spec gives them."""
+"""The boards that a spec can name."""
 
 from heatwright.spec.boards import chips
 from heatwright.spec.boards.build import build

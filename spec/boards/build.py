@@ -6,7 +6,7 @@ from heatwright.spec.boards.model import Board, Chip, Layout, Pin, Uart
 
 SLOW_PRESCALERS = (1, 8, 64, 256, 1024)
 FINE_PRESCALERS = (1, 8, 32, 64, 128, 256, 1024)
-"""Timer 2's, which can count a clock crystal."""
+"""Prescalers of timer 2, which can also count the oscillations of a watch crystal."""
 
 
 def ports(widths: Mapping[str, str]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The chips, from their data sheets: memories, timers, and what each pin can do besides I/O."""
+"""The chips, from their data sheets: memories, timers, and each pin's functions besides I/O."""
 
 from dataclasses import replace
 
@@ -46,7 +46,7 @@ ATMEGA328P = Chip(
     ),
 )
 
-# PB7 is also OC1C: one compare output a pin is enough to choose from.
+# PB7 is also OC1C, which is left out: one compare output for each pin is enough.
 ATMEGA2560 = Chip(
     mcu="atmega2560",
     flash_bytes=262144,
@@ -107,7 +107,7 @@ ATMEGA2560 = Chip(
     ),
 )
 
-# Timer 4 counts ten bits from a PLL, unlike every other: it is left out, and with it OC4x.
+# Timer 4 has ten bits and a PLL as its clock, unlike the others: it and its OC4x are left out.
 ATMEGA32U4 = Chip(
     mcu="atmega32u4",
     flash_bytes=32768,
@@ -145,7 +145,7 @@ ATMEGA32U4 = Chip(
     ),
 )
 
-# The ATmega16 and 32 differ in their memories alone. Timer 0 and 2 have one channel without letter.
+# ATmega16 and 32 differ only in their memories. Timers 0 and 2 have one channel, without a letter.
 ATMEGA32 = Chip(
     mcu="atmega32",
     flash_bytes=32768,

@@ -1,4 +1,4 @@
-"""What a board offers: its chip, its pins by name, its timers and serial ports."""
+"""The parts of a board: its chip, its pins by name, its timers and serial ports."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ class Pin(NamedTuple):
     """Line of the SPI bus that the pin can be: `ss`, `sck`, `mosi` or `miso`."""
     led: bool = False
     bootloader: bool = False
-    """Driven, or pulled up, by the bootloader at every reset."""
+    """True if the bootloader drives the pin, or pulls it up, at every reset."""
 
     @property
     def digital(self) -> bool:
@@ -35,7 +35,7 @@ class Pin(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Both names, as messages have them, such as `D3 (PD3)`; one if there is no other."""
+        """Both names for messages, such as `D3 (PD3)`; only one if the pin has no other."""
         if not self.digital or self.name == self.port_name:
             return self.name
         return f"{self.name} ({self.port_name})"
@@ -50,7 +50,7 @@ class Timer(NamedTuple):
 
 
 class Uart(NamedTuple):
-    """One serial port; `suffix` is what its registers carry: UDR0, or UDR on the oldest chips."""
+    """One serial port; `suffix` ends its registers' names: UDR0, but UDR on the oldest chips."""
 
     suffix: str
     rx: str
@@ -85,7 +85,7 @@ class Chip:
     eeprom_bytes: int
     signature: tuple[int, int, int]
     fastest_hz: int
-    """Its highest clock at 5 V."""
+    """Highest clock at 5 V."""
     timers: Mapping[int, Timer]
     functions: Mapping[str, str]
     """Functions of a pin by its port's name: "adc0 oc1a sck rx0", in any order."""
@@ -102,7 +102,7 @@ class Chip:
 
 @dataclass(frozen=True)
 class Layout:
-    """The pins of a board and what it has besides its chip."""
+    """The pins of a board and its other properties besides the chip's."""
 
     platformio: str
     """The board's id in PlatformIO."""
@@ -115,11 +115,11 @@ class Layout:
     """The ADC's channel of each pin that leads to the ADC alone, by its printed name."""
     clock_hz: int = 16_000_000
     shield: bool = False
-    """True if it takes an Arduino Uno's shields: D0 to D13 and A0 to A5 where they belong."""
+    """True if an Arduino Uno's shields fit: D0 to D13 and A0 to A5 are where an Uno has them."""
     bootloader_talks: tuple[str, int] | None = None
     """Protocol of its bootloader, as avrdude calls it, and baud; None on a bare chip."""
     bears_watchdog: bool = True
-    """False if its bootloader leaves the watchdog on after a reset by it, so that the watchdog
+    """False if the bootloader leaves the watchdog on after a watchdog reset, so that the watchdog
     resets the chip again and again."""
 
 

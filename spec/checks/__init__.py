@@ -24,7 +24,7 @@ def _checks() -> Iterator[Check]:
                 yield value
 
 
-CHECKS: tuple[Check, ...] = tuple(dict.fromkeys(_checks()))  # some are imported elsewhere, too
+CHECKS: tuple[Check, ...] = tuple(dict.fromkeys(_checks()))  # once each: modules import some
 
 # Each of these checks uses the whole plant, so they run only if all its names are defined.
 SIMULATION_CHECKS: tuple[PlantCheck, ...] = (
@@ -83,7 +83,7 @@ def _of_extremes(
 
 
 def _check_one(controller: Controller, whole: bool, *, any_setpoint: bool = True) -> list[Finding]:
-    """Run the checks of one controller; physics only if the parts of its machine are all there."""
+    """Run the checks of one controller; of physics only if all parts of its machine are valid."""
     found = [finding for each in CHECKS for finding in each(controller)]
     if whole:
         found += thermal(controller, any_setpoint=any_setpoint)

@@ -1,4 +1,4 @@
-"""Several checks may report one key: the advice of each must satisfy all of them."""
+"""Several checks may report one key: the reported advice must satisfy all of them."""
 
 from __future__ import annotations
 

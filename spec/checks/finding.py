@@ -15,13 +15,13 @@ from heatwright.spec.simulation import Event, ThermalNetwork
 
 
 class Finding(NamedTuple):
-    """One error of the spec, at the key that is best changed."""
+    """One error of the spec, at the key whose change is the best remedy."""
 
     path: Path
     reason: str
     remedy: str
     because_of: tuple[Path, ...] = ()
-    """Other entries that the finding depends on: if one of them is wrong, it may be, too."""
+    """Other entries that the finding depends on: if one is wrong, the finding may be wrong, too."""
 
 
 Findings: TypeAlias = Iterator[Finding]
@@ -55,7 +55,7 @@ def shows_its_range(sensor: Thermometer, mcu: str) -> bool:
 
 
 def limits_of(sensor: AnalogSensor, mcu: str) -> Limits | None:
-    """Return the ADC's codes at the ends of a sensor's range; None if there is none at an end."""
+    """Return the ADC's codes at the ends of a sensor's range; None if an end has no code."""
     try:
         return limits(sensor, mcu)
     except (ArithmeticError, ValueError):
@@ -69,10 +69,10 @@ def scenario_events(controller: Controller) -> Iterator[tuple[Path, Event]]:
         yield ("simulation", "scenario", index), event
 
 
-def untaken(  # noqa: PLR0913, PLR0917 - what a finding is made of
+def untaken(  # noqa: PLR0913, PLR0917 - the parts of a finding
     controller: Controller, key: str, field: str, reason: str, remedy: str, because_of: Path
 ) -> Findings:
-    """Report each event that has a field, because nothing takes it."""
+    """Report each event of the scenario with this field, which no interface can receive."""
     for path, event in scenario_events(controller):
         if getattr(event, field) is not None:
             yield Finding((*path, key), reason, remedy, (because_of,))

@@ -68,7 +68,7 @@ def loops_go_by_thermometers(controller: Controller) -> Findings:
 def loops_share_no_part(controller: Controller) -> Findings:
     """Find heaters that two loops would switch, and sensors that two loops would read.
 
-    A reading can be taken only once: the second loop would get none.
+    A reading can be fetched only once: the second loop would get none.
     """
     for key, does in (("heater", "switches"), ("sensor", "reads")):
         used_by: dict[str, str] = {}
@@ -84,7 +84,7 @@ def loops_share_no_part(controller: Controller) -> Findings:
 
 
 def fans_run(controller: Controller) -> Findings:
-    """Check that a loop's fan is a digital output that is always on: the interlock relies on it."""
+    """Check that a loop's fan is a digital output that is always on, which the loop relies on."""
     for name, loop in controller.loops.items():
         fan = controller.outputs.get(loop.fan) if loop.fan is not None else None
         if fan is None or loop.fan is None:
@@ -108,7 +108,7 @@ def fans_run(controller: Controller) -> Findings:
 
 
 def proofs_are_of_fans(controller: Controller) -> Findings:
-    """Find proofs that no loop uses, and proofs that may come after `heating_failed` trips."""
+    """Find proofs that no loop uses, and proofs so late that `heating_failed` trips before."""
     for name, output in controller.outputs.items():
         proof = getattr(output, "proof", None)
         if proof is None:
@@ -140,7 +140,7 @@ def heaters_can_heat(controller: Controller) -> Findings:
         if loop.heater in controller.steppers:
             yield Finding(
                 ("loops", name, "heater"),
-                f"{loop.heater} is a stepper, which feeds and does not heat",
+                f"{loop.heater} is a stepper, which feeds material and cannot heat",
                 "Name the heater's output",
                 (("outputs", loop.heater),),
             )

@@ -1,4 +1,4 @@
-"""Checks of the scenario: events in order of time, and interfaces that can take them."""
+"""Checks of the scenario: events in order of time, and interfaces that can receive them."""
 
 from heatwright.spec.checks.finding import Finding, Findings, untaken
 from heatwright.spec.commands import keypad_of
@@ -10,7 +10,8 @@ from heatwright.spec.quantity import duration
 def comparison_has_plant(controller: Controller) -> Findings:
     """Find comparisons without a machine to compare on."""
     if controller.comparison and controller.simulation is None:
-        yield Finding(("comparison",), "it needs a simulated machine", "Add a section simulation")
+        reason = "a comparison needs a simulated machine"
+        yield Finding(("comparison",), reason, "Add a section simulation")
 
 
 def scenario_in_order(controller: Controller) -> Findings:

@@ -10,14 +10,14 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import Quantity
 
 _STAND_INS: dict[Path, object] = {("heatwright",): FORMAT, ("controller", "name"): "unnamed"}
-"""Values of required keys that the checks do not use."""
+"""Substitutes for required keys whose values the checks do not use."""
 
 _MOST_ROUNDS = 12
 """Maximum number of rounds: each replaces or removes broken entries, or entries that need them."""
 
 
 def without_broken_parts(data: Any) -> Controller | None:
-    """Make a controller of the entries that are whole; None if too little is left.
+    """Make a controller of the valid entries; None if too few are left.
 
     A required quantity is replaced by an example of its kind, anything else is left out. Later
     findings about such entries are not reliable; all others are.
@@ -52,9 +52,9 @@ def _mend(data: dict[str, Any], place: Place) -> None:
 
 
 def _mapping_at(data: Any, path: Path) -> tuple[Any, Path]:
-    """Follow a path to the mapping that contains its end, and no further than to a list.
+    """Follow a path to the mapping that contains its last entry, or to the first list on the way.
 
-    To remove an item of a list would change the paths of the items after it.
+    An item of a list is not removed alone, because the paths of the items after it would change.
     """
     for depth, key in enumerate(path[:-1]):
         inner = data.get(key)

@@ -1,4 +1,4 @@
-"""Loads a spec: bytes → text → tree → models → checks, and all problems of a stage at once."""
+"""Loads a spec: bytes → text → tree → models → checks. Reports all problems of a stage together."""
 
 import os
 import zlib
@@ -95,7 +95,7 @@ def _load(data: bytes, file: str) -> Spec:
 
 
 def with_data(spec: Spec, data: Data) -> tuple[Spec, tuple[Problem, ...]]:
-    """Return a spec with other data than its file's, all defaults derived again; and problems.
+    """Return a spec with data in place of its file's, all defaults derived again; and problems.
 
     The position of a problem is that of its entry in the file, or of the nearest one above it.
     Raises SpecError if no controller can be made of the data.
@@ -109,7 +109,7 @@ def with_data(spec: Spec, data: Data) -> tuple[Spec, tuple[Problem, ...]]:
 
 
 def _examined(tree: Tree) -> tuple[Controller | None, tuple[Problem, ...]]:
-    """Return the controller, or what is left of it, and all problems."""
+    """Return the controller, made of the valid entries, and all problems."""
     problems = dict(tree.problems)
     controller = _validated(tree, problems) if () not in problems else None
     checked = check(controller) if controller is not None else ()
@@ -119,7 +119,7 @@ def _examined(tree: Tree) -> tuple[Controller | None, tuple[Problem, ...]]:
 
 
 def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
-    """Make the controller, or what is left of it; add what is wrong to the problems."""
+    """Make the controller of the valid entries; add all errors to the problems."""
     try:
         controller: Controller | None = Controller.model_validate(tree.data)
     except ValidationError as error:
@@ -131,7 +131,7 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
 
 
 def problem_of(tree: Tree, finding: Finding) -> Problem:
-    """Make a finding a problem: add its position, and "by default" if its value is not written."""
+    """Make a problem of a finding: add its position, and "by default" if the file lacks the key."""
     default = "" if finding.path in tree.positions else "by default, "
     return tree.problem(finding.path, default + finding.reason, finding.remedy)
 

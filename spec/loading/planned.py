@@ -1,4 +1,4 @@
-"""Keys that the language has elsewhere, or that are not built yet: words that refuse them."""
+"""Messages for keys that belong elsewhere in the language, or that are not built yet."""
 
 ELSEWHERE = {
     ("Analog", "quantity"): "Use kind: current for the current of a heater",
@@ -6,6 +6,6 @@ ELSEWHERE = {
     ("Event", "setpoint"): "Let the simulated master write it: write: {LOOP.setpoint: 50 °C}",
     ("Segment", "rate"): "Write at:, as in {to: 540 °C, at: 150 K/h}",
 }
-"""Keys that a user may try in a model, and what to write instead."""
+"""Keys that a user may try in a model, with the keys to write instead."""
 
 NOT_BUILT = "is a planned part of the language that is not built yet"

@@ -1,7 +1,7 @@
 """JSON Schema of the YAML as written, for editors that complete and check it while it is typed.
 
-It describes one file: keys, kinds, quantities with their units. What needs more than one entry to
-judge (references, pins, physics) is left to the loader.
+It describes one file: keys, kinds, quantities with their units. The loader checks everything that
+depends on more than one entry (references, pins, physics).
 """
 
 import math
@@ -26,7 +26,7 @@ Json = dict[str, Any]
 _NUMBER = r"[+\-−]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+\-]?[0-9]{1,2})?"
 _NUMBER_WITH_EXPONENT = _NUMBER.removesuffix("?")
 LONG = 20
-"""Digits of a number that is too long for anybody to write: 15 ms in days."""
+"""A number with more digits, such as 15 ms in days, is left out: nobody would write it so."""
 _SPELLINGS = {"μ": "[uµμ]", "Ω": "[ΩΩ]", "2": "[2²]", "°": "°\\s*", "/": "\\s*/\\s*"}
 """Ways to write a character of a unit."""
 _BRACKETED = {
@@ -108,7 +108,7 @@ def _field(field: FieldInfo, definitions: dict[str, Json]) -> Json:
 
 
 def _default(field: FieldInfo) -> object:
-    """Write a default as the file would; None if there is none worth showing."""
+    """Format a default as it is written in a file; None if there is none worth showing."""
     value = field.default
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None)
     if isinstance(quantity, Quantity):
@@ -124,13 +124,13 @@ def _default(field: FieldInfo) -> object:
 def _reference(model: type[BaseModel], definitions: dict[str, Json]) -> Json:
     name = model.__name__
     if name not in definitions:
-        definitions[name] = {}  # reserved, in case it refers to itself
+        definitions[name] = {}  # reserved first, because a model may refer to itself
         definitions[name] = _model(model, definitions)
     return {"$ref": f"#/$defs/{name}"}
 
 
 def _value(annotation: Any, definitions: dict[str, Json]) -> Json:
-    """Describe what an annotation accepts."""
+    """Describe the values that an annotation accepts."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _marked(arguments[0], arguments[1:], definitions)

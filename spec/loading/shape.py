@@ -1,4 +1,4 @@
-"""Finds its way through the models: which keys and kinds belong where."""
+"""Looks up in the models which keys and kinds belong where."""
 
 from collections.abc import Mapping
 from functools import cache, lru_cache
@@ -35,7 +35,7 @@ def keys(model: type[BaseModel]) -> dict[str, str]:
 
 
 class Place(NamedTuple):
-    """Where one of pydantic's locations is: the path in the file and the type wanted there."""
+    """The place that a location of pydantic's means: its path in the file and the type needed."""
 
     path: Path
     annotation: Any
@@ -54,12 +54,12 @@ def _followed(root: type[BaseModel], location: tuple[str | int, ...]) -> tuple[P
 
 
 def _located(root: type[BaseModel], location: tuple[str | int, ...]) -> tuple[Place, bool]:
-    """Follow a location; tell also whether its last step was a kind."""
+    """Follow a location; return also whether its last step was a kind."""
     if not location:
         return Place((), root, None), False
     place, tag_read = _followed(root, location[:-1])
     step = location[-1]
-    if step == "[key]":  # of a mapping, which the step before has entered
+    if step == "[key]":  # the key of a mapping; the step before it led into the mapping
         return place, tag_read
     models = () if tag_read else alternatives(place.annotation)
     if models and _tagged(place):

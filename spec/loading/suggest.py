@@ -9,7 +9,7 @@ _LONGEST_WORD = 40
 
 def closest(word: str, known: Sequence[str]) -> str | None:
     """Find the known word that `word` was probably meant to be."""
-    from difflib import get_close_matches  # noqa: PLC0415  (only wrong specs pay for it)
+    from difflib import get_close_matches  # noqa: PLC0415  (only a wrong spec needs the time of this import)
 
     if len(word) > _LONGEST_WORD:
         return None
@@ -24,7 +24,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def advice(word: str, known: Sequence[str]) -> str:
-    """Say what was probably meant, otherwise what there is."""
+    """Suggest the word that was probably meant, or list all known words."""
     match = closest(word, known)
     if match is not None:
         return f"Did you mean {match}?"
@@ -32,7 +32,7 @@ def advice(word: str, known: Sequence[str]) -> str:
 
 
 def one_of(value: object, what: str, known: Sequence[str]) -> Exception:
-    """Make the error for a word that is none of `known`."""
+    """Make the error for a word that is not in `known`."""
     word = value if isinstance(value, str) else ""
     shown = repr(word) if 0 < len(word) <= _LONGEST_WORD else "this"
     return refuse(f"{shown} is not a {what}", advice(word, known))

@@ -6,7 +6,7 @@ import re
 from heatwright.spec.problems import Problem
 
 LARGEST_FILE = 256 * 1024
-"""Maximum number of bytes: a hundred times a real spec, and little enough to be checked at once."""
+"""Maximum number of bytes: 100 times a real spec, and few enough to be checked without a delay."""
 
 _ODD_MARKS = (
     (codecs.BOM_UTF32_LE, "UTF-32"),
@@ -71,7 +71,7 @@ def _utf8(data: bytes, file: str) -> str:
 def _check_character(text: str, index: int, file: str) -> None:
     character = text[index]
     if character.isspace() and ord(character) > 0x80 and character not in "\x85\u2028\u2029":
-        return  # a blank of another width, as word processors put before a unit
+        return  # a blank of another width, which word processors put before a unit
     raise _unreadable(
         file,
         text[:index],

@@ -15,8 +15,8 @@ Finding = tuple[Path, str, str]
 """Path, reason, remedy."""
 
 MOST_WORDED = 1000
-"""Maximum number of errors that are reported one by one: a suggestion for each takes time."""
-_TOO_MANY = ("this is wrong, too", "Correct what is wrong above, and look again")
+"""Maximum number of errors that are reported one by one: each suggestion needs time."""
+_TOO_MANY = ("this is wrong, too", "Correct the errors above, and check again")
 
 
 def findings(
@@ -25,7 +25,7 @@ def findings(
     """Translate all errors of one validation, in the order of their positions in the file."""
     entries = [(locate(root, entry["loc"]), entry) for entry in error.errors(include_url=False)]
     entries.sort(key=lambda each: position(each[0].path))
-    # A key of another kind shows that the kind is wrong: keys that then seem missing are not.
+    # A key of another kind shows that `kind` is wrong: its missing keys are then not reported.
     misfiled = {place.path[:-1] for place, entry in entries if _elsewhere(place, entry)}
     for number, (place, entry) in enumerate(entries):
         if place.path[:-1] in misfiled and not _elsewhere(place, entry):

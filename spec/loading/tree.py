@@ -25,14 +25,14 @@ _Loader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
 class Tree:
-    """A parsed file. Sequences are tuples, for nothing downstream changes them."""
+    """A parsed file. Sequences are tuples, because no other code changes them."""
 
     def __init__(self, file: str) -> None:
         self.file = file
         self.data: Data = None
         # Line and column, from 1, of the key of each entry and of the start of each item.
         self.positions: dict[Path, Position] = {}
-        # The first thing wrong with the form of an entry: a key twice, no value, a tag …
+        # The first error in the form of each entry: a key twice, no value, a tag …
         self.problems: dict[Path, Problem] = {}
 
     def position(self, path: Path) -> Position:
@@ -53,7 +53,7 @@ def parse(text: str, file: str) -> Tree:
         _Parser(text, tree).document()
     except yaml.MarkedYAMLError as error:
         raise Unreadable(_grammar_problem(error, text, file)) from None
-    except (yaml.YAMLError, UnicodeEncodeError) as error:  # the C half encodes the text again
+    except (yaml.YAMLError, UnicodeEncodeError) as error:  # PyYAML's C code encodes the text again
         reason = f"this is not YAML: {error}".splitlines()[0]
         raise Unreadable(Problem(file, 1, 1, "", reason, "Correct it")) from None
     return tree
@@ -125,7 +125,7 @@ class _Parser:
         return found
 
     def _key(self, event: Any, path: Path) -> str | None:
-        """Read a key; None if there is none to work with, which is then a problem."""
+        """Read a key; None if it cannot be used, which is reported as a problem."""
         if not isinstance(event, yaml.ScalarEvent):
             self._skip(event, len(path))
             self._complain(event, path, "a key must be a word", "Write key: value")
@@ -166,7 +166,7 @@ class _Parser:
         return float(text) if _FLOAT.fullmatch(text) else text
 
     def _skip(self, event: yaml.Event, depth: int) -> None:
-        """Read past a node that has no place in the data."""
+        """Skip a node that is not stored in the data."""
         opened = 0
         while True:
             if depth + opened > DEEPEST:

@@ -1,4 +1,4 @@
-"""The folder in which the user's programs cache files that they can make again."""
+"""The user's folder for cached files, which programs can make again."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def cache_dir() -> Path:
-    """`$XDG_CACHE_HOME/heatwright`, or what the system uses in its place.
+    """`$XDG_CACHE_HOME/heatwright`, or the system's own folder for caches.
 
     A relative path is ignored, as the XDG specification says.
     """

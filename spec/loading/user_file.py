@@ -13,7 +13,7 @@ OPEN_ALREADY = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/s
 
 
 def read_file(path: str | os.PathLike[str], most: int = -1) -> bytes:
-    """Read a file, or what a shell pipes to `-`; no more than `most` bytes.
+    """Read a file, or standard input if the name is `-`; no more than `most` bytes.
 
     Raises OSError, also for a pipe or a device: it might never end, or never begin.
     """

@@ -1,7 +1,7 @@
 """The pages of a Nextion display as data, both for the editor's script and for the simulation.
 
 `display_pages` lists them for a controller; a page's number is its place in the list. The firmware
-sets the components of the page that is shown; what a touch does is in the components' code.
+sets the components of the page that is shown; a touch executes code of the component.
 """
 
 import math

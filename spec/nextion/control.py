@@ -27,7 +27,7 @@ LONGEST_FAULT = 40
 
 
 def settings_page(number: int, *, adjustable: bool, selectable: bool, saves: bool) -> Page:
-    """Lay out what the operator sets: the setpoint, the critical temperature, the sensor's type."""
+    """Lay out the operator's settings: setpoint, critical temperature, type of the thermocouple."""
     sheet = Sheet("settings", number, "Setpoint, critical temperature, thermocouple.")
     sheet.label("title", (10, 5, 400, 40), "Settings", LARGE)
     rows = [("sp", "Setpoint °C", asking(3, "Setpoint", "sp", number))]
@@ -63,7 +63,7 @@ def thermo_page(number: int, highest_c: Mapping[str, float]) -> Page:
 
 
 def debug_page(number: int, top_c: int, *, tunable: bool, measured: bool) -> Page:
-    """Lay out the control's inside: gains, on and off, the running chart."""
+    """Lay out the page for tuning: gains, on and off, the running chart."""
     sheet = Sheet("debug", number, "The control: gains, on and off, running chart.")
     sheet.number("ot", (90, 10, 100, 40))
     sheet.text("kp", (64, 60, 130, 40), LONGEST_NUMBER, pco=AMBER)
@@ -76,7 +76,7 @@ def debug_page(number: int, top_c: int, *, tunable: bool, measured: bool) -> Pag
     sheet.label("lt", (260, 10, 60, 40), "T °C")
     sheet.label("lsp", (260, 60, 60, 40), "set")
     sheet.label("lot", (10, 10, 70, 40), "out %")
-    if measured:  # behind the chart, whose number is that of the author's pages
+    if measured:  # added after the chart, whose number must not change
         sheet.number("settled", (380, 110, 120, 40))
         sheet.text("over", (380, 160, 120, 40), LONGEST_NUMBER)
         sheet.label("lsettled", (260, 110, 110, 40), "settled s")
@@ -106,7 +106,7 @@ def faults_page(number: int) -> Page:
 
 
 def fault_page(number: int, rule: Rule) -> Page:
-    """Lay out the page of one fault: what it is, how hot it was, what to do."""
+    """Lay out the page of one fault: its meaning, the temperature, the remedy."""
     sheet = Sheet(f"fault{rule.code:02d}", number, rule.meaning)
     sheet.text("t", (10, 230, 200, 50), LONGEST_NUMBER, LARGE, pco=AMBER)
     sheet.label("code", (0, 0, 800, 66), f"E{rule.code:02d} {rule.display}", LARGE, bco=RED)

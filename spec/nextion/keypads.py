@@ -14,7 +14,7 @@ LETTERS = ("abcdefghij", "klmnopqrst", "uvwxyz_-+/", "0123456789")
 LONGEST_TITLE = 22
 
 Change = Callable[[str], tuple[str, ...]]
-"""Gives the code that changes the field behind the keys by `+="7"`, `-=1` or `=""`."""
+"""Returns the code that applies `+="7"`, `-=1` or `=""` to the field which the keys edit."""
 
 
 def point_page(number: int) -> Page:
@@ -65,7 +65,7 @@ def _into_selected(change: str) -> tuple[str, ...]:
 
 
 def number_page(number: int, backs: Iterable[tuple[int, str]]) -> Page:
-    """Lay out the entry of a number for a command. backs -- numbers and names of the askers."""
+    """Lay out the entry of a number for a command. backs -- number and name of each asking page."""
     sheet = Sheet("number", number, "Entry of a number.")
     sheet.text("what", (10, 10, 400, 50), LONGEST_TITLE, LARGE, shared=True)
     sheet.text("show", (10, 70, 230, 50), LONGEST_NUMBER, LARGE, shared=True)
@@ -83,7 +83,7 @@ def number_page(number: int, backs: Iterable[tuple[int, str]]) -> Page:
 
 
 def asking(command: int, title: str, field: str, asker: int) -> tuple[str, ...]:
-    """Return the code that lets a number be entered, beginning with what a field shows."""
+    """Return the code that opens the entry of a number, preset with the text of a field."""
     return (
         f"number.cmd.val={command}",
         f"number.asker.val={asker}",

@@ -1,6 +1,6 @@
 """The page that is shown most: temperature, program, clocks, chart; and the question before a stop.
 
-The components' names are those of the display that this one copies: temp, day, hour1, minute1,
+The components have the names of an older display that this one copies: temp, day, hour1, minute1,
 day2, hour2, minute2, programm, point, ERROR, bt1, and 24 as the number of the chart.
 """
 
@@ -21,7 +21,7 @@ from heatwright.spec.nextion.parts import (
 from heatwright.spec.programs import LONGEST_NAME
 
 CHART_PX = (600, 180)
-"""The chart's width and height; the display takes its values as heights in pixels."""
+"""The chart's width and height; its values are sent to the display as heights in pixels."""
 CHART_EVERY_S = 60.0
 """Time between two pixels: ten hours in the chart's width."""
 LONGEST_STATE = 30
@@ -64,7 +64,7 @@ def waveform_attributes() -> dict[str, int]:
 
 
 def _clocks(sheet: Sheet) -> None:
-    """Add the times in the program and in the segment, and the names of both."""
+    """Add the elapsed times of program and segment, and the names of both."""
     places = {"day": 470, "hour1": 526, "minute1": 582}
     for name, x in places.items():
         sheet.number(name, (x, 52, 50, 36), SMALL)
@@ -122,10 +122,10 @@ def _labels(sheet: Sheet, top_c: int, *, programs: bool) -> None:
 
 
 def _flash(sheet: Sheet) -> None:
-    """Have the timer ERROR flash the whole page: its ground, and that of whatever shows it.
+    """Let the timer ERROR flash the whole page: its background, and that of the components on it.
 
-    The page is changed last: with its ground the display redraws all of it. Whenever the page is
-    opened the timer is stopped, until the board reports again that there is a fault.
+    The page's background changes last, because the display then redraws everything. Opening the
+    page stops the timer, until the board reports the fault again.
     """
     on_ground = [each.name for each in sheet.components if each.attributes.get("bco") == GROUND]
     code = (

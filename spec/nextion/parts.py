@@ -1,4 +1,4 @@
-"""What a page of a Nextion display is made of, in the words of its editor."""
+"""The parts of a Nextion display's page, named as in its editor."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from typing import Literal
 
 Kind = Literal["page", "text", "number", "button", "dual_state", "waveform", "timer", "variable"]
 Code = tuple[str, ...]
-"""The lines of an event, as they are typed into the editor."""
+"""The code of an event: lines that are typed into the editor."""
 Attribute = int | str
 
 WIDTH, HEIGHT = 800, 480
@@ -32,7 +32,7 @@ NO_ATTRIBUTES: Mapping[str, Attribute] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """One component of a page: where it is, what it begins with, what it does when touched."""
+    """One component of a page: its place, its initial attributes, and its code for a touch."""
 
     kind: Kind
     name: str
@@ -65,7 +65,7 @@ class Page:
 
 @dataclass(slots=True)
 class Sheet:
-    """Lays a page out: components get their numbers in the order in which they are added."""
+    """A page while it is laid out: components get their numbers in the order of adding."""
 
     name: str
     id: int
@@ -158,7 +158,7 @@ class Sheet:
     ) -> None:
         """Add a button of two states that begins in the first."""
         attributes = text_attributes(text, longest, SMALL)
-        del attributes["bco"]  # a switch has one for each state
+        del attributes["bco"]  # a switch has a colour for each state
         own = {"val": 0, "bco0": BUTTON, "bco1": GREEN} | BUTTON_STYLE
         self.add("dual_state", name, place, attributes | own, release=code, shared=shared)
 

@@ -48,7 +48,7 @@ def points_page(number: int, first: int, points: int, *, more: str) -> Page:
 
 
 def _row(sheet: Sheet, place: int, y: int) -> None:
-    """Add one segment: its number, which a touch marks; kind, time or rate, end; go here."""
+    """Add one segment: number (a touch selects it), kind, time or rate, end, button to jump."""
     edit = (
         f"point.n.val={place}",
         f"point.k.txt=k{place}.txt",

@@ -33,38 +33,38 @@ if TYPE_CHECKING:
 
 
 LOSSES = 1.5
-"""Factor by which a machine may lose more than its plant: resistances 30 % smaller, and 5 % of
-power that the supply does not give."""
+"""Factor by which a machine may need more power than its plant: resistances 30 % smaller, and a
+supply that gives 5 % less power."""
 
 WEAK = 0.81
-"""Share of its power that a heater has with the supply 10 % low, which EN 50160 allows."""
+"""Share of its power that a heater has if the supply is 10 % low, which EN 50160 allows."""
 
 BEHIND = 1.5
-"""Wanted ratio of `frozen`'s time to `heating`'s: at full power a dead heater is reported before a
-frozen sensor, as `heating` sees both; and the duty has time to grow to full power."""
+"""Wanted ratio of `frozen`'s time to `heating`'s: at full power `heating` detects a dead heater as
+well as a frozen sensor and trips first; and the duty has time to grow to full power."""
 
 SPREAD = 1.3
-"""Factor on the rise by a neighbour's heat, or by its own after the heater went off, because a
-machine's resistances are known to 30 %."""
+"""Factor on the rise by a neighbour's heat, or by stored heat after the heater went off, because a
+machine's resistances have a tolerance of 30 %."""
 
 STANDING = ((BELOW_K, 0.0), (BELOW_K, 1.0), (1.0, 1.0))
-"""Cases of a still reading: how far below its setpoint, K, and the share of the holding duty that
-the integral has by then: 0 after a warm start."""
+"""Cases of a stuck reading: how far below its setpoint, K, and the integral at that time as a share
+of the holding duty: 0 after a warm start."""
 
 SHORTEST_S, SHORTEST_HEATING_S = 20.0, 5.0
 """Shortest derived times: a draught, or some lost readings, must not cause a trip."""
 
 HOST_LOST_AFTER_S = 600.0
-"""Time after which a silent host of G-code is lost: Klipper's `idle_timeout`."""
+"""Time without a line after which a G-code host is lost: Klipper's `idle_timeout`."""
 
 SMALL_FLASH_BYTES = 16 * 1024
-"""Chips with no more flash get the rules of `effort` only if the spec asks for them."""
+"""Chips with this much flash or less get the rules of `effort` only if the spec names them."""
 
 _KNOWN: dict[str, dict[str, Limits]] = {}
-"""Derived rules by everything they depend on: to simulate a plant takes time."""
+"""Cache of derived rules by everything they depend on: simulating a plant is slow."""
 
 _EFFORTS: dict[str, Effort | None] = {}
-"""Rules 33 and 34 by everything they depend on."""
+"""Cache of rules 33 and 34 by everything they depend on."""
 
 _OPEN: dict[str, dict[str, str]] = {
     "heating": {"within_s": "within"},
@@ -98,7 +98,7 @@ def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
 
 
 def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
-    """Put the band of rules 33 and 34 in, and the rules themselves where they are left out."""
+    """Add the limits of rules 33 and 34, and the rules themselves where the spec omits them."""
     simulation, given = controller.simulation, loop.protection.effort
     left_out = "effort" not in loop.protection.model_fields_set
     has_room = controller.board.flash_bytes > SMALL_FLASH_BYTES
@@ -148,7 +148,7 @@ def _open(rule: Limits | None, name: str) -> set[str]:
 
 
 class _Times(NamedTuple):
-    """The basis of a rule's time: what a healthy machine needs, s, and its derivation in words."""
+    """The basis of a rule's time: the time that a healthy machine needs, s, and its derivation."""
 
     usual_s: float
     needs_s: float
@@ -200,21 +200,21 @@ class _Rules:
         return math.inf if limits is None else self._values[rule].get(field, getattr(limits, field))
 
     def _derive_holding(self) -> None:
-        """Find the duty that holding may need, at which a reading may stand still.
+        """Find `holding`, the duty up to which a reading may be constant.
 
-        A duty below what this plant needs on a cold day, at a weak supply, would trip on a healthy
-        machine. Above that, a higher duty suits machines that lose more than their plant; but all
-        nodes must withstand it permanently, because nobody notices it while the reading is frozen,
-        and it must be so far below full power that a range is left to count.
+        If it is below the duty that this plant needs on a cold day, with a weak supply, a healthy
+        machine trips. A higher one suits machines that lose more than their plant. But all nodes
+        must withstand it permanently, because no rule detects a frozen reading at this duty, and
+        between it and full power there must be a range in which the rule can trip.
         """
         heated = self._heated
-        held = f"what {celsius(heated.highest_c)} takes on a cold day"
+        held = f"the duty that holds {celsius(heated.highest_c)} on a cold day"
         weak = f"{held} at a supply that is 10 % low"
         needed_w = min(heated.most_hold_w(), (heated.hold_w + heated.full_w) / 2)
         half_w, weak_w = (needed_w + heated.full_w) / 2, needed_w / WEAK
         choices = [
             (LOSSES * needed_w, f"{number(LOSSES)} times {held}"),
-            max((heated.borne_w(), "what all nodes withstand"), (weak_w, weak)),
+            max((heated.borne_w(), "the duty that all nodes withstand"), (weak_w, weak)),
             (half_w, f"half way from {held} to full power"),
         ]
         least_w, words = min(choices)
@@ -224,7 +224,7 @@ class _Rules:
         self._put("frozen", "holding_percent", [(percent, words)])
 
     def _derive_within(self) -> None:
-        """Find how long full power may last: machines need it for a rise, nodes withstand it."""
+        """Find how long full power may last: enough for a rise, and no node becomes too hot."""
         heated = self._heated
         rise_k = self._number("heating", "rise_k")
         needs_s = heated.slowest_rise(rise_k)[0]
@@ -239,21 +239,21 @@ class _Rules:
                 LEAST_TIMES,
             ),
             self._bears_within,
-            "so long all nodes withstand full power",
+            "all nodes withstand full power for this time",
         )
 
     def _derive_for(self) -> None:
         """Find how long the duty may be above `holding` without a change of the reading.
 
-        As long as without a plant, so that a machine that loses more does not trip at rest; but no
-        longer than nodes withstand it, and never shorter than a healthy machine needs.
+        The default without a plant, so that a machine that loses more does not trip in its steady
+        state; but at most the time that nodes withstand, and at least what a healthy machine needs.
         """
         within_s, still_s = self._number("heating", "within_s"), self._still_s
         if still_s is None:
             return
         first = (0.0, "")
         if within_s < math.inf:
-            words = f"{number(BEHIND)} times what heating has, which knows full power better"
+            words = f"{number(BEHIND)} times heating.within, so that heating_failed trips first"
             first = (BEHIND * within_s, words)
         self._put_time(
             "frozen",
@@ -261,12 +261,12 @@ class _Rules:
             _Times(
                 float(Frozen.model_fields["for_s"].default),
                 still_s,
-                f"at that duty a reading stands still for up to {about(still_s)} s",
+                f"at that duty a healthy reading is constant for up to {about(still_s)} s",
                 SHORTEST_S,
                 first=first,
             ),
             lambda each: self._bears_still(within_s, each),
-            "so long all nodes withstand what is asked for",
+            "all nodes withstand the duty for this time",
         )
 
     def _put_time(
@@ -295,7 +295,7 @@ class _Rules:
 
     @cached_property
     def _still_s(self) -> float | None:
-        """How long a reading may stand still at the duty that holding may need, s.
+        """How long a healthy reading may be constant at the duty that holding may need, s.
 
         None if that duty does not even hold the highest setpoint.
         """
@@ -360,7 +360,7 @@ class _Rules:
             )
 
     def _bears_still(self, within_s: float, for_s: float) -> bool:
-        """Return whether nodes withstand a frozen reading that begins in the steady state."""
+        """Return whether nodes withstand the heat after a reading froze in the steady state."""
         heated = self._heated
         held_percent = 100 * heated.hold_w / heated.power_w
         lies = [

@@ -2,7 +2,7 @@
 
 The plant gives the power that holds a reading. A healthy machine needs more or less: resistances
 differ by the plant's tolerance, supply and room temperature vary, fans run, material is fed. The
-heater's power, filtered as the plant does, must stay between the extremes of all that.
+heater's power, filtered as the plant filters it, must stay between the extremes of these cases.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
 
 SUPPLY = (0.85, 1.1)
-"""A mains may be 15 % low and 10 % high (EN 50160); the power goes with the square."""
+"""Mains may be 15 % low or 10 % high (EN 50160); the power changes with the square of it."""
 
 SPARE = 0.05
 """Margin of a limit, as a share: a machine at the corner of its tolerances swings around it."""
 
 SUN_K = 5.0
-"""How much warmer than a summer's room a machine may read unheated: sun, a sensor's error."""
+"""How much warmer than a room in summer an unheated machine may read, K: sun, a sensor's error."""
 
 LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
-"""A reading that moves by less counts as steady: the steps and noise of its sensor are as large."""
+"""Smaller changes of the reading are ignored: the sensor's steps and noise are as large."""
 
 TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
-"""Factors of the rule's time: of the longest healthy course, which assumes the best control; and of
+"""For the rule's time: factor on the longest healthy time, which assumes ideal control; factor on
 the filter's time, for worse control; and the shortest time, s."""
 
 SWINGS = 1.5
-"""Swing of the temperature, as a multiple of the algorithm's `swing_k`: heat comes late."""
+"""Swing of the temperature as a multiple of the algorithm's `swing_k`, because heat comes late."""
 
 WINDOW_SHARE = 0.1
-"""Longest window of a loop that switches, as a share of the filter's time. The output takes the
-duty over only once in a window: in a longer one the power differs much from the duty."""
+"""Longest window of a loop that switches, as a share of the filter's time. The output applies a new
+duty only once in a window: in a longer one the power differs much from the duty."""
 
 STANDS = 0.99
-"""Share of the required move after which a reading counts as having moved."""
+"""Share of `move_k` by which a reading may change and is certainly still ignored."""
 
 LEAST_SHARE = 4e-6
 """Smallest coefficient of a filter in single precision: a smaller one is lost in rounding."""
@@ -62,7 +62,7 @@ POINTS, SLOW_TIMES = 120, 8.0
 
 
 TURNS = 12
-"""Iterations of the search for the slowest part, and of the other searches here."""
+"""Number of iterations of the searches here, such as that for the slowest part."""
 
 
 def effort_of(
@@ -82,7 +82,7 @@ def effort_of(
 
 
 def band_percent(tolerance: float) -> tuple[float, float]:
-    """Return the highest and the lowest power of a machine, in % of what its plant takes.
+    """Return the highest and the lowest power of a machine, in % of what its plant needs.
 
     Rounded outwards to two digits.
     """
@@ -92,7 +92,7 @@ def band_percent(tolerance: float) -> tuple[float, float]:
 
 
 def sights(controller: Controller) -> Iterator[str]:
-    """Say for each loop at which readings its effort rules can trip."""
+    """Report for each loop at which readings its effort rules can trip."""
     for name, loop in controller.loops.items():
         effort = loop.protection.effort
         if effort is None:
@@ -109,7 +109,7 @@ def sights(controller: Controller) -> Iterator[str]:
         }
         ends = {"effort_high": effort.high_percent, "effort_low": effort.low_percent}
         words = [
-            f"{rule} sees {f'readings {told[rule]}' if ends[rule] and told[rule] else 'nothing'}"
+            f"{rule} can {f'trip {told[rule]}' if ends[rule] and told[rule] else 'never trip'}"
             for rule in ends
         ]
         yield f"{name}: {', '.join(words)}"
@@ -125,7 +125,7 @@ class _Corner(NamedTuple):
 
 
 class _Search:
-    """One loop's band, and the time that a healthy machine may be beyond it."""
+    """The search for a loop's band, and for the longest time of a healthy machine beyond it."""
 
     def __init__(
         self,
@@ -194,10 +194,10 @@ class _Search:
             needs_s = most_s + self._heated.late_s
             for_s = self._heated.rounded_s(needs_s, SHORTEST_S)
             if for_s < needs_s:
-                return None  # more than can be counted, or than protects anybody
+                return None  # longer than can be counted, or too long to protect anything
             rule = rule.model_copy(update={"for_s": for_s})
             words["for"] = (
-                f"a healthy machine is beyond it for up to {about(longest_s)} s; "
+                f"a healthy machine is beyond a limit for up to {about(longest_s)} s; "
                 f"{number(TIMES)} times that, or half of the plant's response time to a "
                 f"power, {about(self._filter_s)} s, and delays"
             )
@@ -271,7 +271,7 @@ class _Search:
         down_s = course.follow(rested, bottom_c)[0]
         if weak:  # a reset while all but the sensor is cold
             return max(up_s, down_s, course.follow(arrived, top_c)[0])
-        # cooling in a warm room, at whose end the reading counts as steady without power
+        # cooling in a warm room: at its end the reading is steady without power
         return max(
             up_s, down_s, *(course.follow(each, None)[0] for each in course.off(rested, top_c))
         )
@@ -280,7 +280,7 @@ class _Search:
 class _Course:
     """A healthy machine with ideal control, or switched around its setpoint."""
 
-    def __init__(  # noqa: PLR0913, PLR0917 - each is another part of it
+    def __init__(  # noqa: PLR0913, PLR0917 - each describes another part
         self,
         plant: Heated,
         heated: HeatedLoop,
@@ -296,10 +296,10 @@ class _Course:
         self._share = 1 - math.exp(-step_s / band.filter_s)
 
     def off(self, rested: Vector, top_c: float) -> Iterator[Vector]:
-        """Yield states, after a rest at a temperature, in which it may be switched off.
+        """Yield states, after a steady state at a temperature, in which it may be switched off.
 
-        The second is so hot that its reading just counts as steady until it needs no power, or as
-        hot as it becomes when it is switched.
+        In the second, the fall to a reading that needs no power is just small enough to be ignored;
+        but it is no hotter than a loop becomes that is switched on and off.
         """
         yield rested
         lowest_c, hottest_c = self._ambient_c, top_c + self._half_k
@@ -317,9 +317,9 @@ class _Course:
         yield [share * each for each in rested]
 
     def follow(self, state: Vector, target_c: float | None) -> tuple[float, Vector, Vector]:
-        """Return how long it is beyond the band, s, its state when it arrives, and at the end.
+        """Return how long a machine is beyond the band, s, its state on arrival, and its last one.
 
-        target_c -- its setpoint; None: the heater is off. Infinite if it stays beyond.
+        target_c -- its setpoint; None: the heater is off. Infinite if it stays beyond the band.
         """
         plant, band, about_state = self._plant, self._band, state
         without, added = plant.pushed(self._step_s, state)
@@ -360,7 +360,7 @@ _KEYS = {"high_percent": "high", "low_percent": "low", "for_s": "for"}
 def _line(
     limits: Callable[[float], tuple[float, float]], low_c: float, high_c: float
 ) -> EffortLine:
-    """Return the straight line between two temperatures; one without a limit is level."""
+    """Return the straight line between two temperatures; an infinite limit has no slope."""
     numbers = []
     for here, there in zip(limits(low_c), limits(high_c), strict=True):
         per_k = (there - here) / (high_c - low_c) if math.isfinite(here) else 0.0
@@ -376,7 +376,7 @@ def _feed_mm_per_s(controller: Controller, simulation: Simulation) -> float:
 
 
 def _scaled(plant: ThermalNetwork, capacity: float, resistance: float) -> ThermalNetwork:
-    """Return a machine with the plant's capacities and resistances times two factors."""
+    """Return the plant with its capacities and its resistances multiplied by a factor each."""
     return plant.model_copy(
         update={
             "nodes": {name: capacity * value for name, value in plant.nodes.items()},

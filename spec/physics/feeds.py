@@ -55,10 +55,10 @@ def _longest_s(stretches: Iterable[tuple[float, float]], least_mm_per_s: float) 
 
 
 def fed(controller: Controller, simulation: Simulation, mm_per_s: float) -> Simulation:
-    """Return the machine at a feed: it cools its node as a link to `ambient` does.
+    """Return the machine during a feed, which cools a node as a link to `ambient` does.
 
-    Unchanged where nothing is fed. A fan that always runs would act on that link, too, so the link
-    is made weaker by the fan's factor.
+    Without a feed the machine is unchanged. A fan that always runs would act on the link, too, so
+    the link is made weaker by the fan's factor.
     """
     plant, weaker = simulation.plant, 1.0
     if plant.filament is None:

@@ -14,8 +14,8 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m²·K⁴) (CODATA 2018, exact)."""
 
 BEND = 0.01
-"""Change of an absolute temperature, as a share of it, for which a tangent is good: it misses
-6·0.01² of T⁴ and less of the flow, where messages show three digits."""
+"""Relative change of an absolute temperature for which a tangent is exact enough: its error is
+6·0.01² of T⁴, and less of the flow; messages show three digits."""
 
 COLDEST_K = 1.0
 
@@ -48,7 +48,7 @@ class HeatFlows:
         return conductances, constants
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Return whether a state is so far from another that the tangents there no longer hold."""
+        """Return whether a state is too far from the tangents' state for them to be exact."""
         for i in self._radiating:  # called at every step: a generator takes three times as long
             if abs(state[i] - about[i]) > BEND * self._kelvin(about[i]):
                 return True

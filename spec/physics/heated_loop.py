@@ -1,4 +1,4 @@
-"""One loop with its part of the plant, as healthy machines of its kind may be."""
+"""One loop with its part of the plant, within the tolerances of healthy machines."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ SPARE = 0.1
 """Margin of a node's limit above what the protection allows, as a share of its rise."""
 
 TIMES = 3.0
-"""Factor on a time that the plant takes, as the real machine may be slower: its capacities and
-resistances may be 30 % larger, and less of its power may remain after its losses."""
+"""Factor on a time that the plant needs, because a real machine may be slower: its capacities and
+resistances may be 30 % larger, and its losses may leave less of the power."""
 
 LEAST_TIMES = 2.0
-"""As `TIMES`, if the nodes withstand no longer time: some 30 % larger, a supply 10 % low."""
+"""Factor used if nodes do not withstand `TIMES`: values some 30 % larger, a supply 10 % low."""
 
 SHORTEST_STEPS = 10
 """Shortest derived time, in control steps: some lost readings must not cause a trip."""
@@ -47,10 +47,10 @@ HALVINGS = 10
 
 BORNE_HALVINGS = 40
 MOST_POINTS = 400
-"""Points of a course that is followed; its steps double after every 64."""
+"""Maximum number of points of a course; its time steps double after every 64."""
 
 MOST_RISE = 3000
-"""Points of a course from cold to the maximum; only absurd plants have more."""
+"""Maximum number of points from cold to the maximum; only absurd plants need more."""
 
 PLACES = 4
 """Number of start temperatures that are tried."""
@@ -61,7 +61,7 @@ is a quarter of the plant's shortest time constant."""
 
 
 _KNOWN: dict[str, HeatedLoop] = {}
-"""The last loops, by everything they depend on: the rows of a comparison are mostly alike."""
+"""Cache of loops by everything they depend on: the rows of a comparison are mostly equal."""
 
 MOST_KNOWN = 16
 
@@ -106,7 +106,7 @@ def most_borne(
 
 
 class HeatedLoop:
-    """One loop with its part of a plant, as the rules' numbers need it.
+    """One loop with its part of a plant, for the derivation of the rules' numbers.
 
     Raises ArithmeticError, AssertionError, LookupError or ValueError for a plant that the checks
     refuse.
@@ -148,7 +148,7 @@ class HeatedLoop:
 
     @property
     def late_s(self) -> float:
-        """Longest time from asking for heat to reading it: dead time, forced pause, two steps."""
+        """Longest time from asking for heat to its reading: dead time, forced pause, two steps."""
         rest_s = max(self._heater.stays_off_s, self._heater.cycle_s)
         return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
 
@@ -164,7 +164,7 @@ class HeatedLoop:
 
     @cached_property
     def warm_rest(self) -> Vector:
-        """Steady state at the highest setpoint on a warm day."""
+        """The plant's steady state at the highest setpoint on a warm day."""
         return self.warm[0].rest(self.highest_c - max(SUMMER_C, self.ambient_c))
 
     @cached_property
@@ -188,7 +188,7 @@ class HeatedLoop:
                 peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
                 if power_w and plant.sensed_k(state) >= most_k:
                     break
-            state = plant.advance(state, power_w, 2 * self.period_s)  # until it is off
+            state = plant.advance(state, power_w, 2 * self.period_s)  # until the heater is off
         given = [self.given_c.get(node) for node in self.nodes]
         return plant, [
             (1 + SPARE) * peak_k if bears_c is None else bears_c - ambient_c
@@ -198,7 +198,8 @@ class HeatedLoop:
     def borne_k(self) -> dict[str, float]:
         """Limits of the nodes' temperatures, above the spec's ambient, K.
 
-        Only of this loop's own nodes if others heat the machine, too; the higher of two days.
+        Only of this loop's own nodes if others heat the machine, too. The higher limit of a warm
+        day and a day at the spec's ambient.
         """
         warm_c = max(SUMMER_C, self.ambient_c)
         days = [(warm_c - self.ambient_c, self.warm[1])]
@@ -231,8 +232,8 @@ class HeatedLoop:
     def starts(self) -> Sequence[Vector]:
         """States in which a healthy machine may be when the loop asks for heat again.
 
-        At rest at several temperatures; warming up at full power; and hot at the highest one, then
-        without power for a while: the heater's element and the sensor have cooled, the rest less.
+        In the steady state at several temperatures; warming up at full power; and at the highest
+        temperature, then without power for a while: heater and sensor have cooled, the rest less.
         """
         low_k, high_k = self.lowest_c - self.ambient_c, self.highest_c - self.ambient_c
         shares = [place / (PLACES - 1) for place in range(PLACES)]
@@ -257,7 +258,7 @@ class HeatedLoop:
         return islice(self.plant.course(state, power_w, quick_s, 64 * quick_s), MOST_POINTS)
 
     def longest_still_s(self, power_w: float) -> float:
-        """Return how long a reading may stand still at a power, below the highest setpoint, s.
+        """Return how long a reading may be constant at a power, below the highest setpoint, s.
 
         The reading moves once the temperature has changed by a step.
         """
@@ -300,13 +301,13 @@ class HeatedLoop:
     def _short(
         self, course: list[tuple[float, float]], short_k: float
     ) -> list[tuple[float, float]]:
-        """Leave out of a course what comes after the first point so near the highest setpoint."""
+        """Cut a course off after its first point within `short_k` of the highest setpoint."""
         most_k = self.highest_c - self.ambient_c - short_k
         above = (place for place, (_, sensed_k) in enumerate(course) if sensed_k >= most_k)
         return course[: next(above, len(course)) + 1]
 
     def _heating(self, state: Vector, points: int) -> list[tuple[float, Vector]]:
-        """Follow a start at full power up to the highest setpoint."""
+        """Follow a start state at full power up to the highest setpoint."""
         quick_s, most_k = self.plant.fastest_s() / 4, self.highest_c - self.ambient_c
         found: list[tuple[float, Vector]] = []
         course = self.plant.course(state, self.full_w, quick_s, 64 * quick_s)
@@ -389,7 +390,7 @@ class HeatedLoop:
 def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> float:
     """Return the longest time that a course takes for a rise, from any of its points on.
 
-    An unfinished rise counts up to the course's end. Between two points a course is linear.
+    A rise that is not finished is counted up to the course's end. Points are joined by lines.
     """
     longest_s, last = 0.0, 0
     for first, (from_s, from_k) in enumerate(course):
@@ -405,7 +406,7 @@ def longest_to_rise(course: Sequence[tuple[float, float]], rise_k: float) -> flo
 
 
 def _full_w(loop: Loop, heater: Switch) -> float:
-    """Return the algorithm's highest power, or the current limit's if that is less, W."""
+    """Return the highest power of the algorithm, or of the current limit if that is lower, W."""
     return min((heater.power_w or 0.0) * loop.algorithm.full_percent / 100, limit_w(heater))
 
 

@@ -1,4 +1,4 @@
-"""How warm the heaters of other loops make a loop's sensor while its own heater is off."""
+"""The rise of a loop's sensor by the heaters of other loops, while its own heater is off."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -2,7 +2,7 @@
 
 Temperatures are above ambient: with capacities C and flows G·θ + c (the network's, ambient left
 out; c comes from radiation alone), C·dθ/dt = P − G·θ − c. A sensor follows its node with a
-first-order lag. All in plain Python, for the networks are small and loading must be quick.
+first-order lag. All in plain Python, because the networks are small and loading must be quick.
 """
 
 import math
@@ -171,7 +171,7 @@ class Heated:
         return exponential(matrix)
 
     def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
-        """Matrix that advances a state without power, and what 1 W adds to the new state."""
+        """Matrix that advances a state without power, and the vector that each watt adds to it."""
         matrix = [[*row, 0.0] for row in self._rates(time_s, about)]
         matrix[self._heated][-1] = time_s / self._capacities[self._heated]
         *found, _ = exponential([*matrix, [0.0] * len(matrix[0])])

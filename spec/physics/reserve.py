@@ -1,4 +1,4 @@
-"""How much more power a heater has than its machine takes at the highest setpoint."""
+"""The reserve of a heater: its power compared with the need at the highest setpoint."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Reserve(NamedTuple):
     loop: str
     heater: str
     power_w: float
-    """Power of the heater at full duty, or what its limits leave of it."""
+    """Power of the heater at full duty, or as much as its limits allow."""
     needed_w: float
     """Power that holds the highest setpoint."""
     setpoint_c: float
@@ -43,8 +43,8 @@ class Reserve(NamedTuple):
     def __str__(self) -> str:
         return (
             f"{self.loop}: {about(self.power_w)} W, a reserve of {number(round(100 * self.share))} "
-            f"% over the {about(self.needed_w)} W that {celsius(self.setpoint_c)} takes in "
-            f"surroundings of {celsius(self.ambient_c)}"
+            f"% over the {about(self.needed_w)} W that {celsius(self.setpoint_c)} needs at an "
+            f"ambient of {celsius(self.ambient_c)}"
         )
 
 
@@ -64,7 +64,7 @@ def reserves(controller: Controller) -> Iterator[Reserve]:
 
 
 def small_reserves(controller: Controller) -> Iterator[Finding]:
-    """Find reserves below what is recommended: no mistake, but a machine that may stay cold."""
+    """Find reserves below the recommended ones: not an error, but the machine may stay too cold."""
     for reserve in reserves(controller):
         if reserve.share >= RECOMMENDED[0]:
             continue
@@ -73,8 +73,8 @@ def small_reserves(controller: Controller) -> Iterator[Finding]:
             ("outputs", reserve.heater, "power"),
             f"the reserve is {number(round(100 * reserve.share))} %: full duty gives "
             f"{about(reserve.power_w)} W, and the highest setpoint of "
-            f"{celsius(reserve.setpoint_c)} takes {about(reserve.needed_w)} W. A supply that is "
-            "low, a colder room or a draught may leave it colder",
-            f"Let the heater have {low_w} to {high_w} W (30 to 50 % of reserve), or lower the "
+            f"{celsius(reserve.setpoint_c)} needs {about(reserve.needed_w)} W. With a low supply, "
+            "a colder room or a draught the machine may not reach it",
+            f"Use a heater of {low_w} to {high_w} W (a reserve of 30 to 50 %), or lower the "
             "highest setpoint",
         )

@@ -21,7 +21,7 @@ FOOT_M = 0.3048
 BTU_W_PER_M2K = 5.678263
 """Jürges' law is given in feet and in BTU/(h·ft²·°F)."""
 FRESH_FT_PER_S = 16.0
-"""Speed from which the film grows with its power of 0.78."""
+"""Wind speed above which the film coefficient grows with the speed's power of 0.78."""
 
 AIR_J_PER_KG_K = 1007.0
 AIR_GAS_J_PER_KG_K = 287.05
@@ -44,7 +44,7 @@ class SizedWall(NamedTuple):
 
 
 class SizedWire(NamedTuple):
-    """A wire that has its power at its voltage and its surface load."""
+    """A wire that gives the heater's power at its voltage, with the surface load of the spec."""
 
     diameter_mm: float
     length_m: float
@@ -53,7 +53,7 @@ class SizedWire(NamedTuple):
     air_c: float
     temperature_c: float
     load_as_measured_w_per_cm2: float | None
-    """Surface load at which such a wire is as hot as was measured; None where nothing was."""
+    """Surface load at which such a wire has the measured temperature; None if none was measured."""
 
 
 def wind_film_w_per_m2k(wind_m_per_s: float) -> float:
@@ -88,7 +88,7 @@ def sized_wall(wall: Wall, inside_c: float, outside_c: float) -> SizedWall:
 
 
 def sized_wire(wire: Wire, power_w: float, voltage_v: float, air_c: float) -> SizedWire:
-    """Find diameter and length of a wire by its surface load, and how hot it becomes."""
+    """Find a wire's diameter and length from its surface load, and its temperature."""
     load = wire.surface_load_w_per_cm2 * 1e4
     diameter_m = _diameter_m(wire, power_w, voltage_v, load)
     as_measured = None

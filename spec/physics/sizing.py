@@ -1,4 +1,4 @@
-"""Data by which a machine is sized: its walls, and the wire of its heater."""
+"""Data for sizing a machine's heater: the walls, and the heater's wire."""
 
 from typing import Annotated
 

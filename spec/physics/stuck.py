@@ -1,7 +1,7 @@
-"""How a loop heats its machine while its reading is wrong: on and on, up to full power.
+"""How a loop heats its machine while its reading is wrong: without end, up to full power.
 
-With a reading that stands still a little below the setpoint the duty grows with the integral; with
-one that falls to ambient it is full at once. Only rules that count the time of such heat end it.
+If a reading is stuck a little below the setpoint, the duty grows with the integral; if it falls to
+ambient, the duty is full at once. Only rules that limit the time of heating end this.
 """
 
 import math
@@ -16,21 +16,21 @@ from heatwright.spec.physics.matrices import Vector, apply
 from heatwright.spec.physics.network import Heated
 
 BELOW_K = 5.0
-"""How far below its setpoint a reading stands still, as in `verify`. Nearer to it the duty grows
-more slowly, and is above what holding needs for longer."""
+"""How far below its setpoint a reading is stuck, K, as in `verify`. Nearer to it the duty grows
+more slowly, and takes longer from the duty that holding needs to full power."""
 
 PIECES = 48
 """Number of pieces into which the time until a rule trips, or the integral's rise, is divided."""
 
 LEAST_PERCENT = 0.01
-"""A duty counts as above `holding` if it is this much above."""
+"""Least difference by which a duty is above `holding`, %."""
 
 MOST_POINTS = 400
 SPREADING_S = 600.0
-"""How long a machine is followed after the heater went off, as in `verify`."""
+"""How long a machine is simulated after the heater went off, s, as in `verify`."""
 
 LONGEST_S = 4 * 3600.0
-"""Machines are in the steady state by then, or `verify` watches them no longer."""
+"""After this time a machine is in the steady state, or its run in `verify` has ended."""
 
 
 class Times(NamedTuple):
@@ -44,7 +44,7 @@ class Times(NamedTuple):
 class Lie(NamedTuple):
     """How a loop asks for heat while its reading is wrong.
 
-    first_percent, per_s -- the duty from the beginning, and its growth; up to most_percent.
+    first_percent, per_s -- the duty at the beginning, and its growth, up to most_percent.
     """
 
     first_percent: float
@@ -65,7 +65,7 @@ class Lie(NamedTuple):
 
 
 def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_K) -> Lie:
-    """Return what a loop asks for while its reading stands still a little below the setpoint."""
+    """Return the duty that a loop asks for while its reading is stuck below the setpoint."""
     full = algorithm.full_percent
     pid = algorithm.pid
     if pid is None or below_k > pid.on_at_k:
@@ -81,7 +81,7 @@ def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_
 
 
 def fallen(algorithm: Algorithm) -> Lie:
-    """Return what a loop asks for after its reading has fallen to ambient: full power."""
+    """Return the duty that a loop asks for after its reading has fallen to ambient: full power."""
     full = algorithm.full_percent
     return Lie(full, 0.0, full)
 

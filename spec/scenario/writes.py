@@ -1,4 +1,4 @@
-"""What a master writes in a scenario: `{nozzle.setpoint: 300 °C, nozzle.enabled: true}`."""
+"""Values that a master writes in a scenario: `{nozzle.setpoint: 300 °C, nozzle.enabled: true}`."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple
@@ -32,7 +32,7 @@ class Write(NamedTuple):
 
     @property
     def what(self) -> str:
-        """What is written: a value of the loop, or a command."""
+        """Name of the value without its loop, such as `setpoint`, or of the command."""
         return self.name.rpartition(".")[2]
 
 

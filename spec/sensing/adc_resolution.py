@@ -1,4 +1,4 @@
-"""The resolution of an analog sensor: what one step of the ADC means in kelvin.
+"""The resolution of an analog sensor: the size of one ADC step in kelvin.
 
 A chain of divider or amplifier, ADC and table is exact to one step, so this is its error as well.
 """
@@ -14,7 +14,7 @@ COARSEST_MCU = "atmega2560"
 """The chip with the highest internal reference, 2.56 V: its steps are used if no board is given."""
 
 SLOPE_OVER_K = 0.01
-"""Difference of temperatures over which a curve counts as straight."""
+"""Difference of temperatures over which a curve is taken as straight, K."""
 
 LEAST_CHANGE = 1e-12
 """Share of the reference below which a change is lost in double precision."""
@@ -23,7 +23,7 @@ LEAST_CHANGE = 1e-12
 def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
     """Return the width of an ADC step at a temperature, K, from the slope there.
 
-    Beyond the range, where no reading is valid, it is that of the range's end.
+    Outside the range, where no reading is valid, the width at the range's end is returned.
     """
     chain: Circuit = sensor.circuit(mcu)
     low_c, high_c = sensor.range_c
@@ -38,7 +38,7 @@ def largest_step_k(sensor: Any, mcu: str = COARSEST_MCU) -> float:
     """Return the widest ADC step of the sensor's range, K."""
     chain: Circuit = sensor.circuit(mcu)
     bounds = limits(sensor, mcu)
-    # The ends of the scale, where a curve may have no temperature, are no part of a step.
+    # The ends of the ADC's scale are left out: a curve may have no temperature there.
     last = min(bounds.high + 1, CODES - 1)
     edges = [chain.celsius(code / CODES) for code in range(max(bounds.low, 1), last + 1)]
     return max(abs(high - low) for low, high in pairwise(edges))

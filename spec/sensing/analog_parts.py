@@ -1,4 +1,4 @@
-"""What an analog sensor is made of: dividers, amplifiers, references, thermistor curves."""
+"""The parts of an analog sensor: dividers, amplifiers, references, thermistor curves."""
 
 import math
 from collections.abc import Iterable
@@ -74,7 +74,7 @@ class AnalogSensor(Started):
 
     @property
     def read_s(self) -> float:
-        """Time from the last conversion to the reading, s: 0, the last tick has both."""
+        """Time from the last conversion to the reading, s: 0, as both are in the same tick."""
         return 0.0
 
     @property

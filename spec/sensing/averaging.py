@@ -19,7 +19,7 @@ class Averaged(Model):
 
 
 class Started(Averaged):
-    """A thermometer of which the firmware starts each conversion, be it by its reading."""
+    """A thermometer whose conversions the firmware starts, by a command or by reading it."""
 
     @property
     def free_running_s(self) -> float:

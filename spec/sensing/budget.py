@@ -27,10 +27,10 @@ CLASSES = {"AA": (0.1, 0.0017), "A": (0.15, 0.002), "B": (0.3, 0.005), "C": (0.6
 """Platinum elements, ±(a + b·|t|) K (IEC 60751:2008, 5.1.1)."""
 
 TABLE_STEPS = 0.5
-"""The firmware's table is nowhere half a step of the ADC away from the exact curve."""
+"""Largest error of the firmware's table against the exact curve, in steps of the ADC."""
 
 SHOWN = 5
-"""Places of a table for people; the check of `accuracy` divides the range ten times as finely."""
+"""Places in the printed table; the check of `accuracy` divides the range ten times as finely."""
 
 EDGE = 0.5 / CODES
 
@@ -64,7 +64,7 @@ class Budget:
     @property
     def worst_case(self) -> str:
         """The words for `worst`, which excludes parts whose tolerance is left out."""
-        return "worst case of what is told" if self.untold else "worst case"
+        return "worst case of the given tolerances" if self.untold else "worst case"
 
     @property
     def root(self) -> tuple[float, ...]:
@@ -272,7 +272,7 @@ def _resistors(chain: Any, percent: float) -> Iterator[_Part]:
 
 
 def _feeds(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
-    """Change the circuit's feed and the reference, of which a voltage is then another share."""
+    """Change the circuit's feed and the reference: a voltage then is another share of it."""
     full_v = reference_v(sensor, mcu)
     by_v = _reference_tolerance_v(sensor, full_v)
     fed_by_reference = _fed_by_reference(sensor)
@@ -290,7 +290,7 @@ def _feeds(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
 
 @dataclass(frozen=True)
 class _Times:
-    """A chain whose every voltage is off by a factor, against the reference."""
+    """A chain in which all voltages are off by one factor, compared with the reference."""
 
     chain: Circuit
     factor: float
@@ -319,7 +319,7 @@ def hangs_on_supply(sensor: Any) -> bool:
 
 
 def _reference_tolerance_v(sensor: Any, full_v: float) -> float | None:
-    """Return the tolerance of the reference, V; the internal one's default is the data sheet's."""
+    """Return the reference's tolerance, V; for the internal one the data sheet's by default."""
     told: float | None = sensor.tolerances.reference_v
     if told is None and sensor.reference == "internal":
         return INTERNAL_TOLERANCE_V[full_v]
@@ -331,7 +331,7 @@ def _volts(volts: float) -> str:
 
 
 def _untold(sensor: Any) -> Iterator[str]:
-    """List the keys of `tolerances` that matter and are left out."""
+    """List the keys of `tolerances` that have an effect and are left out."""
     told, fed = sensor.tolerances, _fed_by_reference(sensor)
     keys: list[tuple[str, Any]]
     if isinstance(told, VoltageTolerances):

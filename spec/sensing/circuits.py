@@ -1,7 +1,7 @@
-"""From a temperature to the share of its reference that the ADC sees, exactly, and back.
+"""The exact conversion of a temperature to a share of the ADC's reference, and back.
 
-Resistor dividers and amplifiers of sensing elements, and the ends of what each can give: a reading
-there is of an open or a shorted element.
+Resistor dividers and amplifiers of sensing elements, and the ends of their voltages: a reading
+there means an open or a shorted element.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""From an ADC's codes to temperatures: the firmware's table, and what its readings can mean.
+"""From an ADC's codes to temperatures: the firmware's table, and the exactness of its readings.
 
 A reading is the sum of `oversample` ten-bit codes. A code stands for the middle of its step, so a
 sum for the share (sum / oversample + 0.5) / 1024 of the reference. The firmware interpolates in a
@@ -22,7 +22,7 @@ TICK_S = 0.010
 """Time between two codes of a channel: each tick takes one."""
 
 LEAST_MARGIN_STEPS = 2
-"""Minimum number of codes between an end of the range and what an open or shorted sensor reads."""
+"""Minimum number of codes between an end of the range and the code of an open or shorted sensor."""
 
 ROUNDINGS = 6
 """Rounding errors in single precision, relative to the largest temperature: one of the point, one
@@ -62,7 +62,7 @@ class Limits(NamedTuple):
 
     @property
     def shown(self) -> bool:
-        """Whether the circuit can show the range, and what lies beyond it."""
+        """Whether the circuit can show the range, and distinguish an open or shorted sensor."""
         margin = min(self.low - self.low_limit, self.high_limit - self.high)
         return margin >= LEAST_MARGIN_STEPS and self.high - self.low >= LEAST_MARGIN_STEPS
 
@@ -134,8 +134,8 @@ def _code(ratio: float) -> int:
 def _tube_of_sums(chain: Circuit, bounds: Limits, oversample: int) -> Tube:
     """Bound the table's temperature at each sum.
 
-    A table of codes has corners anywhere, and may be ten times as steep behind one: a line that is
-    right at each code need not be so between.
+    A curve that is a table of codes has corners anywhere, and may be ten times as steep after one:
+    a line that is right at each code may be wrong between two codes.
     """
     sums = range(oversample * bounds.low, oversample * bounds.high + 1)
     ends_c = [

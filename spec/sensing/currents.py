@@ -15,11 +15,11 @@ from heatwright.spec.sensing.tolerances import VoltageTolerances
 from heatwright.spec.units import CURRENT, VOLTAGE_PER_AMPERE
 
 TRIP_FACTOR = 1.25
-"""Over-current, in limits, where the spec does not say it: the limiter settles within a few
-percent, and a wire that heats up changes its resistance by less."""
+"""Default of `trip`, as a multiple of `limit`: the limiter settles within a few percent, and a wire
+that heats up changes its resistance by less."""
 
 FILTER_PULSES = 5
-"""Periods of the PWM in the time constant of the filter that averages them."""
+"""Least time constant of the filter that averages the PWM, in periods of the PWM."""
 
 LIMITED_PARTS = 3
 """With a limit, the filter's time constant is at most the period divided by this: a slower filter

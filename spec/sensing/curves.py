@@ -1,4 +1,4 @@
-"""How a sensing element's resistance follows its temperature, exactly, and back.
+"""The exact resistance of a sensing element at a temperature, and the temperature at a resistance.
 
 Temperatures in °C, resistances in Ω. Each curve is a function and its inverse; none of this runs in
 the firmware, whose tables are computed from it.
@@ -80,7 +80,7 @@ class SteinhartHart:
 class Points:
     """A table of (°C, Ω), temperature ascending; between its points ln R is linear in 1/T.
 
-    So each piece has a beta of its own. Beyond its ends the outermost pieces go on.
+    So each piece has a beta of its own. Beyond the table's ends the outermost pieces are extended.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -109,7 +109,7 @@ class Coded:
     """An element by its divider's voltage: (share of the divider's supply, °C), share ascending.
 
     Between two pairs the temperature is linear in the share, as in a firmware with such a table.
-    Beyond its ends the outermost pairs go on as a beta does.
+    Beyond the table's ends the outermost pairs are extended as a beta curve.
     """
 
     pairs: tuple[tuple[float, float], ...]

@@ -12,7 +12,7 @@ from itertools import islice, pairwise
 from typing import NamedTuple
 
 FIRST_BENDS = (6, 24, 1 << 16)
-"""Places to try for each bend: a few will usually do, and in the end it is all of them."""
+"""Numbers of places to try for each bend, one after the other: few usually suffice; last, all."""
 
 
 class Tube(NamedTuple):
@@ -49,7 +49,7 @@ def fewest_points(tube: Tube) -> list[tuple[int, float]]:
 
 
 def _straight(tube: Tube, gate: Window, start: int, step: int) -> Iterator[Window]:
-    """Follow all lines from a gate as far as any goes; yield what they reach at each place.
+    """Follow all lines from a window, `gate`; yield the values that they reach at each place.
 
     J. O'Rourke, "An on-line algorithm for fitting straight lines between data ranges", Commun. ACM
     24 (1981): of all lines that have passed so far, only the steepest upwards and downwards matter.
@@ -79,7 +79,7 @@ def _straight(tube: Tube, gate: Window, start: int, step: int) -> Iterator[Windo
 def _tangent(
     hull: list[tuple[int, float]], x: int, y: float, sign: int
 ) -> tuple[int, float, float]:
-    """Find the flattest line (times sign) from the hull to a point; forget what it has passed."""
+    """Find the flattest line (times sign) from the hull to a point; delete the hull before it."""
     best, best_slope = 0, (y - hull[0][1]) / (x - hull[0][0])
     for index in range(1, len(hull)):
         slope = (y - hull[index][1]) / (x - hull[index][0])
@@ -139,7 +139,7 @@ Layer = dict[int, list[Window]]
 
 
 def _reached(tube: Tube, layers: Sequence[Sequence[int]]) -> list[Layer]:
-    """Find what lines reach at each bend, if each bend is at a place of its layer."""
+    """Find the values that lines reach at each bend, if each bend is at a place of its layer."""
     reached: list[Layer] = [{0: [_whole(tube, 0)]}]
     for places in layers[1:]:
         layer: Layer = {place: [] for place in places}
@@ -154,7 +154,7 @@ def _reached(tube: Tube, layers: Sequence[Sequence[int]]) -> list[Layer]:
 
 
 def _united(windows: Sequence[Window]) -> list[Window]:
-    """Unite windows that overlap; where each came from is lost."""
+    """Unite windows that overlap; their origins are lost."""
     united: list[Window] = []
     for window in sorted(windows):
         if united and window.low <= united[-1].high:
@@ -168,7 +168,7 @@ def _united(windows: Sequence[Window]) -> list[Window]:
 def _path(
     tube: Tube, layers: Sequence[Sequence[int]], reached: Sequence[Layer]
 ) -> list[tuple[int, float]]:
-    """Go back from the end, each time through the middle of what is possible."""
+    """Go back from the end, each time through the middle of the possible values."""
     place = layers[-1][0]
     low, high, _ = max(reached[-1][place], key=lambda each: each.high - each.low)
     points = [(place, (low + high) / 2)]

@@ -105,7 +105,7 @@ class Max31856(Averaged):
         return self.step_k
 
     def fitting(self, period_s: float) -> str:
-        """Offer nothing: its averaging is what the spec asks for."""
+        """Offer no other setting: the spec has chosen the averaging."""
         del period_s
         return ""
 
@@ -128,7 +128,7 @@ class Max31856(Averaged):
 
     @property
     def read_s(self) -> float:
-        """Time of one more conversion, which keeps no step with the loop, and of reading it.
+        """Time of one more conversion, as they are not synchronous with the loop, and of a reading.
 
         One conversion of 16 takes longer: it tests for an open thermocouple. READ_TICKS is enough
         on the slowest pins.
@@ -160,7 +160,7 @@ __all__ = [
 
 
 def variants(sensor: object) -> dict[str, Max31856]:
-    """Return a sensor with each type of thermocouple that may be chosen for it; mostly none."""
+    """Return a sensor with each type of thermocouple that may be chosen for it; mostly empty."""
     if not isinstance(sensor, Max31856):
         return {}
     return {kind: sensor.model_copy(update={"thermocouple": kind}) for kind in sensor.selectable}
@@ -172,10 +172,10 @@ def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, fl
     Args:
         sensor: the loop's sensor.
         setpoint_c: the loop's highest setpoint, °C.
-        maximum_c: the loop's protection, °C: as far above the setpoint with each type.
+        maximum_c: the loop's `protection.maximum`, °C; it stays as far above the setpoint.
 
     Returns:
-        tenths of °C, by the types; mostly none.
+        tenths of °C, by type; mostly empty.
 
     """
     found = {}

@@ -47,7 +47,7 @@ class _Converter(Averaged):
         return _STEP_K
 
     def fitting(self, period_s: float) -> str:
-        """Offer nothing: no setting of the converter makes a conversion shorter."""
+        """Offer no setting: none of the converter's makes a conversion shorter."""
         del period_s
         return ""
 
@@ -114,7 +114,7 @@ class Max31855(_Converter):
 
     @property
     def read_s(self) -> float:
-        """Time of one more conversion, as those of the chip keep no step with the loop."""
+        """Time of one more conversion, because they are not synchronous with the loop."""
         return 0.1
 
     @property

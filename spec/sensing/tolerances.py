@@ -1,4 +1,4 @@
-"""How exact the parts of an analog chain are, as their maker or the data sheet says."""
+"""The tolerances of an analog chain's parts, as their maker or the data sheet gives them."""
 
 from typing import Annotated, Any, Literal
 
@@ -31,7 +31,7 @@ class _Tolerances(Model):
 
     @model_serializer(mode="wrap")
     def _nothing_if_nothing_is_told(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Dump no keys where none is used: the spec's digest then leaves `tolerances` out."""
+        """Dump no keys if no key is used, so that the spec's digest leaves `tolerances` out."""
         return dump(self) if self.model_fields_set else {}
 
 

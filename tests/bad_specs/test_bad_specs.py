@@ -71,9 +71,9 @@ def test_no_check_without_a_spec_that_needs_it(
 
 
 PHYSICS = """
-never to the highest setpoint, alone heats to, healthy and at full power needs, it leaves,
-healthy and at full power rises by, coasts up to, goes on rising for, swings by, W are too little,
-on this plant falls by, through the whole band, may jump by
+never to the highest setpoint, alone heats to, healthy and at full power needs, this current gives,
+healthy and at full power rises by, coasts up to, continues to rise for, swings by,
+W are too little, on this plant falls by, through the whole band, may jump by
 """
 
 

@@ -36,7 +36,7 @@ def test_check_warns_of_what_cannot_be_told(heatwright: Heatwright) -> None:
 
 def test_a_worst_case_without_a_part_is_called_so(heatwright: Heatwright) -> None:
     """By `check`, its warning and the README; whole again as soon as the part is told."""
-    for told, name in (("element: A, ", "worst case"), ("", "worst case of what is told")):
+    for told, name in (("element: A, ", "worst case"), ("", "worst case of the given tolerances")):
         text = FEEDER.replace("element: A, ", told)
         (said,) = warnings(heatwright, text)
         assert said.startswith(f"in the {name} the parts add")

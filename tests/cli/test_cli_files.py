@@ -22,7 +22,7 @@ from heatwright.sim.plots.plot_data import LOOPS
 def test_all_problems_of_all_files(heatwright: Heatwright) -> None:
     done = heatwright("check --quick chamber.yaml oven.yaml")
     chamber, air, effort, oven, *_ = done.out.splitlines()
-    assert effort == "  air: effort_high sees nothing, effort_low sees readings from 41 °C on"
+    assert effort == "  air: effort_high can never trip, effort_low can trip from 41 °C on"
     assert (chamber, oven, done.err) == ("chamber.yaml: good", "oven.yaml: good", "")
     assert air.startswith("  air: 240 W, a reserve of ")
     text = Path("chamber.yaml").read_text(encoding="utf-8")

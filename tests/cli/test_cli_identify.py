@@ -108,7 +108,7 @@ def test_the_block_warns_where_a_record_tells_too_little(heatwright: Heatwright)
     written("short.csv", machine(noise=0.3), (40, (20, 1.0)))
     told = heatwright("identify short.csv --power 40W").out
     assert "# WARNING: this record does not show the resistance body – ambient" in told
-    assert "# NOT TOLD by this record" in told
+    assert "# NOT DETERMINED by this record" in told
 
 
 @pytest.mark.parametrize(

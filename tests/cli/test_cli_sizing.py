@@ -127,7 +127,7 @@ def test_full_duty_is_what_the_algorithm_may_ask_for() -> None:
     assert reserve.power_w == pytest.approx(192.0)
     (warned,) = small_reserves(controller_of(limited))
     assert "the reserve is 5 %" in warned.reason
-    assert warned.remedy.startswith("Let the heater have 237 to 274 W")
+    assert warned.remedy.startswith("Use a heater of 237 to 274 W")
 
 
 def test_nothing_to_heat_has_no_reserve() -> None:
@@ -149,7 +149,7 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     oven = heatwright("size oven.yaml --json").json["loops"]["air"]
     assert (oven["walls"], oven["walls_W"], oven["wire"]) == ([], None, None)
     told = heatwright("check --quick chamber.yaml").out
-    assert "  air: 240 W, a reserve of 45 % over the 165 W that 70 °C takes" in told
+    assert "  air: 240 W, a reserve of 45 % over the 165 W that 70 °C needs" in told
     listed = heatwright("check --quick chamber.yaml --json").json["reserves"]
     assert listed == [{"file": "chamber.yaml", **air["plant"]}]
     weak = changed("oven", ("derivative_filter: 3 s\n    ", f"derivative_filter: 3 s{LESS}    "))

@@ -164,10 +164,10 @@ def test_its_firmware_verifies_and_its_own_tests_pass(beside: Path, tmp_path: Pa
 
 
 PIECES = {
-    "plan.py": "the plan of its firmware, which gives plan",
-    "simulated.py": "the simulation at its pins, which gives attach",
-    "reference.py": "the reference model, which gives IdealSensor and converter",
-    "faults.py": "the faults, which gives cut and faults and mend",
+    "plan.py": "the plan of its firmware, which must define plan",
+    "simulated.py": "the simulation at its pins, which must define attach",
+    "reference.py": "the reference model, which must define IdealSensor and converter",
+    "faults.py": "the faults, which must define cut and faults and mend",
     "example.yaml": "a spec that uses max31865",
     "templates/max31865.c.j2": "",
 }
@@ -203,7 +203,7 @@ def test_whoever_meets_a_missing_piece_is_told(
     finally:
         away.rename(file)
     assert used.returncode == 2
-    said = f"The sensor kind max31865 has no {what}: write {PACKAGE}/{piece}.py, which gives"
+    said = f"The sensor kind max31865 has no {what}: write {PACKAGE}/{piece}.py, which must define"
     assert said in used.stderr
 
 

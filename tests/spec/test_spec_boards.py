@@ -254,7 +254,7 @@ def test_who_has_which_timer(
     ("sensors", "outputs", "path", "reason"),
     [
         (1, "D9 1 kHz, D4 50 Hz", "D4.frequency",
-         "no timer reaches D4 (PD4); it would be made by interrupts, and no channel"),
+         "no timer drives D4 (PD4); it would be made by interrupts, and no channel"),
         (1, "D4 40 Hz, D7 50 Hz, D8 60 Hz", "D8.frequency", "no channel of a 16-bit timer of uno"),
         # 1 Hz needs so slow a clock that 500 Hz gets 31 counts of it.
         (1, "D4 1 Hz, D7 500 Hz", "D7.frequency", "no channel of a 16-bit timer of uno is left"),

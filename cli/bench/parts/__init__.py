@@ -1,4 +1,4 @@
-"""The user's side of the interfaces, one module for each kind, found by its stem."""
+"""The user's side of the interfaces; each module has the name of its kind."""
 
 from importlib import import_module
 

@@ -1,4 +1,4 @@
-"""LEDs, as a person in front of them sees them."""
+"""LEDs as a person sees them: bright, dark or blinking."""
 
 from typing import Any
 

@@ -10,8 +10,8 @@ from heatwright.spec import Controller
 
 KEYS = tuple(key for key in CODES if key is not None)
 BRISK_S = 0.4
-"""Longest press, in s of board time, that counts as a scenario's `press`; the firmware takes a
-longer one for a hold."""
+"""Longest press, in s of board time, that is recorded as a scenario's `press`; for the firmware a
+longer press is a held key."""
 LONGEST_HOLD_S = 60.0
 
 
@@ -40,9 +40,9 @@ class Shield(Seat):
     def act(self, live: Live, order: Order) -> None:
         """Press a key or release it.
 
-        Above real time a finger is too slow: the press reaches the board on release, and lasts as
-        long in board time as the finger held it. A press waits until the key before was up as
-        long as between two presses of a scenario, so that the firmware sees both.
+        A board faster than real time is too fast for a finger: the press reaches it on release, and
+        lasts as long in board time as the finger held it. A press waits until the key before has
+        been up for the pause between a scenario's presses, so that the firmware sees both.
         """
         key = order.get("key")
         if key not in KEYS:

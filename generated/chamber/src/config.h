@@ -32,7 +32,7 @@
 
 /* chamber.yaml:33 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* chamber.yaml:33 safety.lockout.within (default): an older trip no longer counts */
+/* chamber.yaml:33 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
 /* chamber.yaml:33 safety.lockout.hold (default): 5 s, at most twice that */
 #define LOCKOUT_HOLD_TICKS 500u
@@ -89,7 +89,7 @@
 #define LOOP_AIR_LEAD_S 12.0f
 /* chamber.yaml:24 loops.air.algorithm.lead_filter: 1 s / (4 s + 1 s) */
 #define LOOP_AIR_RATE_WEIGHT 0.2f
-/* chamber.yaml:24 loops.air.algorithm.lead_filter: K/s; less counts as 0 */
+/* chamber.yaml:24 loops.air.algorithm.lead_filter: K/s; less becomes 0 */
 #define LOOP_AIR_LEAST_SLOPE 1e-09f
 /* chamber.yaml:21 loops.air.period: 1 / 1 s */
 #define LOOP_AIR_PER_PERIOD 1.0f
@@ -111,7 +111,7 @@
 #define LOOP_AIR_HEATING_RISE_K 2.0f
 /* chamber.yaml:29 loops.air.protection.heating.within: 120 s in periods of 1 s */
 #define LOOP_AIR_HEATING_STEPS 120u
-/* chamber.yaml:25 loops.air.protection.frozen.holding (default): 92.2 %, derived from the plant: half way from what 70 degC takes on a cold day to full power */
+/* chamber.yaml:25 loops.air.protection.frozen.holding (default): 92.2 %, derived from the plant: half way from the duty that holds 70 degC on a cold day to full power */
 #define LOOP_AIR_FROZEN_HOLDING_PERCENT 92.2f
 /* chamber.yaml:25 loops.air.protection.frozen.for (default): 600 s in periods of 1 s, derived from the plant: as usual */
 #define LOOP_AIR_FROZEN_STEPS 600u
@@ -125,9 +125,9 @@
 #define LOOP_AIR_EFFORT_LOW_PERCENT -33.0033f
 /* chamber.yaml:25 loops.air.protection.effort (default): of a step in the mean of the power, over 571 s */
 #define LOOP_AIR_EFFORT_SHARE 0.0017486488f
-/* chamber.yaml:25 loops.air.protection.effort (default): a smaller move counts as constant */
+/* chamber.yaml:25 loops.air.protection.effort (default): a smaller change is ignored */
 #define LOOP_AIR_EFFORT_MOVE_K 2.0f
-/* chamber.yaml:25 loops.air.protection.effort.for (default): 290 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 168 s; 1.5 times that, or half of the plant's response time to a power, 571 s, and delays */
+/* chamber.yaml:25 loops.air.protection.effort.for (default): 290 s in periods of 1 s, derived from the plant: a healthy machine is beyond a limit for up to 168 s; 1.5 times that, or half of the plant's response time to a power, 571 s, and delays */
 #define LOOP_AIR_EFFORT_STEPS 290u
 
 /* ---- LCD keypad shield ---- */

@@ -32,7 +32,7 @@
 
 /* extruder.yaml:49 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* extruder.yaml:49 safety.lockout.within (default): an older trip no longer counts */
+/* extruder.yaml:49 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
 /* extruder.yaml:49 safety.lockout.wait (default): wait after a loss of power */
 #define LOCKOUT_WAIT_S 600u
@@ -119,7 +119,7 @@
 #define LOOP_NOZZLE_KD 31.4f
 /* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: 0.1 s / (1 s + 0.1 s) */
 #define LOOP_NOZZLE_SLOPE_WEIGHT 0.09090909f
-/* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: K/s; less counts as 0 */
+/* extruder.yaml:35 loops.nozzle.algorithm.derivative_filter: K/s; less becomes 0 */
 #define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* extruder.yaml:27 loops.nozzle.period: 1 / 0.1 s */
 #define LOOP_NOZZLE_PER_PERIOD 10.0f
@@ -159,9 +159,9 @@
 #define LOOP_NOZZLE_HEATING_RISE_K 2.0f
 /* extruder.yaml:45 loops.nozzle.protection.heating.within: 20 s in periods of 0.1 s */
 #define LOOP_NOZZLE_HEATING_STEPS 200u
-/* extruder.yaml:41 loops.nozzle.protection.frozen.holding (default): 53.6 %, derived from the plant: what 260 degC takes on a cold day at a supply that is 10 % low */
+/* extruder.yaml:41 loops.nozzle.protection.frozen.holding (default): 53.6 %, derived from the plant: the duty that holds 260 degC on a cold day at a supply that is 10 % low */
 #define LOOP_NOZZLE_FROZEN_HOLDING_PERCENT 53.6f
-/* extruder.yaml:41 loops.nozzle.protection.frozen.for (default): 45 s in periods of 0.1 s, derived from the plant: at that duty a reading stands still for up to 14.6 s; 3 times that, and 233 ms for delays */
+/* extruder.yaml:41 loops.nozzle.protection.frozen.for (default): 45 s in periods of 0.1 s, derived from the plant: at that duty a healthy reading is constant for up to 14.6 s; 3 times that, and 233 ms for delays */
 #define LOOP_NOZZLE_FROZEN_STEPS 450u
 /* extruder.yaml:41 loops.nozzle.protection.rising_while_off.rise (default): 10 K, derived from the plant: as usual */
 #define LOOP_NOZZLE_OFF_RISE_K 10.0f
@@ -177,9 +177,9 @@
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -4.0816326f
 /* extruder.yaml:41 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 250 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00039985604f
-/* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller move counts as constant */
+/* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller change is ignored */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 5.4342513f
-/* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond it for up to 166 s; 1.5 times that, or half of the plant's response time to a power, 250 s, and delays */
+/* extruder.yaml:41 loops.nozzle.protection.effort.for (default): 250 s in periods of 0.1 s, derived from the plant: a healthy machine is beyond a limit for up to 166 s; 1.5 times that, or half of the plant's response time to a power, 250 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 2500u
 
 /* ---- G-code host ---- */

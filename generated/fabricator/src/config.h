@@ -36,7 +36,7 @@
 #define FAULT_COOLING_ABOVE_C 50.0f
 /* fabricator.yaml:39 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* fabricator.yaml:39 safety.lockout.within (default): an older trip no longer counts */
+/* fabricator.yaml:39 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
 /* fabricator.yaml:39 safety.lockout.wait (default): wait after a loss of power */
 #define LOCKOUT_WAIT_S 600u
@@ -126,7 +126,7 @@
 #define LOOP_NOZZLE_LEAD_S 2.2f
 /* fabricator.yaml:29 loops.nozzle.algorithm.lead_filter: 0.2 s / (0.8 s + 0.2 s) */
 #define LOOP_NOZZLE_RATE_WEIGHT 0.2f
-/* fabricator.yaml:29 loops.nozzle.algorithm.lead_filter: K/s; less counts as 0 */
+/* fabricator.yaml:29 loops.nozzle.algorithm.lead_filter: K/s; less becomes 0 */
 #define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* fabricator.yaml:26 loops.nozzle.period: 1 / 0.2 s */
 #define LOOP_NOZZLE_PER_PERIOD 5.0f
@@ -150,7 +150,7 @@
 #define LOOP_NOZZLE_HEATING_RISE_K 5.0f
 /* fabricator.yaml:34 loops.nozzle.protection.heating.within: 30 s in periods of 0.2 s */
 #define LOOP_NOZZLE_HEATING_STEPS 150u
-/* fabricator.yaml:30 loops.nozzle.protection.frozen.holding (default): 63.4 %, derived from the plant: what 320 degC takes on a cold day at a supply that is 10 % low */
+/* fabricator.yaml:30 loops.nozzle.protection.frozen.holding (default): 63.4 %, derived from the plant: the duty that holds 320 degC on a cold day at a supply that is 10 % low */
 #define LOOP_NOZZLE_FROZEN_HOLDING_PERCENT 63.4f
 /* fabricator.yaml:30 loops.nozzle.protection.frozen.for (default): 600 s in periods of 0.2 s, derived from the plant: as usual */
 #define LOOP_NOZZLE_FROZEN_STEPS 3000u
@@ -168,9 +168,9 @@
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -3.9085371f
 /* fabricator.yaml:30 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 220 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00090654846f
-/* fabricator.yaml:30 loops.nozzle.protection.effort (default): a smaller move counts as constant */
+/* fabricator.yaml:30 loops.nozzle.protection.effort (default): a smaller change is ignored */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 6.7601275f
-/* fabricator.yaml:30 loops.nozzle.protection.effort.for (default): 230 s in periods of 0.2 s, derived from the plant: a healthy machine is beyond it for up to 150 s; 1.5 times that, or half of the plant's response time to a power, 220 s, and delays */
+/* fabricator.yaml:30 loops.nozzle.protection.effort.for (default): 230 s in periods of 0.2 s, derived from the plant: a healthy machine is beyond a limit for up to 150 s; 1.5 times that, or half of the plant's response time to a power, 220 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 1150u
 
 /* ---- Current of heater ---- */
@@ -183,7 +183,7 @@
 #define CURRENT_HEATER_LEAST_PERCENT 0.1f
 /* fabricator.yaml:17 outputs.heater.current.trip (default): 3.75 A rms x 25.57 V / 43 V: its mean at full duty */
 #define CURRENT_HEATER_TRIP_A 2.2299418f
-/* fabricator.yaml:17 outputs.heater.current: 5% of 3 A rms x 25.57 V / 43 V: less counts as no current */
+/* fabricator.yaml:17 outputs.heater.current: 5% of 3 A rms x 25.57 V / 43 V: less means no current */
 #define CURRENT_HEATER_IDLE_A 0.08919767f
 /* fabricator.yaml:17 outputs.heater.current: 76.6 W / 43 V / 100 % */
 #define CURRENT_HEATER_AMPERES_PER_PERCENT 0.017813953f

@@ -34,7 +34,7 @@
 
 /* feeder.yaml:43 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* feeder.yaml:43 safety.lockout.within (default): an older trip no longer counts */
+/* feeder.yaml:43 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
 /* feeder.yaml:43 safety.lockout.wait (default): wait after a loss of power */
 #define LOCKOUT_WAIT_S 600u
@@ -129,7 +129,7 @@
 #define LOOP_NOZZLE_KD 71.5f
 /* feeder.yaml:32 loops.nozzle.algorithm.derivative_filter: 0.25 s / (1 s + 0.25 s) */
 #define LOOP_NOZZLE_SLOPE_WEIGHT 0.2f
-/* feeder.yaml:32 loops.nozzle.algorithm.derivative_filter: K/s; less counts as 0 */
+/* feeder.yaml:32 loops.nozzle.algorithm.derivative_filter: K/s; less becomes 0 */
 #define LOOP_NOZZLE_LEAST_SLOPE 1e-09f
 /* feeder.yaml:30 loops.nozzle.period: 1 / 0.25 s */
 #define LOOP_NOZZLE_PER_PERIOD 4.0f
@@ -171,7 +171,7 @@
 #define LOOP_NOZZLE_HEATING_RISE_K 2.0f
 /* feeder.yaml:39 loops.nozzle.protection.heating.within: 30 s in periods of 0.25 s */
 #define LOOP_NOZZLE_HEATING_STEPS 120u
-/* feeder.yaml:35 loops.nozzle.protection.frozen.holding (default): 68.8 %, derived from the plant: what 250 degC takes on a cold day at a supply that is 10 % low */
+/* feeder.yaml:35 loops.nozzle.protection.frozen.holding (default): 68.8 %, derived from the plant: the duty that holds 250 degC on a cold day at a supply that is 10 % low */
 #define LOOP_NOZZLE_FROZEN_HOLDING_PERCENT 68.8f
 /* feeder.yaml:35 loops.nozzle.protection.frozen.for (default): 600 s in periods of 0.25 s, derived from the plant: as usual */
 #define LOOP_NOZZLE_FROZEN_STEPS 2400u
@@ -185,9 +185,9 @@
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -5.4545455f
 /* feeder.yaml:35 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 223 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.0011198209f
-/* feeder.yaml:35 loops.nozzle.protection.effort (default): a smaller move counts as constant */
+/* feeder.yaml:35 loops.nozzle.protection.effort (default): a smaller change is ignored */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 2.0f
-/* feeder.yaml:35 loops.nozzle.protection.effort.for (default): 120 s in periods of 0.25 s, derived from the plant: a healthy machine is beyond it for up to 49.6 s; 1.5 times that, or half of the plant's response time to a power, 223 s, and delays */
+/* feeder.yaml:35 loops.nozzle.protection.effort.for (default): 120 s in periods of 0.25 s, derived from the plant: a healthy machine is beyond a limit for up to 49.6 s; 1.5 times that, or half of the plant's response time to a power, 223 s, and delays */
 #define LOOP_NOZZLE_EFFORT_STEPS 480u
 
 /* ---- G-code host ---- */

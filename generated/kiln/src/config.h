@@ -32,7 +32,7 @@
 
 /* kiln.yaml:67 safety.lockout.trips (default): then only a person acknowledges */
 #define LOCKOUT_TRIPS 3u
-/* kiln.yaml:67 safety.lockout.within (default): an older trip no longer counts */
+/* kiln.yaml:67 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
 /* kiln.yaml:67 safety.lockout.wait (default): wait after a loss of power */
 #define LOCKOUT_WAIT_S 600u
@@ -119,7 +119,7 @@
 #define LOOP_CHAMBER_KD 52.0f
 /* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: 1 s / (0.6 s + 1 s) */
 #define LOOP_CHAMBER_SLOPE_WEIGHT 0.625f
-/* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: K/s; less counts as 0 */
+/* kiln.yaml:37 loops.chamber.algorithm.derivative_filter: K/s; less becomes 0 */
 #define LOOP_CHAMBER_LEAST_SLOPE 1e-09f
 /* kiln.yaml:30 loops.chamber.period: 1 / 1 s */
 #define LOOP_CHAMBER_PER_PERIOD 1.0f
@@ -153,9 +153,9 @@
 #define LOOP_CHAMBER_HEATING_RISE_K 2.0f
 /* kiln.yaml:46 loops.chamber.protection.heating.within: 600 s in periods of 1 s */
 #define LOOP_CHAMBER_HEATING_STEPS 600u
-/* kiln.yaml:41 loops.chamber.protection.frozen.holding (default): 98.8 %, derived from the plant: half way from what 1100 degC takes on a cold day to full power */
+/* kiln.yaml:41 loops.chamber.protection.frozen.holding (default): 98.8 %, derived from the plant: half way from the duty that holds 1100 degC on a cold day to full power */
 #define LOOP_CHAMBER_FROZEN_HOLDING_PERCENT 98.8f
-/* kiln.yaml:41 loops.chamber.protection.frozen.for (default): 900 s in periods of 1 s, derived from the plant: 1.5 times what heating has, which knows full power better */
+/* kiln.yaml:41 loops.chamber.protection.frozen.for (default): 900 s in periods of 1 s, derived from the plant: 1.5 times heating.within, so that heating_failed trips first */
 #define LOOP_CHAMBER_FROZEN_STEPS 900u
 /* kiln.yaml:41 loops.chamber.protection.rising_while_off.rise (default): 10 K, derived from the plant: as usual */
 #define LOOP_CHAMBER_OFF_RISE_K 10.0f
@@ -163,9 +163,9 @@
 #define LOOP_CHAMBER_OFF_SETTLE_STEPS 120u
 /* kiln.yaml:41 loops.chamber.protection.effort (default): of a step in the mean of the power, over 1320 s */
 #define LOOP_CHAMBER_EFFORT_SHARE 0.00075474253f
-/* kiln.yaml:41 loops.chamber.protection.effort (default): a smaller move counts as constant */
+/* kiln.yaml:41 loops.chamber.protection.effort (default): a smaller change is ignored */
 #define LOOP_CHAMBER_EFFORT_MOVE_K 2.0f
-/* kiln.yaml:41 loops.chamber.protection.effort.for (default): 1100 s in periods of 1 s, derived from the plant: a healthy machine is beyond it for up to 667 s; 1.5 times that, or half of the plant's response time to a power, 1320 s, and delays */
+/* kiln.yaml:41 loops.chamber.protection.effort.for (default): 1100 s in periods of 1 s, derived from the plant: a healthy machine is beyond a limit for up to 667 s; 1.5 times that, or half of the plant's response time to a power, 1320 s, and delays */
 #define LOOP_CHAMBER_EFFORT_STEPS 1100u
 
 /* ---- Touch display ---- */
@@ -182,7 +182,7 @@
 #define NEXTION_REFRESH_BEATS 30u
 /* 3 s without an answer, then other baud rates are tried */
 #define NEXTION_SEARCH_BEATS 3u
-/* the longest order: 10 segments of 23 characters */
+/* the longest command: 10 segments of 23 characters */
 #define NEXTION_ORDER_SIZE 262u
 /* of the thermocouples BEJKNRST */
 #define NEXTION_LAST_TYPE 7u

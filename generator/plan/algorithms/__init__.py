@@ -1,1 +1,1 @@
-"""Plans of the algorithms, found by the stem of their kind."""
+"""Plans of the algorithms; each module has the name of its kind."""

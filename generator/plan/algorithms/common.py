@@ -1,4 +1,4 @@
-"""What the plans of all algorithms return, and the constants that several share."""
+"""The result of every algorithm's plan, and constants that several algorithms share."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class AlgorithmPlan:
     told: Told
     constants: tuple[Constant, ...]
     full_duty: Constant
-    """The duty that counts as full heat for the rule heating_failed, %."""
+    """The duty that the rule heating_failed takes for full power, %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def least_slope(source: Source, prefix: str) -> Constant:
 
     avr-libc rounds some products below the least normal number in its own way.
     """
-    return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less counts as 0")
+    return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less becomes 0")
 
 
 def by_keys(source: Source, name: str) -> frozenset[str]:
@@ -84,14 +84,14 @@ def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:
 
 
 def lead_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
-    """How far the algorithm looks ahead, for a comment; empty if it does not."""
+    """Text of the algorithm's lead, for a comment; empty without a lead."""
     if "lead_s" in keyed:
         return "a lead"
     return quantity(algorithm.lead_s, "s") if algorithm.lead_s > 0 else ""
 
 
 def hysteresis_words(algorithm: OnOff | ThreePosition, keyed: Collection[str]) -> str:
-    """How wide its hysteresis is, for a comment; empty if there is none."""
+    """Text of the algorithm's hysteresis, for a comment; empty without a hysteresis."""
     if "hysteresis_k" in keyed:
         return "a hysteresis"
     return quantity(algorithm.hysteresis_k, "K") if algorithm.hysteresis_k > 0 else ""

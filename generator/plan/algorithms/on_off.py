@@ -17,7 +17,7 @@ from heatwright.spec import Loop, OnOff
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`; terms that are zero are left out."""
     algorithm, keyed = loop.algorithm, by_keys(source, name)
-    assert isinstance(algorithm, OnOff)  # noqa: S101 - found by its kind
+    assert isinstance(algorithm, OnOff)  # noqa: S101 - the kind selects this plan
     constants: list[Constant] = []
     hysteresis = hysteresis_words(algorithm, keyed)
     if hysteresis:

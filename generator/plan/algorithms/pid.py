@@ -22,7 +22,7 @@ from heatwright.spec.facts import facts_of
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`."""
-    assert isinstance(loop.algorithm, Pid)  # noqa: S101 - found by its kind
+    assert isinstance(loop.algorithm, Pid)  # noqa: S101 - the kind selects this plan
     facts = facts_of(source.controller, name)
     terms = _Terms(
         source,

@@ -20,7 +20,7 @@ from heatwright.spec import Loop, ThreePosition
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     """Plan the algorithm of loop `name`; terms that are zero are left out."""
     algorithm, keyed = loop.algorithm, by_keys(source, name)
-    assert isinstance(algorithm, ThreePosition)  # noqa: S101 - found by its kind
+    assert isinstance(algorithm, ThreePosition)  # noqa: S101 - the kind selects this plan
     return AlgorithmPlan(
         template="algorithms/three_position",
         told=SwitchNames(

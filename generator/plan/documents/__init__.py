@@ -1,1 +1,1 @@
-"""The files that a project has beside its sources, and what its builder has to know."""
+"""The files that a project has beside its sources, and the documents for the machine's builder."""

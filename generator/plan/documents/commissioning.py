@@ -19,7 +19,7 @@ ROOM_C = 20.0
 USUAL_V = (12.0, 24.0, 120.0, 230.0)
 """Usual supply voltages, for heaters whose spec gives none."""
 OHM_TOLERANCE = "10 %"
-"""Tolerance of a heater's cold resistance: that of the part and of the meter."""
+"""Tolerance of a heater's cold resistance: tolerances of the part and of the meter."""
 
 
 class Step(NamedTuple):
@@ -60,7 +60,7 @@ def _heaters(controller: Controller) -> dict[str, Switch]:
 
 
 def _pulls(rows: Sequence[Wiring]) -> Iterator[Step]:
-    """Measure pull-up and pull-down resistors; not those of a divider, which have a sensor too."""
+    """Measure pull-up and pull-down resistors; but not in a divider, which has a sensor, too."""
     for row in rows:
         for each in row.symbols:
             divides = any(other.shape == "sensor" for other in row.symbols)

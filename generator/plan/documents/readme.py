@@ -42,7 +42,7 @@ class ReadmeNames:
     comment: str
     """The title in a comment of C."""
     platformio: str
-    """The board as PlatformIO calls it."""
+    """The board's name in PlatformIO."""
     clock_hz: int | None
     """The clock, if it is not the board's own."""
     wires: Wires
@@ -81,7 +81,7 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
     """Compute the values: wiring, settings, fault codes."""
     controller = spec.controller
     identity = controller.identity
-    wiring = list(dict.fromkeys(row for part in parts for row in part.wiring))  # each pin's once
+    wiring = list(dict.fromkeys(row for part in parts for row in part.wiring))  # each row once
     return ReadmeNames(
         name=identity.name,
         title=markdown(identity.title or identity.name),

@@ -1,1 +1,1 @@
-"""Plans of the interfaces, found by the stem of their kind."""
+"""Plans of the interfaces; each module has the name of its kind."""

@@ -204,7 +204,7 @@ def _number(address: str) -> int:
 
 
 def _served(interface: Gcode) -> str:
-    """Say what has a number, such as `Tools, bed and fans by their numbers`."""
+    """Name the parts that have a number: `Tools, bed and fans by their numbers`."""
     tools = any(key not in NUMBERS for key in interface.loops)
     named = {"tools": tools, "bed": "B" in interface.loops, "chamber": "C" in interface.loops}
     *first, last = [*(each for each, there in named.items() if there), "fans"]

@@ -33,7 +33,7 @@ SHOWS = {
     "communicating": "lit: master heard; blinking: master lost; dark: never heard",
     "fault": "blinking: fault",
 }
-"""What each LED shows, for the README."""
+"""Meaning of each LED's states, for the README."""
 
 
 @dataclass(frozen=True, slots=True)

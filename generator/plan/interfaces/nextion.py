@@ -44,7 +44,7 @@ REFRESH_S = 30.0
 SEARCH_S = 3.0
 """Wait for an answer before the search: the display starts in 1 s, and answers within 1 s."""
 BEAT_S = CONTROL_CHART_EVERY_S
-"""Length of a beat, which counts all longer times."""
+"""Length of a beat, the unit in which all longer times are counted."""
 BYTES_OF_POINT = len("20,743h59.98,-1100.5,4:")
 BYTES_OF_ORDER = 32
 JOULES_PER_HUNDREDTH_KWH = 36e3
@@ -224,7 +224,7 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
     yield Constant(
         "NEXTION_ORDER_SIZE",
         f"{BYTES_OF_ORDER + points * BYTES_OF_POINT}u",
-        f"the longest order: {points} segments of {BYTES_OF_POINT} characters",
+        f"the longest command: {points} segments of {BYTES_OF_POINT} characters",
     )
     if selectable_types(controller):
         yield Constant(

@@ -19,9 +19,9 @@ FASTEST_HZ = 5.0
 MOST_LOAD = 0.5
 """Largest share of the time for which the line may be busy."""
 MOST_SILENCE = 0.25
-"""Longest time between two rounds, as a share of that after which the master is lost."""
+"""Longest time between two rounds, as a share of the time after which the master is lost."""
 HEARD_WITHIN_S = 5.0
-"""Time after which the exchange counts as lost, if the spec has no time for a lost master."""
+"""Time after which the connection is lost, if the spec has no time for a lost master."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ def round_s(interface: ModbusRtu, round_: tuple[Transaction, ...]) -> float:
 def rate_hz(source: Source, interface: ModbusRtu) -> float:
     """Return the rate of the rounds, rounded down: FASTEST_HZ, or what MOST_LOAD allows if less.
 
-    If that is so slow that the master would count as lost, the rate is higher.
+    If the master would be lost at this rate, it is higher.
     """
     busy_s = round_s(interface, transactions(source))
     seldom_hz = 1 / (busy_s + MOST_SILENCE * lost_after_s(source.controller))
@@ -79,7 +79,7 @@ def rate_hz(source: Source, interface: ModbusRtu) -> float:
 
 
 def lost_after_s(controller: Controller) -> float:
-    """Shortest time without a request after which a loop counts its master as lost, s."""
+    """Shortest time without a request after which the master of a loop is lost, s."""
     times = [loop.protection.master_lost_after_s for loop in controller.loops.values()]
     return min((time for time in times if time is not None), default=HEARD_WITHIN_S)
 

@@ -40,7 +40,7 @@ class Transaction:
 
     @property
     def function(self) -> str:
-        """Its function, as mb2hal names it."""
+        """The Modbus function, in mb2hal's words."""
         return FUNCTIONS[self.table]
 
     @property

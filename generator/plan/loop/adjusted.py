@@ -81,7 +81,7 @@ def _at(source: Source, each: Number) -> Source:
 
 
 def _constant(prefix: str, each: Number, what: str) -> str:
-    """Name a constant: `what` stands before the number's unit."""
+    """Name a constant; `what` is put before the number's unit."""
     unit = each.kind.field.removeprefix(each.kind.key)
     return f"{prefix}_{each.kind.key}{what}{unit}".upper()
 

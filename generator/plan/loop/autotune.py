@@ -16,8 +16,8 @@ FILTERS_AND_PERIODS = 1.35
 def constants(loop: Source, spec: Loop, prefix: str) -> list[Constant]:
     """The constants of a loop's experiment."""
     pid, experiment = spec.algorithm.pid, spec.autotune
-    assert pid is not None  # noqa: S101 - a loop that can be tuned
-    assert experiment is not None  # noqa: S101 - and is
+    assert pid is not None  # noqa: S101 - autotune needs a pid
+    assert experiment is not None  # noqa: S101 - the caller has looked
     return [
         *_experiment(loop.at("autotune"), experiment, pid, prefix, spec),
         *_rule(loop.at("algorithm"), pid, prefix, spec),

@@ -9,8 +9,8 @@ from heatwright.spec import Current, Loop
 from heatwright.spec.sensing.circuits import reference_v
 
 RAMP_PERCENT = 25.0
-"""Initial limit of the duty, and its rise per step: a wire with a third of its resistance is then
-noticed at three quarters of its rated current, before it carries more."""
+"""Initial limit of the duty, and its rise per step: if a wire has only a third of its resistance,
+this is detected at three quarters of its rated current, before it carries more."""
 
 RULES_S = 0.5
 """Time for which the current must be too high or too low to trip a rule."""
@@ -23,11 +23,11 @@ FEWEST_STEPS = 5
 than 2 % of an old value is left after four steps."""
 
 IDLE_SHARE = 0.05
-"""Share of the mean nominal current at full duty below which a reading counts as no current."""
+"""Share of the mean nominal current at full duty below which a reading means no current."""
 
 IDLE_CODES = 3
-"""ADC steps that also count as no current: its offset and linearity errors are within them (data
-sheets, ADC characteristics)."""
+"""ADC steps below which a reading also means no current: offset and linearity errors are within
+them (data sheets, ADC characteristics)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +104,9 @@ def _idle(at: Source, current: Current, factor: float, mean: str) -> tuple[float
     full_v = reference_v(sensor, at.controller.board.mcu)
     codes_a = IDLE_CODES * full_v / 1024 / sensor.scale_v_per_a
     if codes_a > share_a:
-        return codes_a, f"{IDLE_CODES} steps of the ADC: less counts as no current"
+        return codes_a, f"{IDLE_CODES} steps of the ADC: less means no current"
     nominal = quantity(current.nominal_a, "A") + mean
-    return share_a, f"{IDLE_SHARE:.0%} of {nominal}: less counts as no current"
+    return share_a, f"{IDLE_SHARE:.0%} of {nominal}: less means no current"
 
 
 def _steps(loop: Loop) -> tuple[int, str]:

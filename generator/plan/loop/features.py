@@ -1,4 +1,4 @@
-"""The features of a loop: what each adds to the loop's control step, and to its commands.
+"""The features of a loop: the statements that each adds to the control step and to commands.
 
 Features that add to the same stage run in the order of this file; docs/control.md describes that
 order.
@@ -26,7 +26,7 @@ SETTINGS = (
         begin="guard_{name}.maximum_c = settings.{name}_maximum_c;",
     ),
 )
-"""At the start of a step: use the values set since the last one."""
+"""Features that act at the start of a step: they apply values that were set since the last step."""
 
 SWITCHES = (
     Feature(
@@ -67,7 +67,7 @@ SWITCHES = (
         names={"idle": "loop_{name}.paused || is_off()", "idle_words": "it is switched off, or "},
     ),
 )
-"""At the start of a step: use the commands since the last one, on or off, and the mode."""
+"""Features that act at the start of a step: they execute commands, on or off, and set the mode."""
 
 READING = (
     Feature(

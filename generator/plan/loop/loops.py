@@ -186,7 +186,7 @@ def _response(source: Source, response: Response, loop: Loop, prefix: str) -> li
 
 
 def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constant]:
-    """Period and setpoints; the bounds only if a command or a stored value could exceed them."""
+    """Period and setpoints; bounds only if a command or a stored value could exceed them."""
     bounded = told.commanded or told.adjustable or told.keyed or told.stored
     setpoint = source.at("setpoint")
     bounds = (("minimum", loop.setpoint.minimum_c), ("maximum", loop.setpoint.maximum_c))
@@ -211,7 +211,7 @@ def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
         hottest_c = highest_c + (maximum_c - setpoint_c)
         constants += [
             at.number(f"{prefix}_SETPOINT_MAXIMUM_{letter}_C", highest_c, f"a type {letter}"),
-            at.number(f"{prefix}_MAXIMUM_{letter}_C", hottest_c, "as far above it as usual"),
+            at.number(f"{prefix}_MAXIMUM_{letter}_C", hottest_c, "as far above it as the spec's"),
         ]
     return constants
 
@@ -235,7 +235,7 @@ def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 
 def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """How near to the setpoint counts as warm, if no host waits for the loop to be ready."""
+    """The deviation within which a loop is warm, if no host waits for the loop to be ready."""
     at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
     if within_k is None:
         at, within_k = source.at("ready_within"), _ready_within_k(loop)

@@ -20,7 +20,7 @@ def always(_: LoopNames) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feature:
-    """What one feature adds to a loop's C; `{name}` is replaced by that value of the templates."""
+    """C that one feature adds to a loop; `{name}` is replaced by the template's value `name`."""
 
     when: Callable[[LoopNames], object] = always
     """Whether a loop has the feature."""
@@ -35,7 +35,7 @@ class Feature:
     public: tuple[str, ...] = ()
     """Templates, in loop/public, of functions that others call."""
     begin: str = ""
-    """At the start of a step: use what was set and commanded since the last step."""
+    """Runs at the start of a step: applies settings and commands since the last step."""
     read: str = ""
     program: str = ""
     guard: str = ""
@@ -73,7 +73,7 @@ class LoopFile:
 
 
 def put_together(loop: LoopNames, features: Iterable[Feature]) -> LoopFile:
-    """Collect what the loop's features add, in their order."""
+    """Collect the C of the loop's features, in their order."""
     had = [each for each in features if each.when(loop)]
     known = {each.name: getattr(loop, each.name) for each in fields(loop)}
     named = {key: text.format(**known) for each in had for key, text in each.names.items()}

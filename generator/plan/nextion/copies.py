@@ -1,4 +1,4 @@
-"""Finds what must be typed into the editor: the differences from an earlier component or page.
+"""Finds the values to type into the editor: the differences from an earlier component or page.
 
 The editor cannot import text, but copies components and pages with their contents. So a component
 or page is made from a copy of a similar earlier one, and only the differences are typed.

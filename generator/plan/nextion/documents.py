@@ -135,7 +135,7 @@ def _page(making: Making) -> PageDocument:
 
 
 def _blocks(making: Making) -> list[Block]:
-    """Split the steps into tables, each before code is entered: later copies then have the code."""
+    """Split the steps into tables; after each its code is entered, which later copies then have."""
     blocks: list[Block] = []
     for step in making.steps:
         if not blocks or blocks[-1].codes:

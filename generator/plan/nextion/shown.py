@@ -30,7 +30,7 @@ class Shows:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """The same component for C: `stem` is the number of its name."""
+    """A component of `Shows` in C; `stem` is the number of the component's name."""
 
     stem: int
     row: int

@@ -1,1 +1,1 @@
-"""Plans of the outputs, found by the stem of their kind."""
+"""Plans of the outputs; each module has the name of its kind."""

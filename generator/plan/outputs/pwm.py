@@ -112,7 +112,7 @@ def _connection(output: PwmOutput, number: int, letter: str) -> str:
 
 
 def _connections(controller: Controller, number: int) -> str:
-    """The connecting bits of all outputs of a timer."""
+    """The bits that connect all outputs of a timer to their pins."""
     pins = controller.board.pins
     found = [
         _connection(output, number, pwm[1])
@@ -159,7 +159,7 @@ def _reason(board: Board, output: PwmOutput) -> str:
     pin = board.pins[output.pin]
     wanted = quantity(output.frequency_hz, "Hz")
     if pin.pwm is None:
-        return f"No timer reaches {label(pin)}"
+        return f"No timer drives {label(pin)}"
     if not keeps_frequency(pwm_setting(board, output), output.frequency_hz):
         return f"Timer {pin.pwm[0]}, to which {label(pin)} belongs, cannot make {wanted}"
     return f"Timer {pin.pwm[0]}, to which {label(pin)} belongs, has another output's frequency"

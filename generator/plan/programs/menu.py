@@ -18,11 +18,11 @@ from heatwright.spec.rules import Rule
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 WIDE_C = 1000.0
-"""From here on temperatures are shown without decimals, so that two fit in a line."""
+"""From this temperature on, °C, no decimals are shown, so that two temperatures fit in a line."""
 
 JOULE_PER_KWH = 3.6e6
 TENTHS_PER_DUTY = 1000
-"""What the energy counter adds per step at full power."""
+"""Value that the energy counter adds per step at full power."""
 
 
 class Shown(NamedTuple):

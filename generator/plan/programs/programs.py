@@ -22,9 +22,9 @@ from heatwright.spec.quantity import duration
 KINDS = {kind: f"PROGRAM_{kind.upper()}" for kind in ("over", "rate", "fast", "hold", "until")}
 UINT16_MAX = 0xFFFF
 PER_KELVIN = 10
-"""Temperatures and rates of a program are whole tenths."""
+"""Steps of a kelvin in a program: temperatures and rates are stored in whole tenths."""
 FLOAT_ERROR = 1e-6
-"""Far below a hundredth, far above the rounding errors of binary numbers."""
+"""Tolerance of a rounding: far below a hundredth, far above the errors of binary numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ def _program(source: Source, program: Program) -> StoredProgram:
 
 
 def _segment(segment: Segment) -> CodedSegment:
-    """A segment as C, and as the spec says it."""
+    """Return a segment's C, and its text in words of the spec."""
     amount, how = _amount(segment)
     what = "hold" if segment.to_c is None else f"to {quantity(segment.to_c, 'degC')}"
     return CodedSegment(

@@ -159,7 +159,7 @@ def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Con
             filter_share(band.filter_s, loop),
             f"of a step in the mean of the power, over {about(band.filter_s)} s",
         ),
-        source.number(f"{prefix}_EFFORT_MOVE_K", band.move_k, "a smaller move counts as constant"),
+        source.number(f"{prefix}_EFFORT_MOVE_K", band.move_k, "a smaller change is ignored"),
         source.at("for").steps(
             f"{prefix}_EFFORT_STEPS", effort.for_s, loop, _words(effort.derived.get("for"))
         ),

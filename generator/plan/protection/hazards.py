@@ -20,7 +20,7 @@ TICK_S = TICK_MS / 1000
 MAIN_PERMIT_S = GATE_MAIN_PERMIT_TICKS * TICK_S
 CONTACT_S = CONTACT_TICKS * TICK_S
 FLASH_ROUNDS = 2
-"""A bit that flips where the present round has already been is found in the next round."""
+"""Rounds until a flipped bit is found: it may flip just after the present round has checked it."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def _drift(controller: Controller) -> str:
     if "sensors_disagree" in known:
         return "a cause that shifts both sensors alike"
     if "effort_high" in known:
-        return "an error within the plant's tolerance: the machine gets hotter by it"
+        return "an error within the plant's tolerance: the machine gets hotter by this error"
     untold = "a reading that is too low" if "effort_low" in known else "it"
     return f"**No rule detects {untold}**: the machine gets hotter by the error"
 
@@ -124,9 +124,9 @@ HAZARDS = (
         lambda _: True,
     ),
     Hazard(
-        "The reading stands still",
+        "The reading is stuck",
         ("sensor_frozen", "heating_failed", "runaway_below", "program_lags"),
-        "a reading that stands at or above the setpoint: then the heater is off",
+        "a reading that is stuck at or above the setpoint: then the heater is off",
     ),
     Hazard("The sensor is torn, shorted, dead or disturbed", READINGS, "–"),
     Hazard(
@@ -184,7 +184,7 @@ HAZARDS = (
     Hazard(
         "The ADC or its reference is wrong",
         ("adc_wrong",),
-        "an error below a quarter, or one that internal reference and the chip's own voltage share",
+        "an error below a quarter, or of the reference and the measured voltage by the same share",
     ),
     Hazard(
         "A bit of RAM, flash or EEPROM flips, or the program has no checksum",
@@ -260,7 +260,7 @@ def within(controller: Controller, rule: Rule) -> str:
 
 
 def _off_after(controller: Controller, name: str, rule: str) -> float:
-    """Bound on the time of `within`, s, in one loop, for a lasting condition (docs/safety.md)."""
+    """Upper bound of the time of `within`, s, in one loop, for a lasting condition."""
     at_once = {
         "emergency_stop": TICK_S,
         "input_open": 2 * TICK_S,

@@ -58,4 +58,4 @@ def plan_inputs(root: Source) -> list[Part]:
 
 def _how(each: Input) -> str:
     ends = "it is acknowledged" if each.trips else "it is closed again"
-    return f"a contact to ground, closed while all is well: open, nothing heats until {ends}"
+    return f"a contact to ground, closed while all is well; if it opens, nothing heats until {ends}"

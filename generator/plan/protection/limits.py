@@ -1,4 +1,4 @@
-"""The condition that trips each rule, as a project's README says it."""
+"""The condition that trips each rule, in words for a project's README."""
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
@@ -127,10 +127,10 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
     }
     if protection.frozen is not None:
         holding = protection.frozen.holding_percent
-        heat = f"more heat than {quantity(holding, '%')}" if holding else "heat"
+        heat = f"a duty above {quantity(holding, '%')}" if holding else "the heater on"
         limits["sensor_frozen"] = (
-            f"exactly the same reading for {quantity(protection.frozen.for_s, 's')} of "
-            f"{heat} below the setpoint"
+            f"exactly the same reading for {quantity(protection.frozen.for_s, 's')} with "
+            f"{heat}, below the setpoint"
         )
     if protection.heating is not None:
         limits["heating_failed"] = (

@@ -32,7 +32,7 @@ class MonitorsNames:
     where: str
     monitors: list[str]
     loop_name: str = ""
-    """The loop beside which they are shown."""
+    """The loop whose display also shows the monitors."""
 
 
 def plan_monitors(root: Source, loop_name: str, loop: Loop) -> Part:

@@ -1,1 +1,1 @@
-"""Plans of the sensors, found by the stem of their kind."""
+"""Plans of the sensors; each module has the name of its kind."""

@@ -1,4 +1,4 @@
-"""The EEPROM: room for all that is stored in it, and few enough writes that its cells last."""
+"""The EEPROM: it must hold everything that is stored, and its cells must last."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from heatwright.spec.quantity import about, duration
 
 MINUTE_S = 60.0
 TENTH_S = 10.0
-"""Times are proposed in multiples of this, those above a minute in minutes."""
+"""Messages propose times in multiples of this, s; times above a minute in whole minutes."""
 
 
 def eeprom_suffices(controller: Controller) -> Findings:
@@ -55,7 +55,7 @@ def settings_fit(controller: Controller) -> Findings:
 
 
 def _largest(controller: Controller, areas: Layout) -> Path:
-    """Return the path of what takes most of the EEPROM and can be made smaller."""
+    """Return the path of the largest user of the EEPROM that can be made smaller."""
     log = log_in_eeprom(controller)
     kept = areas.history.slot_bytes * areas.history.slots
     if log is not None and kept > areas.programs.slot_bytes * areas.programs.slots:
@@ -96,7 +96,7 @@ def _suffices(controller: Controller) -> bool:
 
 def _with_points(controller: Controller, points: int) -> Controller:
     programs = controller.programs
-    assert programs is not None  # noqa: S101 - looked at before
+    assert programs is not None  # noqa: S101 - only called if there are programs
     return controller.model_copy(
         update={"programs": programs.model_copy(update={"points": points})}
     )

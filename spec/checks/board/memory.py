@@ -1,4 +1,4 @@
-"""RAM: a lower bound of what a firmware takes. `heatwright build` measures what it really takes."""
+"""A lower bound of the RAM that a firmware needs; `heatwright build` measures the real size."""
 
 from heatwright.spec.board.eeprom import log_entry_bytes
 from heatwright.spec.checks.finding import Finding, Findings
@@ -8,20 +8,20 @@ from heatwright.spec.interfaces import SerialLog
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
 
-# Variables and stack of the smallest firmware, and what comes on top, each a little less than was
-# measured: nothing that fits is refused.
+# RAM of the smallest firmware, and of each addition to it. Each value is a little less than was
+# measured, so that a firmware which fits is never refused.
 LEAST_BYTES = 200
 NEXTION_BYTES = 1700
 PROGRAMS_BYTES = 240
 POINT_BYTES = 27
 POINT_SHOWN_BYTES = 36
-"""For each point of a program that a nextion display shows."""
+"""RAM for each point of a program that a nextion display shows."""
 MENU_BYTES = 150
 LOG_BYTES = 60
 
 
 def least_bytes(controller: Controller) -> int:
-    """Return the RAM that a firmware takes at least, without the ring buffer of a log."""
+    """Return the least RAM that a firmware needs, without the ring buffer of a log."""
     programs = controller.programs
     touched = nextion_of(controller) is not None
     found = LEAST_BYTES + NEXTION_BYTES * touched
@@ -45,7 +45,7 @@ def ram_suffices(controller: Controller) -> Findings:
         fewer = ", or fewer points" if controller.programs is not None else ""
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "kind"),
-            f"a nextion and what it shows take at least {least} bytes of RAM, {has}: "
+            f"a nextion and its contents need at least {least} bytes of RAM, {has}: "
             f"{least - board.ram_bytes} too many",
             f"Use a board with more RAM, such as mega2560, or an lcd_keypad{fewer}",
             because_of,
@@ -55,7 +55,7 @@ def ram_suffices(controller: Controller) -> Findings:
         most = (board.ram_bytes - least) // entry_bytes[index]
         yield Finding(
             ("interfaces", index, "entries"),
-            f"entries take {number(rings[index])} bytes of RAM, all else at least {least}, {has}: "
+            f"entries need {number(rings[index])} bytes of RAM, the rest at least {least}, {has}: "
             f"{least + rings[index] - board.ram_bytes} too many",
             f"Use at most {most}, or keep: eeprom" if most else "Use keep: eeprom",
             because_of,

@@ -97,20 +97,20 @@ def _what_for(use: PinUse) -> str:
 
 
 def shields_fit(controller: Controller) -> Findings:
-    """Find shields on boards that do not take them."""
+    """Find shields on boards that they do not fit."""
     board = controller.board
     for index, interface in enumerate(controller.interfaces):
         if interface.shield is not None and not board.shield:
             yield Finding(
                 ("interfaces", index, "kind"),
-                f"{board.name} does not take a shield",
+                f"an Uno's shield does not fit {board.name}",
                 "Use uno, mega2560 or leonardo, or leave the shield out",
                 (_BOARD,),
             )
 
 
 def heater_pins_stay_off(controller: Controller) -> Findings:
-    """Refuse heaters, and the relay before them, on pins driven before the program runs.
+    """Refuse heaters and safety relays on pins that are driven before the program runs.
 
     A bootloader flashes the LED and uses the serial port at each reset; on a bare chip the
     programmer clocks SCK and MOSI while the chip is held in reset.
@@ -135,7 +135,7 @@ def heater_pins_stay_off(controller: Controller) -> Findings:
 
 
 def _kept_off(controller: Controller) -> Iterator[tuple[str, Switch, str, Path]]:
-    """List outputs that must be off until the program runs: name, output, word, path of its use."""
+    """List outputs that must be off until the program runs: name, output, its role, path of use."""
     for name, loop, heater in loop_heaters(controller):
         yield loop.heater, heater, "heater", ("loops", name, "heater")
     relay = controller.switches.get(controller.safety.relay or "")

@@ -1,4 +1,4 @@
-"""Serial ports: those of the board, each for one interface, at a baud rate it can make."""
+"""Serial ports: they must exist, serve one interface each, and be able to make its baud rate."""
 
 from heatwright.spec.board.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.checks.finding import Finding, Findings
@@ -22,7 +22,7 @@ def ports_exist(controller: Controller) -> Findings:
 
 
 def one_interface_per_port(controller: Controller) -> Findings:
-    """Find interfaces that would talk on a serial port at the same time."""
+    """Find interfaces that would use the same serial port."""
     first: dict[int, int] = {}
     for index, interface in enumerate(controller.interfaces):
         if interface.line is None:
@@ -33,7 +33,7 @@ def one_interface_per_port(controller: Controller) -> Findings:
         if other != index:
             yield Finding(
                 ("interfaces", index, "kind"),
-                f"interfaces[{other}] already talks on {called}",
+                f"interfaces[{other}] already uses {called}",
                 _remedy(controller, set(first)),
                 (("interfaces", other),),
             )

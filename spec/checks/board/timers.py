@@ -1,4 +1,4 @@
-"""Timers: enough of them, and frequencies they can make."""
+"""Timers: there must be enough, and they must be able to make the frequencies."""
 
 from heatwright.spec.board.timers import NoTimer, allocate, ticks_at_all
 from heatwright.spec.checks.finding import Finding, Findings
@@ -7,7 +7,7 @@ from heatwright.spec.quantity import hertz
 
 
 def clock_ticks(controller: Controller) -> Findings:
-    """Find clocks too fast for the chip, or that do not divide into ticks of 10 ms."""
+    """Find clocks that are too fast for the chip, or that no timer divides into ticks of 10 ms."""
     board = controller.board
     path = ("controller", "clock")
     if board.clock_hz > board.fastest_hz:

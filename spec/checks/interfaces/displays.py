@@ -1,11 +1,11 @@
-"""Displays and logs: one of each, and what only an operator with a menu could use."""
+"""Displays and logs: at most one of each; settings for which an operator needs a menu."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.programs.programs import has_an_operator
 from heatwright.spec.commands import gcode_of, nextion_of
 from heatwright.spec.controller import Controller
 
-NO_MENU = "no nextion interface serves the loop, nor an lcd_keypad beside programs"
+NO_MENU = "the loop has no nextion interface, and no lcd_keypad with programs"
 
 
 def one_display(controller: Controller) -> Findings:
@@ -25,7 +25,7 @@ def one_display(controller: Controller) -> Findings:
 
 
 def display_apart_from_host(controller: Controller) -> Findings:
-    """Find a loop that a display switches, and that a host switches by a setpoint of 0."""
+    """Find a loop of a display that a host commands too, for which a setpoint of 0 means off."""
     display, gcode = nextion_of(controller), gcode_of(controller)
     if display is None or gcode is None or display.loop not in gcode.loops.values():
         return

@@ -1,4 +1,4 @@
-"""G-code hosts: what they serve and command."""
+"""G-code hosts: the loops, fans and steppers that they command, and the lines that they send."""
 
 import re
 
@@ -65,7 +65,7 @@ def _fan(controller: Controller, path: Path, name: str) -> Findings:
         yield Finding(
             ("outputs", name, "runs"),
             "a fan that always runs cannot be switched by a host",
-            "Delete runs, or take the fan from the interface",
+            "Delete runs, or remove the fan from the interface",
             (path,),
         )
 
@@ -96,8 +96,8 @@ def steppers_wait(controller: Controller) -> Findings:
         if not waits:
             yield Finding(
                 ("outputs", name),
-                "nothing says when the stepper may feed: no loop that a gcode interface serves has "
-                "ready_within",
+                "no loop of a gcode interface has ready_within, so the stepper could feed cold "
+                "material",
                 "Add ready_within:, such as 2 K, to the loop that melts the material",
                 (("loops",), ("interfaces",)),
             )
@@ -139,7 +139,7 @@ def lines_fit_the_host(controller: Controller) -> Findings:
 
 
 def lines_name_served_loops(controller: Controller) -> Findings:
-    """Find lines of the scenario that heat what the host does not command."""
+    """Find lines of the scenario that heat a loop which the host does not command."""
     gcode = gcode_of(controller)
     if gcode is None:
         return
@@ -156,7 +156,7 @@ def lines_name_served_loops(controller: Controller) -> Findings:
 
 
 def lines_have_a_host(controller: Controller) -> Findings:
-    """Find lines of the scenario that nothing would read."""
+    """Find lines of the scenario that no interface would read."""
     if gcode_of(controller) is None and nextion_of(controller) is None:
         remedy = (
             "Add {kind: gcode, loops: {T0: …}} or {kind: nextion, loop: …} to interfaces, or "

@@ -1,4 +1,4 @@
-"""Keys: steps that fit the range, countdowns that can be set and cannot be forgotten."""
+"""Keypads: steps that fit the range of setpoints; countdowns that can be set and always end."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import placed, programmed, starts_enabled, switched
@@ -34,7 +34,7 @@ def step_fits_range(controller: Controller) -> Findings:
 
 
 def countdowns_have_a_use(controller: Controller) -> Findings:
-    """Find countdowns that programs or a host replace, a power cut loses, or may never start."""
+    """Find countdowns that programs or hosts replace, power cuts lose, or that may never start."""
     for index, interface in placed(controller, LcdKeypad).items():
         if interface.countdown is None:
             continue
@@ -66,7 +66,7 @@ def countdowns_have_a_use(controller: Controller) -> Findings:
         elif interface.countdown.counts == "from setpoint" and _rests_anywhere(controller, name):
             yield Finding(
                 (*path, "counts"),
-                "without ki the loop may rest below its setpoint, and the countdown never start",
+                "without ki the loop may settle below its setpoint, and the countdown never start",
                 "Write counts: at once, or give the algorithm a ki",
                 (("loops", name, "algorithm"),),
             )

@@ -1,4 +1,4 @@
-"""LEDs: a loop to show, and something to show of it."""
+"""LEDs: each shows one loop, and a state that this loop can have."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import modbus_of, placed

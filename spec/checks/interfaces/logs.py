@@ -1,4 +1,4 @@
-"""Logs: no faster than the control, in whole seconds."""
+"""Logs: an interval of whole seconds that is not shorter than the loop's period."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.loops.timing import lasts_a_period
@@ -9,7 +9,7 @@ from heatwright.spec.quantity import duration
 
 
 def entries_are_new(controller: Controller) -> Findings:
-    """Find logs that note each control step more than once."""
+    """Find logs that record each control step more than once."""
     for index, interface in placed(controller, SerialLog).items():
         if interface.loop not in controller.loops:
             continue

@@ -1,4 +1,4 @@
-"""Masters, and hosts that may be lost: what they can write, and what only they can do."""
+"""Masters, and hosts whose loss is detected: their writes, and loops that only they switch on."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ LONGEST_FRAME = 256
 """Maximum number of bytes of a request or an answer (Modbus over serial line, 2.5.1)."""
 
 LONGEST_TALK = 96 + 2048
-"""Characters of the longest line that the firmware takes from a host, and the longest answer."""
+"""Characters of the longest line that the firmware accepts from a host, and the longest answer."""
 
 HOST_CHARACTER_BITS = 10
 """Bits of one character in 8N1 format: start bit, 8 data bits, stop bit."""
@@ -92,9 +92,9 @@ def masters_have_time(controller: Controller) -> Findings:
 
 
 def writes_have_a_reader(controller: Controller) -> Findings:
-    """Find writes that no interface takes."""
+    """Find writes of a master in a scenario, if no interface accepts them."""
     if modbus_of(controller) is None:
-        reason = "no interface takes writes of a master"
+        reason = "no interface accepts writes of a master"
         remedy = "Add {kind: modbus_rtu} to interfaces, or delete the event"
         yield from untaken(controller, "write", "write", reason, remedy, ("interfaces",))
 
@@ -151,7 +151,7 @@ def writes_in_range(controller: Controller) -> Findings:
         if write.what == "setpoint" and not low_c <= write.value <= high_c:
             yield Finding(
                 path,
-                f"{celsius(write.value)} is not one of the setpoints that may be chosen",
+                f"{celsius(write.value)} is outside the range of setpoints",
                 f"Use {celsius(low_c)} to {celsius(high_c)}",
                 (("loops", write.loop, "setpoint"),),
             )

@@ -1,4 +1,4 @@
-"""Algorithms: limits in order, and outputs that can make the duty."""
+"""Algorithms: their limits must be in order, and their outputs able to make the duty."""
 
 from heatwright.spec.algorithms import LEAST_RANGE_PERCENT
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters
@@ -108,11 +108,11 @@ def something_acts(controller: Controller) -> Findings:
 
 
 def rest_is_not_frozen(controller: Controller) -> Findings:
-    """Find loops that may rest below the setpoint, on which the rule `sensor_frozen` would trip.
+    """Find loops that may settle below the setpoint, where the rule `sensor_frozen` would trip.
 
-    Without an integral the temperature comes to rest where the proportional term supplies the
-    losses: below the setpoint, with the heater on and no reading that moves. A rule with `holding`
-    allows for that.
+    Without an integral the temperature settles where the proportional term supplies the losses:
+    below the setpoint, with the heater on and a constant reading. With `holding` the rule accepts
+    such a reading.
     """
     for name, loop in controller.loops.items():
         algorithm, rule = loop.algorithm.pid, loop.protection.frozen
@@ -121,7 +121,7 @@ def rest_is_not_frozen(controller: Controller) -> Findings:
         if rule.holding_percent == 0:
             yield Finding(
                 ("loops", name, "algorithm", "ki"),
-                "without an integral the temperature may come to rest below the setpoint, and "
+                "without an integral the temperature may settle below the setpoint, and "
                 "the rule sensor_frozen would trip",
                 "Give ki a value above 0, or write frozen: {holding: …} or frozen: off in "
                 "protection",

@@ -1,4 +1,4 @@
-"""Three positions: what cools, and a band between heating and cooling."""
+"""Three-position control: the cooler, and the dead band between heating and cooling."""
 
 from heatwright.spec.algorithms import ThreePosition
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
@@ -11,7 +11,7 @@ _PLANT: Path = ("simulation", "plant")
 
 
 def coolers_have_a_use(controller: Controller) -> Findings:
-    """Find algorithms that have nothing to cool with, and coolers that are never switched on."""
+    """Find three-position algorithms without a cooler, and coolers that are never switched on."""
     for name, loop in controller.loops.items():
         cools = loop.algorithm.cools
         if cools and loop.cooler is None:
@@ -80,9 +80,9 @@ def coolers_cool(controller: Controller, plant: ThermalNetwork) -> Findings:
 
 
 def dead_band_has_room(controller: Controller) -> Findings:
-    """Check the hysteresis against the dead band, and what is left against the sensor's step.
+    """Check the hysteresis against the dead band, and their difference against the sensor's step.
 
-    Between where heating ends and cooling begins there must be a reading at which neither is on.
+    Between the end of heating and the start of cooling there must be a reading with neither on.
     """
     for name, loop, sensor in loop_sensors(controller):
         algorithm = loop.algorithm
@@ -95,7 +95,7 @@ def dead_band_has_room(controller: Controller) -> Findings:
             yield Finding(
                 (*path, "hysteresis"),
                 f"{number(algorithm.hysteresis_k)} K is more than the dead band of "
-                f"{number(algorithm.dead_band_k)} K, so heating would go on above the setpoint",
+                f"{number(algorithm.dead_band_k)} K, so heating would continue above the setpoint",
                 f"Use at most {number(algorithm.dead_band_k)} K",
                 ((*path, "dead_band"),),
             )

@@ -52,14 +52,14 @@ def ready_can_last(controller: Controller) -> Findings:
             yield Finding(
                 ("loops", name, "ready_within"),
                 f"{number(loop.ready_within_k)} K is not above {what}, {about(widest_k)} K: the "
-                "loop could come to rest and not be ready",
+                "loop could settle and not be ready",
                 f"Use more than {rounded_up(widest_k)} K",
                 (("loops", name), ("sensors", loop.sensor)),
             )
 
 
 def autotune_has_a_use(controller: Controller) -> Findings:
-    """Find experiments that nobody could start, or that would find nothing."""
+    """Find autotune that nobody could start, or of an algorithm that has no gains."""
     for name, loop in controller.loops.items():
         if loop.autotune is None:
             continue

@@ -1,4 +1,4 @@
-"""Temperatures: setpoints in order, protections outside them, sensors that can read them all."""
+"""Temperatures: setpoints in order, protections beyond them, sensors that can read all of them."""
 
 import math
 from itertools import product
@@ -33,7 +33,7 @@ def setpoints_in_order(controller: Controller) -> Findings:
         elif not setpoint.minimum_c <= setpoint.initial_c <= setpoint.maximum_c:
             yield Finding(
                 (*path, "initial"),
-                f"{celsius(setpoint.initial_c)} is not one of the setpoints that may be chosen",
+                f"{celsius(setpoint.initial_c)} is outside the range of setpoints",
                 f"Use {celsius(setpoint.minimum_c)} to {celsius(setpoint.maximum_c)}",
                 ((*path, "minimum"), (*path, "maximum"), ("interfaces",)),
             )
@@ -44,7 +44,7 @@ def maximum_above_setpoints(controller: Controller) -> Findings:
 
     At the highest setpoint a healthy loop may read too high by the sensor's error. An on-off loop
     also rises above it by its hysteresis before it switches off, and a loop with a dead band may
-    rest above the setpoint by that band.
+    settle above the setpoint by that band.
     """
     for name, loop, sensor, _ in loop_types(controller):
         highest_c = loop.setpoint.maximum_c
@@ -102,7 +102,7 @@ def minimum_below_setpoints(controller: Controller) -> Findings:
 
 
 def start_is_allowed(controller: Controller) -> Findings:
-    """Find simulated machines that are outside the protections at the start, or later at rest.
+    """Find simulated machines that break a protection at the start, or later in the steady state.
 
     A reading may deviate by a step of the sensor, and by its noise.
     """
@@ -132,7 +132,7 @@ def protections_in_range(controller: Controller) -> Findings:
         lowest_c, highest_c = sensor.range_c
         path = ("loops", name, "protection")
         with_type = f"with type {kind} " if kind else ""
-        or_less = f", or take {kind} out of selectable" if kind else ""
+        or_less = f", or remove {kind} from selectable" if kind else ""
         has_range = "range_c" in type(sensor).model_fields
         or_wider = f", or give sensor {loop.sensor} a wider range" if has_range else ""
         reaches_c = highest_c - sensor.error_k(highest_c)
@@ -178,7 +178,7 @@ def efforts_are_known(controller: Controller) -> Findings:
 def rise_rate_above_steps(controller: Controller) -> Findings:
     """Find rise rates that one step of the sensor exceeds between two readings.
 
-    The step is the wider one of those at the two ends of what a healthy loop reads.
+    The larger of the sensor's steps at the two ends of a healthy loop's readings is used.
     """
     for name, loop, sensor in loop_sensors(controller):
         limit_k = loop.rise_per_period_k
@@ -192,7 +192,7 @@ def rise_rate_above_steps(controller: Controller) -> Findings:
                 ("loops", name, "protection", "rise_rate"),
                 f"{number(loop.protection.rise_rate_k_per_s)} K/s is {number(limit_k)} K in a "
                 f"period, less than a step of the sensor's reading, {about(step_k)} K, so any "
-                "change of it would be a fault",
+                "change of the reading would be a fault",
                 f"Use at least {rounded_up(loop.rate_k_per_s(step_k))} K/s",
                 (("sensors", loop.sensor), ("loops", name, "period")),
             )

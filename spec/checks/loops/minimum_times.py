@@ -1,4 +1,4 @@
-"""Shortest times on and off: whole ticks, and none that a rule would take for a fault."""
+"""Shortest times on and off: whole ticks, and too short to trip a rule."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.loops.timing import counted_ticks
@@ -58,8 +58,8 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
         if fan and fan.proof:
             yield Finding(
                 ("outputs", str(loop.fan), "proof"),
-                f"until its signal comes the heater of the loop {name} stays off, whatever the "
-                "algorithm asks for, and no_current would trip",
+                f"until the fan's signal comes the heater of the loop {name} stays off, whatever "
+                "the algorithm asks for, and no_current would trip",
                 f"Delete it, or current of {loop.heater}",
                 (("outputs", loop.heater), ("loops", name)),
             )

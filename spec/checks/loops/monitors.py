@@ -1,4 +1,4 @@
-"""Monitors: a sensor of their own, and limits that it can read but a healthy machine not reach."""
+"""Monitors: a sensor of their own, and limits that it can read and a healthy machine never has."""
 
 import math
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from heatwright.spec.sensors import Thermometer, shortest_period_s
 from heatwright.spec.simulation import Simulation, ThermalNetwork
 
 SPREAD = 0.3
-"""Thermal resistances are known to ±30 %: full power may heat by this share more."""
+"""Thermal resistances have a tolerance of ±30 %: full power may heat by this share more."""
 
 _Watched = tuple[str, Monitor, Thermometer, Loop]
 
@@ -50,7 +50,7 @@ def monitor_sensors(controller: Controller) -> Findings:
         elif sensor is not None and sensor.moving_average > 1:
             yield Finding(
                 ("sensors", monitor.sensor, "moving_average"),
-                f"the monitor {name} needs every reading at once: an average would only be later",
+                f"the monitor {name} must judge each reading at once, and an average delays it",
                 "Delete it",
                 (path,),
             )
@@ -152,7 +152,8 @@ def plant_covers_monitors(controller: Controller, plant: ThermalNetwork) -> Find
 def monitors_hold(controller: Controller, simulation: Simulation) -> Findings:
     """Find limits that a healthy machine reaches in summer, so that the monitor's rule would trip.
 
-    It is hottest at rest with every loop at its highest setpoint, or on the way at full power.
+    The sensor is hottest in the steady state with every loop at its highest setpoint, or on the
+    way there at full power.
     """
     for name, monitor, sensor, _ in _watched(controller):
         try:

@@ -1,4 +1,4 @@
-"""`on_for_at_most`: somebody can switch the loop on, and whatever ends by itself ends before."""
+"""`on_for_at_most`: an operator can switch on again; rules, countdowns and programs end earlier."""
 
 from collections.abc import Iterator
 from operator import itemgetter
@@ -12,7 +12,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
 
 _OFF = {True: "starts: disabled", False: "setpoint.initial: 0 °C"}
-"""What keeps a loop off at the start; the key: whether the loop can be enabled and disabled."""
+"""The entry that keeps a loop off at the start, by whether the loop can be enabled."""
 
 
 def on_times_have_a_beginning(controller: Controller) -> Findings:
@@ -62,7 +62,7 @@ def on_times_end_last(controller: Controller) -> Findings:
 
 
 def _others(controller: Controller, name: str, loop: Loop) -> Iterator[tuple[str, Path, float]]:
-    """List what ends by itself while the loop is on: its name, path and duration, s."""
+    """List rules, countdowns and programs of the loop that end by time: name, path, duration, s."""
     rules, protection = ("protection",), loop.protection
     others = time_outs(loop) | {
         (*rules, "stale_after"): protection.stale_after_s,

@@ -33,7 +33,7 @@ def relay_is_free(controller: Controller) -> Findings:
 
 
 def relay_can_open(controller: Controller) -> Findings:
-    """Find what would keep the relay from opening at once."""
+    """Find keys of the relay's output that would keep it from opening at once."""
     relay = controller.safety.relay
     output = None if relay is None else controller.outputs.get(relay)
     if relay is None or output is None or not output.is_on_off:

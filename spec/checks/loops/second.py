@@ -12,7 +12,7 @@ from heatwright.spec.sensors import Thermometer
 
 
 def second_sensors_are_monitors(controller: Controller) -> Findings:
-    """Check that `also` names a monitor of one loop only, and stands together with `agreement`."""
+    """Check that `also` names a monitor of one loop only, and that `agreement` is given, too."""
     users: dict[str, str] = {}
     for name, loop in controller.loops.items():
         path: Path = ("loops", name, "also")
@@ -37,7 +37,7 @@ def second_sensors_are_monitors(controller: Controller) -> Findings:
         if loop.protection.agreement is None:
             yield Finding(
                 path,
-                "nothing says how far apart the two sensors may read",
+                "the largest allowed difference of the two sensors is missing",
                 "Add agreement: {within: 5 K} to the loop's protection",
                 (rule,),
             )
@@ -82,8 +82,8 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
         if second.first_s and loop.protection.stale_after_s < starts_s:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),
-                f"it is over before {monitor.sensor}, without which the loop has no reading, reads "
-                "again after a brief loss of its supply",
+                f"it is over before {monitor.sensor} reads again after a brief loss of its supply, "
+                "and without its reading the loop has none",
                 f"Use at least {duration(starts_s)}",
                 (("loops", name, "also"), *because_of),
             )

@@ -11,10 +11,10 @@ SLOW_SHARE, FAST_SHARE = 0.8, 1.2
 """Slowest and fastest speed of a healthy fan, as shares of its nominal speed. Data sheets allow
 ±10 %, and the supply may add as much."""
 FASTEST_PULSES_HZ = 350.0
-"""Maximum that is seen: the pin is sampled every ms, up to 0.1 ms late, and a pulse may be low, or
-high, for only 40 % of its time."""
+"""Highest rate that can be counted: the pin is sampled every ms, up to 0.1 ms late, and a pulse may
+be low, or high, for only 40 % of its period."""
 SLOWEST_PULSES_HZ = 8.0
-"""Minimum: a counting window then lasts 2 s, and its count of ticks still fits into a byte."""
+"""Lowest rate: its counting window lasts 2 s, and the window's count of ticks fits into a byte."""
 MOST_RATIO = 12.0
 """Highest ratio of maximum to minimum: a window has 16 pulses at the minimum, and the count at the
 maximum must fit into a byte."""
@@ -34,7 +34,7 @@ def tachometers_can_be_counted(controller: Controller) -> Findings:
         if proof.within_s < least_s:
             yield Finding(
                 (*path, "within"),
-                f"a fan takes a second to start, and counting its pulses two windows of "
+                f"a fan needs a second to start, and counting its pulses two windows of "
                 f"{duration(proof.tachometer.window_s)}",
                 f"Use at least {duration(least_s)}",
                 ((*path, "tachometer"),),
@@ -71,7 +71,7 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
         yield Finding(
             (*path, "minimum" if fan.minimum_rpm is not None else "speed"),
             f"{fan.slowest_rpm:g} rpm are {fan.pulses_hz(fan.slowest_rpm):g} pulses a second: it "
-            "would take more than 2 s to detect that they stop",
+            "would take more than 2 s to detect that the pulses stop",
             f"{AIRFLOW}, or a minimum of at least {least_rpm:g} rpm"
             if least_rpm <= slow_rpm
             else AIRFLOW,
@@ -81,7 +81,7 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
         yield Finding(
             (*path, "maximum" if fan.maximum_rpm is not None else "minimum"),
             f"{fan.fastest_rpm:g} rpm are more than {MOST_RATIO:g} times {fan.slowest_rpm:g} rpm: "
-            "one counting window does not suit both",
+            "no counting window suits both",
             f"Use a minimum of at least {fan.fastest_rpm / MOST_RATIO:g} rpm, or a smaller maximum",
             ((*path, "minimum" if fan.maximum_rpm is not None else "maximum"),),
         )

@@ -12,7 +12,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz
 
 MOST_BUSES, QUICK_HZ = 4, 16_000_000
-"""Maximum number of 1-Wire buses from this clock on; one less below it (measured)."""
+"""Maximum number of 1-Wire buses at this clock or a faster one; one less at a slower (measured)."""
 
 MOST_MISSING = 255
 """Maximum number of missing readings: an 8-bit counter counts them."""
@@ -35,7 +35,8 @@ def periods_s(count: int, loop: Loop) -> float:
 def restart_s(first_s: float, loop: Loop) -> float:
     """Return how long a loop has no reading, s, if its sensor restarts, which takes `first_s`.
 
-    One step finds the reading lost; each step before the first new reading finds none.
+    One step finds that the reading is lost; the following steps have no reading until the first new
+    one.
     """
     return periods_s(1 + max(1, math.ceil(round(loop.periods_in(first_s), 6))), loop)
 
@@ -149,7 +150,7 @@ def stale_after(controller: Controller) -> Findings:
 
 
 def watchdog_on_the_chip(controller: Controller) -> Findings:
-    """Find times that the chip's watchdog does not have: the oldest chips have up to 2 s."""
+    """Find times that are too long for the chip's watchdog: the oldest chips have at most 2 s."""
     board, watchdog_s = controller.board, controller.safety.watchdog_s
     if watchdog_s > board.longest_watchdog_s:
         yield Finding(
@@ -161,7 +162,7 @@ def watchdog_on_the_chip(controller: Controller) -> Findings:
 
 
 def watchdog_slow_enough(controller: Controller) -> Findings:
-    """Check that the watchdog, at its shortest, lasts two ticks: it is reset once a tick."""
+    """Check that the watchdog's shortest time is two ticks: the program resets it in each tick."""
     watchdog_s = controller.safety.watchdog_s
     if watchdog_s * (1 - WATCHDOG_TOLERANCE) < 2 * TICK_S:
         able = [each for each in WATCHDOG_S if each * (1 - WATCHDOG_TOLERANCE) >= 2 * TICK_S]

@@ -1,4 +1,4 @@
-"""Time-proportional outputs: whole ticks, enough steps, pulses that fit the window."""
+"""Time-proportional outputs: steps of whole ticks, enough of them, pulses that fit the window."""
 
 import math
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from heatwright.spec.outputs import TimeProportionalOutput
 from heatwright.spec.quantity import duration
 
 MAINS_PERIOD_S = 0.02
-"""One period of 50 Hz mains."""
+"""Length of one period of 50 Hz mains, s."""
 
 
 def _outputs(controller: Controller) -> Iterator[tuple[str, TimeProportionalOutput]]:
@@ -85,7 +85,7 @@ def spread_leaves_no_dc(controller: Controller) -> Findings:
 
 
 def spread_has_no_rests(controller: Controller) -> Findings:
-    """Find shortest pulses or pauses given for a spread output, whose step is both."""
+    """Find a shortest pulse or pause of a spread output: one step is both, so neither is set."""
     for name, output in _outputs(controller):
         for key, seconds in (
             ("minimum_on", output.minimum_on_s),

@@ -1,4 +1,4 @@
-"""What a machine does once its heater is off: it coasts up, and then it cools."""
+"""Checks of a machine after its heater is off: it rises further (coasts), and then it cools."""
 
 from itertools import pairwise
 
@@ -7,7 +7,7 @@ from heatwright.spec.checks.physics.machine import Machine
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 
 FASTER = 2.0
-"""Factor by which a machine is faster whose capacities and resistances are 30 % smaller."""
+"""A machine is faster by this factor if its capacities and resistances are 30 % smaller."""
 
 
 def overshoot_stays_below_maximum(machine: Machine) -> Findings:
@@ -41,8 +41,8 @@ def coasting_settles(machine: Machine) -> Findings:
     if peak_s > rule.settle_s and peak_k - settled_k >= rule.rise_k:
         yield machine.finding(
             ("protection", "rising_while_off", "settle"),
-            f"with the heater off this plant goes on rising for {duration(round(peak_s))}: by "
-            f"{about(peak_k - settled_k)} K after the time settle",
+            f"with the heater off this plant continues to rise for {duration(round(peak_s))}: by "
+            f"{about(peak_k - settled_k)} K after settle is over",
             f"Use at least {duration(round(peak_s))}, or a greater rise",
         )
 
@@ -69,7 +69,7 @@ def falling_stays_above_below(machine: Machine) -> Findings:
         yield machine.finding(
             ("protection", "runaway", "below"),
             f"until the heat arrives the reading falls to {about(fall_k)} K below "
-            f"{celsius(machine.loop.setpoint.maximum_c)}, and that of a plant {number(FASTER)} "
+            f"{celsius(machine.loop.setpoint.maximum_c)}, and in a plant {number(FASTER)} "
             f"times as fast to {about(needed_k)} K below it",
             f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
         )
@@ -100,7 +100,7 @@ def cooling_is_slow_enough(machine: Machine) -> Findings:
 def dead_band_holds(machine: Machine) -> Findings:
     """Find shortest times on in which the temperature goes through the whole dead band.
 
-    Heater and cooler would then alternate without end, however well the lead is chosen.
+    Heater and cooler would then alternate without end, with any lead.
     """
     algorithm, loop = machine.loop.algorithm, machine.loop
     if not algorithm.cools or not machine.course or loop.cooler is None:

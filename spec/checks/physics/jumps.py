@@ -1,4 +1,4 @@
-"""What makes a healthy reading jump beyond its mean rise: noise, and pulses of the heater."""
+"""Noise and pulses of the heater make a healthy reading jump by more than its mean rise."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -12,7 +12,7 @@ from heatwright.spec.quantity import about, duration, rounded_up
 
 
 def readings_do_not_jump(machine: Machine) -> Findings:
-    """Find a `rise_rate` that a healthy machine breaks: by noise, or by a pulse at full power."""
+    """Find a `rise_rate` that noise, or a pulse at full power, trips on a healthy machine."""
     noise_k = PEAK * math.sqrt(2) * machine.noise_k
     pulse_k = _pulse_k(machine)
     if not machine.course or not noise_k + pulse_k:
@@ -20,7 +20,7 @@ def readings_do_not_jump(machine: Machine) -> Findings:
     # Quantization and noise are independent: their jumps add up as root of the sum of squares.
     jumps_k = [(rate, math.hypot(step_k, noise_k) + pulse_k) for rate, step_k in machine.rates()]
     if not jumps_k:
-        return  # nothing moves
+        return  # the plant never heats
     loop = machine.loop
     needed, jump_k = max((machine.seen(rate) + loop.rate_k_per_s(k), k) for rate, k in jumps_k)
     if needed > loop.protection.rise_rate_k_per_s:
@@ -34,10 +34,10 @@ def readings_do_not_jump(machine: Machine) -> Findings:
 
 
 def doses_do_not_run_away(machine: Machine) -> Findings:
-    """Find a rule `runaway` that trips on the heat which one step of the reading causes.
+    """Find a rule `runaway` that trips on the heat which follows one step of the reading.
 
-    A reading that falls by one step is a steep slope for one period. The heat that an algorithm
-    gives for it may arrive while the temperature is at the setpoint or above.
+    If a reading falls by one step, the control sees a steep slope for one period and adds heat,
+    which may arrive while the temperature is at the setpoint or above.
     """
     rule, step_k = machine.loop.protection.runaway, machine.step_k(machine.target_k)
     if rule is None or rule.above_k is None:
@@ -63,7 +63,7 @@ def doses_do_not_run_away(machine: Machine) -> Findings:
 def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
     """Yield times, s, and the rise that the heat for one falling step of the reading causes, K."""
     algorithm, output = machine.loop.algorithm, machine.output
-    # The slope is of averaged readings, and decays with the filter of the derivative.
+    # The slope is computed from averaged readings, and decays with the derivative's filter.
     on_s, share = machine.loop.periods_s(machine.readings), 0.0
     if algorithm.pid:
         on_s += algorithm.pid.derivative_filter_s
@@ -77,7 +77,7 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
         on_s, power_w = min(share * output.full_share * output.cycle_s, on_s), machine.pulse_w
     plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
     held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
-    # The power that the integral asks for continues meanwhile.
+    # Meanwhile the integral still asks for its power.
     held_w = plant.power_w(held_k) if algorithm.pid and algorithm.pid.ki else 0.0
     warmed = plant.advance(plant.rest(held_k), held_w + power_w, on_s)
     for time_s, state in plant.course(warmed, held_w, quick_s, 64 * quick_s):

@@ -1,4 +1,4 @@
-"""One loop with its part of the plant, heated to the highest setpoint and then left to cool."""
+"""A loop with its part of the plant, heated to the highest setpoint and then left to cool."""
 
 import math
 from collections.abc import Iterator
@@ -18,10 +18,10 @@ from heatwright.spec.quantity import about, duration
 from heatwright.spec.simulation import Simulation
 
 MOST_POINTS = 5_000
-"""Points of a course that are followed; only absurd plants and rules have more."""
+"""Maximum number of points of a simulated course; only absurd plants and rules need more."""
 
 MOST_POINTS_OF_A_FALL = 64
-"""Points a quarter of the shortest time constant apart; a fall is steepest within them."""
+"""Points a quarter of the shortest time constant apart; the steepest fall is within them."""
 
 
 class Machine:
@@ -58,7 +58,7 @@ class Machine:
         self.course = tuple(self._heating()) if self.reaches else ()
 
     def finding(self, keys: Path, reason: str, remedy: str) -> Finding:
-        """Return what is wrong with an entry of the loop."""
+        """Make a finding about an entry of the loop."""
         return Finding((*self.path, *keys), reason, remedy, self.because_of)
 
     def step_k(self, above_ambient_k: float) -> float:
@@ -97,7 +97,7 @@ class Machine:
 
     @property
     def full_power_w(self) -> float:
-        """The algorithm's highest power, or what the current limit allows if that is less."""
+        """Highest power of the algorithm, or of the current limit if that is lower, W."""
         share = self.loop.algorithm.full_percent / 100
         return min(self.power_w * share, limit_w(self.output))
 
@@ -157,8 +157,8 @@ class Machine:
     def coasting(self) -> Iterator[tuple[float, float]]:
         """Yield times and temperatures after the heater went off at the highest setpoint.
 
-        It goes off late: the reading is one dead time old, an average is half its readings late,
-        the next step is up to a period away, and the heater may have a shortest time on.
+        The heater goes off late: the reading is one dead time old, an average is late by half its
+        readings, the next step is up to a period away, and the heater may have a shortest time on.
         """
         late_s = self._seen_late_s + self.held_on_s
         state: Vector = self.plant.advance(self._hot, self.full_power_w, late_s)

@@ -1,7 +1,7 @@
-"""How hot a machine becomes while its sensor reads wrong, compared with its nodes' limits.
+"""How hot a machine's nodes become while its sensor reads wrong, compared with their limits.
 
-Two faults are tried: the reading stands still a little below the setpoint, or the sensor has fallen
-out and reads the surroundings. The heater stays on until a rule that counts its time trips.
+Two faults are tried: the reading is stuck a little below the setpoint, or the sensor has fallen out
+and reads the surroundings. The heater stays on until a rule trips that limits this time.
 """
 
 import math
@@ -20,14 +20,14 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, duration
 
 SHARE = 0.02
-"""Largest error of the peaks computed here against `verify`: a share of the rise above ambient."""
+"""Largest error of these peaks compared with `verify`, as a share of the rise above ambient."""
 
 
 class _Case(NamedTuple):
     """A sensor that reads wrong.
 
-    counts_from_s -- when the time of `frozen` begins: once the reading stands still.
-    else_s -- when a rule trips that does not count the time of heating.
+    counts_from_s -- when the time of `frozen` begins: once the reading is constant.
+    else_s -- when a rule trips that does not depend on the time of heating.
     """
 
     words: str
@@ -46,7 +46,7 @@ class _Peak(NamedTuple):
 
 
 def nodes_bear_the_maximum(machine: Machine, heated: HeatedLoop) -> Findings:
-    """Find nodes whose limit is below the temperature that the loop's maximum allows to last."""
+    """Find nodes whose limit is below the temperature that they can keep without a trip."""
     maximum_c = machine.loop.protection.maximum_c
     most_k = min(maximum_c - heated.ambient_c, heated.plant.steady_k(heated.full_w))
     for node, above_k in zip(heated.nodes, heated.plant.held_k(most_k), strict=True):
@@ -79,7 +79,7 @@ def lying_sensors_are_borne(
 
 
 class _Stand:
-    """A loop at rest below a setpoint, but not below ambient, whose sensor then reads wrong."""
+    """A loop in the steady state between ambient and a setpoint, whose sensor then reads wrong."""
 
     def __init__(self, loop: Loop, heated: HeatedLoop, setpoint_c: float) -> None:
         self.loop, self.heated = loop, heated
@@ -92,7 +92,7 @@ class _Stand:
     def _lies(self) -> Iterator[_Case]:
         algorithm = self.loop.algorithm
         if self._below_k > 0:
-            yield _Case("whose reading stands still", still(algorithm, 0.0, self._below_k))
+            yield _Case("whose reading is stuck", still(algorithm, 0.0, self._below_k))
         loop, lag_s = self.loop, self.heated.plant.lag_s
         fastest_k = self._fallen_k * (1 - math.exp(-loop.period_s / lag_s)) if lag_s else math.inf
         protection = loop.protection
@@ -151,13 +151,13 @@ def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str
         )
     return (
         path,
-        f"{reason}; no rule can be made to trip sooner without tripping on the healthy machine",
+        f"{reason}; no rule can trip sooner without tripping on the healthy machine, too",
         f"Use a heater of less power, or, if it withstands that, write {bears}",
     )
 
 
 def _numbers(loop: Loop, stand: _Stand) -> Iterator[tuple[tuple[str, str], Times, float]]:
-    """Yield each rule's longest time that protects all nodes, if a healthy machine keeps it."""
+    """Yield each rule's longest time that protects all nodes and never trips a healthy machine."""
     now, heated = _times(loop), stand.heated
     heating, frozen = loop.protection.heating, loop.protection.frozen
     if heating is not None:

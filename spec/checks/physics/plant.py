@@ -1,4 +1,4 @@
-"""The simulated machine: names that exist, and paths of the heat to the sensor and to ambient."""
+"""The simulated machine: its names must exist, and heat must reach the sensors and ambient."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
@@ -163,7 +163,7 @@ def heaters_have_power(controller: Controller) -> Findings:
         if output and output.feeds:
             yield Finding(
                 (*_PLANT, "heat", name),
-                f"{name} is a stepper, which feeds and does not heat",
+                f"{name} is a stepper, which feeds material and cannot heat",
                 "Delete it",
                 (("outputs", name),),
             )

@@ -1,4 +1,4 @@
-"""The heater's power against the machine's losses: enough at its most, little at its least."""
+"""The heater's power against the losses: the maximum duty suffices, the minimum lets it cool."""
 
 import math
 
@@ -9,7 +9,7 @@ from heatwright.spec.quantity import about, celsius, duration, number, rounded_u
 
 def heater_suffices(machine: Machine) -> Findings:
     """Check that the heater's power covers the losses at the highest setpoint."""
-    if machine.reaches or machine.full_power_w == 0:  # a maximum of 0 % is refused as such
+    if machine.reaches or machine.full_power_w == 0:  # another check refuses a maximum of 0 %
         return
     highest_c = machine.ambient_c + machine.plant.steady_k(machine.full_power_w)
     if machine.is_limited:
@@ -32,8 +32,8 @@ def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
     needed_a = machine.limit_a * math.sqrt(needed_share)
     return Finding(
         ("outputs", machine.loop.heater, "current", "limit"),
-        f"it leaves {about(machine.full_power_w)} W, which heat this plant to {about(highest_c)} "
-        f"°C at most, and never to the highest setpoint of "
+        f"this current gives {about(machine.full_power_w)} W, which heat this plant to "
+        f"{about(highest_c)} °C at most, and never to the highest setpoint of "
         f"{celsius(machine.loop.setpoint.maximum_c)}",
         f"Use at least {rounded_up(needed_a)} A, or a lower highest setpoint",
         machine.because_of,
@@ -51,16 +51,16 @@ def integral_suffices(machine: Machine) -> Findings:
         needed_w = machine.plant.power_w(machine.target_k)
         yield machine.finding(
             ("algorithm", "integral", "maximum"),
-            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, and not "
+            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, not "
             f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
             f"Use at least {rounded_up(100 * needed_w / machine.power_w)} %",
         )
 
 
 def integral_cools(machine: Machine) -> Findings:
-    """Find a least integral that alone heats above the highest setpoint.
+    """Find a minimum of the integral that alone heats above the highest setpoint.
 
-    It would do so while the reading is stuck just above the setpoint, and no rule could trip.
+    If the reading were stuck just above the setpoint, the loop would overheat and no rule trip.
     """
     algorithm = machine.loop.algorithm.pid
     if algorithm is None or algorithm.ki == 0:
@@ -78,7 +78,7 @@ def integral_cools(machine: Machine) -> Findings:
 
 
 def autotune_has_time(machine: Machine) -> Findings:
-    """Find experiments that are given up before the machine is warm."""
+    """Find autotune experiments whose time is over before the machine is warm."""
     autotune = machine.loop.autotune
     if autotune is None or not machine.course:
         return
@@ -93,7 +93,7 @@ def autotune_has_time(machine: Machine) -> Findings:
 
 
 def least_duty_cools(machine: Machine) -> Findings:
-    """Find a least duty that alone heats above the lowest setpoint."""
+    """Find a minimum duty that alone heats above the lowest setpoint."""
     algorithm = machine.loop.algorithm.pid
     if algorithm is None or algorithm.output.minimum_percent == 0:
         return

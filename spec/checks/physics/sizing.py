@@ -10,7 +10,7 @@ from heatwright.spec.quantity import celsius
 
 
 def wire_voltage_v(wire: Wire, heater: Switch) -> float | None:
-    """Return the voltage at which a wire has its heater's power, V; None if none is given."""
+    """Return the voltage at which a wire gives the heater's power, V; None if none is given."""
     own = (wire.voltage_v, getattr(heater, "rated_v", None), getattr(heater, "supply_v", None))
     return next((float(each) for each in own if each is not None), None)
 

@@ -2,7 +2,7 @@
 
 The plant is heated from cold at full power until the sensor shows the highest setpoint: the worst
 case of a healthy machine for the rules that watch its heating. Then the heater goes off, and the
-heat that is under way still arrives.
+heat that it has already stored still reaches the sensor.
 """
 
 from heatwright.spec.algorithms import Pid
@@ -36,7 +36,7 @@ from heatwright.spec.simulation import Simulation
 
 HALVINGS = 40
 BRIEF_S = 60.0
-"""Feeds up to this time may take more heat than the heater gives, if no rule gives a time."""
+"""Shorter feeds may need more heat than the heater gives, if no rule `heating` sets a time."""
 
 
 def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
@@ -85,7 +85,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
 
 
 def _heating_holds(controller: Controller, machine: Machine, plant: Simulation) -> Findings:
-    """Check the heater's power, and the rules that depend on it, against what the machine needs."""
+    """Check that the heater's power suffices, and that the rules about heating do not trip."""
     yield from heater_suffices(machine)
     if machine.course:
         heated = heated_loop(controller, str(machine.path[1]), plant)
@@ -102,7 +102,7 @@ def _heats_at_all(controller: Controller, machine: Machine, ambient_c: float) ->
         yield Finding(
             (*machine.path, "setpoint", "initial"),
             f"{celsius(initial_c)} is not above the ambient temperature of {celsius(ambient_c)}, "
-            "and no interface can set another: it never heats",
+            "and no interface can set another setpoint, so the loop never heats",
             "Write a higher setpoint or a lower ambient temperature, or add an interface that "
             "serves the loop",
             (("interfaces",), ("simulation", "ambient")),
@@ -115,8 +115,8 @@ def _fed_holds(
     """Check the power and rule `heating` while the scenario feeds filament, which takes heat away.
 
     Feeds shorter than the time of `heating`, or a minute, may take more heat than the heater gives.
-    `frozen` is not widened for a feed: a still reading at such a duty would overheat the machine
-    once feeding ends.
+    `frozen` is not widened for a feed: with a stuck reading the duty of the feed would overheat the
+    machine once feeding ends.
     """
     heating = controller.loops[name].protection.heating
     mm_per_s = lasting_feed_mm_per_s(simulation, heating.within_s if heating else BRIEF_S)
@@ -131,7 +131,7 @@ def _fed_holds(
 
 
 def heating_rule_holds(machine: Machine) -> Findings:
-    """Find a rule `heating_failed` that a healthy machine breaks.
+    """Find a rule `heating_failed` that trips on a healthy machine.
 
     As in the firmware, each rise restarts the time. A reading may be too low by up to one step of
     the sensor, so a rise may need one step more. The first rise also waits for the dead time, and
@@ -157,7 +157,7 @@ def heating_rule_holds(machine: Machine) -> Findings:
 
 
 def rest_is_not_below(machine: Machine) -> Findings:
-    """Find a rule `runaway.below` narrower than where a loop without an integral comes to rest."""
+    """Find a `runaway.below` that trips where a loop without an integral settles."""
     algorithm, rule = machine.loop.algorithm.pid, machine.loop.protection.runaway
     if algorithm is None or algorithm.ki or not algorithm.kp or not machine.reaches:
         return
@@ -178,7 +178,7 @@ def rest_is_not_below(machine: Machine) -> Findings:
             held_k = middle_k
     yield machine.finding(
         ("protection", "runaway", "below"),
-        f"without ki this loop comes to rest up to {about(deepest_k)} K below its setpoint",
+        f"without ki this loop settles up to {about(deepest_k)} K below its setpoint",
         f"Use more than {rounded_up(deepest_k + step_k)} K, or write ki",
     )
 
@@ -196,7 +196,7 @@ def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) 
 
 
 def rise_rate_holds(machine: Machine) -> Findings:
-    """Find a rule `rise_rate` that a healthy machine breaks at full power."""
+    """Find a rule `rise_rate` that trips on a healthy machine at full power."""
     limit = machine.loop.protection.rise_rate_k_per_s
     needed, steepest, step_k = max(
         (
@@ -217,8 +217,8 @@ def rise_rate_holds(machine: Machine) -> Findings:
 def window_is_smoothed(machine: Machine) -> Findings:
     """Find windows so long that the reading follows each switching of the heater.
 
-    A swing as wide as the proportional band (100 %/kp) takes the duty from one end to the other:
-    then the loop follows its own window and no longer the machine.
+    A swing as wide as the proportional band (100 %/kp) changes the duty from 0 % to 100 %: the loop
+    would then react to its own window instead of to the machine.
     """
     algorithm, output = machine.loop.algorithm.pid, machine.output
     if algorithm is None or not algorithm.kp or not output.cycle_s:

@@ -1,4 +1,4 @@
-"""Rules that a healthy machine breaks while it is warm: at rest, or after a power cut."""
+"""Rules that trip on a healthy machine while it is warm: in steady state, or after a power cut."""
 
 import math
 
@@ -10,10 +10,10 @@ from heatwright.spec.quantity import about, celsius, duration, number, rounded_u
 
 
 def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
-    """Find a rule `sensor_frozen` that a healthy machine breaks.
+    """Find a rule `sensor_frozen` that trips on a healthy machine.
 
-    At rest the reading stands still, so the duty that holds it must not count. A higher duty must
-    have time to move the reading.
+    In the steady state the reading is constant, so the rule must ignore the duty that holds it. At
+    a higher duty the rule must wait until the reading can have changed.
     """
     rule = machine.loop.protection.frozen
     if rule is None:
@@ -25,8 +25,8 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
         if rule.holding_percent < takes_percent:
             yield Finding(
                 (*path, "holding"),
-                f"this plant takes {about(takes_percent)} % to hold "
-                f"{celsius(heated.highest_c)}, and a reading that stands still there would be a "
+                f"this plant needs {about(takes_percent)} % to hold "
+                f"{celsius(heated.highest_c)}, and a constant reading there would be a "
                 "fault",
                 f"Use at least {rounded_up(takes_percent)} %, or delete it",
                 machine.because_of,
@@ -40,7 +40,7 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
     if still_s > rule.for_s:
         yield Finding(
             (*path, "for"),
-            f"at {heat} the reading of this healthy plant may stand still for "
+            f"at {heat} the reading of this healthy plant may be constant for "
             f"{duration(round(still_s, 1))}",
             f"Use more than {duration(round(still_s, 1))}",
             machine.because_of,
@@ -48,10 +48,10 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
 
 
 def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
-    """Find a rule `heating_failed` that a healthy machine breaks when it is warm at the start.
+    """Find a rule `heating_failed` that trips on a healthy machine which is warm at the start.
 
-    After a power cut the element is cold and the reading falls at first, but the rise counts from
-    the reading before: see `heating_rule_holds`, which begins with a cold machine.
+    After a power cut the element is cold and the reading falls at first, but the rule measures the
+    rise from the reading before. `heating_rule_holds` checks a cold machine.
     """
     rule = machine.loop.protection.heating
     if rule is None:
@@ -69,7 +69,7 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
 
 
 def _not_full_k(algorithm: Pid | None) -> float:
-    """Return the error below which full power ends, K, while the integral is still 0."""
+    """Return the error, K, below which the duty is less than full power, if the integral is 0."""
     if algorithm is None:
         return 0.0
     most_percent = algorithm.full_percent

@@ -44,10 +44,10 @@ class Ramp(NamedTuple):
 
 
 def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
-    """Find ramps on which even the best control would lag so far that the clock waits.
+    """Find ramps on which even an ideal control would lag so far that the program's clock waits.
 
     If full power is enough for the whole machine to rise at that rate, the ramp is good. If not, it
-    is simulated from the steady state, the best case: the least stored heat is missing.
+    is simulated from the steady state, the best case, in which the least heat must still be stored.
     """
     if not machine.reaches or machine.full_power_w == 0:
         return
@@ -63,8 +63,9 @@ def ramps_can_be_followed(machine: Machine, programs: Programs) -> Findings:
             at_c = machine.ambient_c + ramp.setpoint_k(lost_s)
             yield Finding(
                 (*ramp.path, ramp.key),
-                f"{number(machine.full_power_w)} W are too little for this ramp: from rest the "
-                f"plant lags by more than {number(within_k)} K after {duration(round(lost_s))}, at "
+                f"{number(machine.full_power_w)} W are too little for this ramp: from a steady "
+                f"state the plant lags by more than {number(within_k)} K after "
+                f"{duration(round(lost_s))}, at "
                 f"{about(at_c)} °C; at {celsius(machine.ambient_c + ramp.to_k)} this rate needs "
                 f"{about(needed_w)} W",
                 _slower(machine, ramp),
@@ -89,7 +90,7 @@ def _ramps(machine: Machine, programs: Programs) -> Iterator[Ramp]:
 
 
 class _Follower:
-    """An ideal control: each step takes the power that meets the setpoint a while ahead."""
+    """An ideal control: each step uses the power that meets a setpoint a fixed time ahead."""
 
     def __init__(self, machine: Machine, start_k: float, step_s: float, ahead_s: float) -> None:
         self._machine, self._step_s, self._ahead_s = machine, step_s, ahead_s
@@ -97,13 +98,13 @@ class _Follower:
         self._look_around()
 
     def _look_around(self) -> None:
-        """Compute the matrices, linearized about the present state."""
+        """Compute the matrices, linearized at the present state."""
         self._about = self._state
         self._step, self._step_added = self._machine.plant.pushed(self._step_s, self._state)
         self._ahead, self._ahead_added = self._machine.plant.pushed(self._ahead_s, self._state)
 
     def go_on(self, aim_k: float) -> float:
-        """Advance by a step with the power that leads to a temperature; return the one reached."""
+        """Advance by a step with the power for a temperature; return the temperature reached."""
         plant, full_w = self._machine.plant, self._machine.full_power_w
         if plant.bent(self._about, self._state):
             self._look_around()
@@ -120,7 +121,7 @@ class _Follower:
 
 
 def _lost_after_s(machine: Machine, ramp: Ramp, within_k: float) -> float | None:
-    """Follow a ramp from rest; return when the lag first is too large, None if it never is."""
+    """Follow a ramp from a steady state; return when the lag is first too large, None if never."""
     ahead_s = machine.plant.answer_s()
     step_s = max(ahead_s / STEPS_AHEAD, ramp.seconds / MOST_STEPS)
     follower = _Follower(machine, ramp.from_k, step_s, ahead_s)

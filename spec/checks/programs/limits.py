@@ -17,7 +17,7 @@ _HOLD_BACK: Path = ("programs", "hold_back")
 
 
 def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Programs]]:
-    """Yield the loop of the programs, if it is there and its period can be counted."""
+    """Yield the loop of the programs, if it is defined and its period is whole ticks."""
     programs = controller.programs
     for name, loop in countable(controller):
         if programs is not None and programs.loop == name:
@@ -27,7 +27,8 @@ def _programmed_loop(controller: Controller) -> Iterator[tuple[str, Loop, Progra
 def hold_back_before_runaway(controller: Controller) -> Findings:
     """Check that the clock waits before the deviation trips a runaway rule.
 
-    A kiln that cools slower than its program stays above the setpoint, a weak one below it.
+    A kiln that cools slower than its program stays above the setpoint; a kiln with too little power
+    stays below.
     """
     for name, loop, programs in _programmed_loop(controller):
         rule = loop.protection.runaway
@@ -56,7 +57,7 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
 
 
 def targets_can_be_reached(controller: Controller) -> Findings:
-    """Check that `reached_within` is above the loop's resting error and below the hold-back."""
+    """Check that `reached_within` is above the loop's steady error and below `hold_back`."""
     names = {name for name, _, _ in _programmed_loop(controller)}
     for name, loop, sensor in loop_sensors(controller):
         programs = controller.programs
@@ -68,14 +69,14 @@ def targets_can_be_reached(controller: Controller) -> Findings:
             "the sensor's step at the highest setpoint": sensor.step_at_k(
                 loop.setpoint.maximum_c, controller.board.mcu
             ),
-            "the band in which the loop may rest": loop.algorithm.rests_within_k,
+            "the band in which the loop may settle": loop.algorithm.rests_within_k,
         }
         what, widest_k = max(rests.items(), key=lambda item: item[1])
         if reached_k <= widest_k:
             yield Finding(
                 path,
                 f"{number(reached_k)} K is not above {what}, {about(widest_k)} K: a target might "
-                "never count as reached",
+                "never be reached",
                 f"Use more than {rounded_up(widest_k)} K",
                 (("loops", name), ("sensors", loop.sensor)),
             )

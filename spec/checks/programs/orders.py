@@ -26,7 +26,7 @@ def orders_have_programs(controller: Controller) -> Findings:
 
 
 def orders_find_their_place(controller: Controller) -> Findings:
-    """Find commands to programs that are empty, and to segments that no program has."""
+    """Find commands that start an empty program, or jump to a segment that no program has."""
     programs = controller.programs
     if programs is None:
         return
@@ -57,7 +57,7 @@ def _place(path: Path, asked: ProgramOrder, programs: Programs, edited: bool) ->
     elif asked.order == "jump" and asked.number > programs.points:
         yield Finding(
             path,
-            f"a program has at most {programs.points} segments, not {asked.number}",
+            f"there is no segment {asked.number}: a program has at most {programs.points}",
             f"Write jump with a number from 1 to {programs.points}",
             _PROGRAMS,
         )

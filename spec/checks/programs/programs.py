@@ -1,4 +1,4 @@
-"""Checks of programs: their loop, their operator, how many fit, their names and targets."""
+"""Checks of programs: their loop, their operator, their number, their names and targets."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import unknown
@@ -42,7 +42,7 @@ def programs_have_an_operator(controller: Controller) -> Findings:
     if display is not None and display.loop != programs.loop:
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "loop"),
-            f"the display starts the programs, which set the setpoint of loop {programs.loop}",
+            f"the display must serve the loop of the programs, {programs.loop}",
             f"Write loop: {programs.loop}",
             (("programs", "loop"),),
         )
@@ -57,7 +57,7 @@ def programs_have_an_operator(controller: Controller) -> Findings:
 
 
 def has_an_operator(controller: Controller, loop_name: str) -> bool:
-    """Return whether somebody has a menu for a loop: a touch display, or keys beside programs."""
+    """Return whether an operator has a menu for a loop: a touch display, or keypad and programs."""
     by_keys = keyed(controller, loop_name) and programmed(controller, loop_name)
     return by_keys or touched(controller, loop_name)
 
@@ -86,7 +86,7 @@ def programs_have_room(controller: Controller) -> Findings:
 
 
 def programs_names_apart(controller: Controller) -> Findings:
-    """Find programs that an operator could not tell from each other."""
+    """Find programs with the same name."""
     first: dict[str, int] = {}
     for index, program in enumerate(controller.programs.stored if controller.programs else ()):
         if first.setdefault(program.name, index) != index:
@@ -107,7 +107,7 @@ def what_a_fault_keeps_can_go_on(controller: Controller) -> Findings:
     if after.resume_within_k == 0 and after.otherwise == "stop":
         yield Finding(
             ("programs", "on_fault"),
-            "a program interrupted by a fault resumes as after_power_loss says, and that is never",
+            "after a fault a program resumes by the rules of after_power_loss, which never do so",
             "Write after_power_loss: {resume_within: 30 K, otherwise: stop}, or on_fault: stop",
             (("programs", "after_power_loss"),),
         )
@@ -125,7 +125,7 @@ def targets_can_be_chosen(controller: Controller) -> Findings:
             if segment.to_c is not None and not low_c <= segment.to_c <= high_c:
                 yield Finding(
                     (*STORED, index, "segments", place, "to"),
-                    f"{celsius(segment.to_c)} is not one of the setpoints that may be chosen",
+                    f"{celsius(segment.to_c)} is outside the range of setpoints",
                     f"Use {celsius(low_c)} to {celsius(high_c)}",
                     (("loops", programs.loop, "setpoint"),),
                 )

@@ -25,7 +25,7 @@ def analog_sensors(controller: Controller) -> Iterator[tuple[str, AdcThermometer
 
 
 def scales_are_not_zero(controller: Controller) -> Findings:
-    """Find sensors whose voltage does not change."""
+    """Find sensors whose voltage does not change with the temperature."""
     for name, sensor in analog_sensors(controller):
         if sensor.gives_voltage and sensor.scale_v_per_k == 0:
             yield Finding(
@@ -36,7 +36,7 @@ def scales_are_not_zero(controller: Controller) -> Findings:
 
 
 def ranges_have_curves(controller: Controller) -> Findings:
-    """Find ranges beyond what the sensing element's curve is known for."""
+    """Find ranges outside the temperatures for which the sensing element's curve is known."""
     for name, sensor in analog_sensors(controller):
         (low_c, high_c), whose = _known(sensor)
         if _beyond(sensor):
@@ -95,7 +95,7 @@ def _known(sensor: AdcThermometer) -> tuple[tuple[float, float], str]:
         return (ABSOLUTE_ZERO_C, math.inf), ""
     if sensor.curve is None:
         if sensor.alpha_ppm_per_k is not None:
-            return PLATINUM_C, "platinum is used as a thermometer"
+            return PLATINUM_C, "platinum thermometers are used"
         return PLATINUM_C, "IEC 60751 gives the resistance of platinum"
     if isinstance(sensor.curve, PointsCurve):
         temperatures_c = [point[0] for point in sensor.curve.points]
@@ -107,7 +107,7 @@ def _known(sensor: AdcThermometer) -> tuple[tuple[float, float], str]:
 
 
 def ranges_can_be_shown(controller: Controller) -> Findings:
-    """Find ranges whose ends the circuit cannot tell from an open or a shorted sensor."""
+    """Find ranges at whose ends the voltage could also be that of an open or shorted sensor."""
     for name, sensor in analog_sensors(controller):
         found = limits_of(sensor, controller.board.mcu)
         if (found is None or not found.shown) and not _already_wrong(sensor, controller.board.mcu):
@@ -135,7 +135,7 @@ def _reason(sensor: AdcThermometer, mcu: str, found: Limits | None) -> tuple[str
     margin = min(found.low - found.low_limit, found.high_limit - found.high)
     if found.high - found.low < LEAST_MARGIN_STEPS <= margin:
         return (
-            f"from end to end this range is less than {LEAST_MARGIN_STEPS} steps of the ADC",
+            f"the whole range is less than {LEAST_MARGIN_STEPS} steps of the ADC",
             f"Use a range of {low_c} .. {high_c}, or a circuit that shows more of it",
         )
     return (

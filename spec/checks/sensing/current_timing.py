@@ -13,7 +13,7 @@ from heatwright.spec.sensing.conversion import TICK_S
 from heatwright.spec.sensing.currents import FILTER_PULSES
 
 LONGEST_PERIOD_S = 1.0
-"""Longest period: the current is checked once in it, so a short circuit may last this long."""
+"""Longest period: a current is checked once a period, so a short circuit may last this long."""
 
 
 def currents_in_time(controller: Controller) -> Findings:
@@ -39,7 +39,7 @@ def currents_in_time(controller: Controller) -> Findings:
                     f"{loop.told_period} is shorter than the {readings} "
                     f"readings of {each.current.sensor}, one every 10 ms, which take "
                     f"{duration(needed_s)}",
-                    f"Use at least {duration(settled_s)}, or a smaller oversample there",
+                    f"Use at least {duration(settled_s)}, or a smaller oversample of that sensor",
                     because_of,
                 )
             elif round(loop.period_s, 6) < settled_s:

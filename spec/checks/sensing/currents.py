@@ -1,4 +1,4 @@
-"""Measured currents: their outputs, limits and trips, and what their sensors resolve."""
+"""Measured currents: their outputs, limits and trips, and the resolution of their sensors."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
@@ -113,11 +113,11 @@ def limits_can_begin(controller: Controller) -> Findings:
 
 
 def limits_can_be_told(controller: Controller) -> Findings:
-    """Find limits that hold a damaged wire at a current which the sensor may take for none.
+    """Find limits that hold a damaged wire at a current which may be read as no current.
 
-    A wire of too little resistance may take almost the trip current at the first duty; the limit
+    A wire of too little resistance may draw almost the trip current at the first duty; the limit
     then reduces the duty by the square of the current. A reading is off by half a step, the held
-    current by twice that share. If it reads as none, the wire gets its first duty again and again.
+    current by twice that share. Read as no current, it would restart at the first duty for ever.
     """
     for each in measured(controller):
         limit_a, over_a = each.current.limit_a, each.current.over_a
@@ -132,7 +132,7 @@ def limits_can_be_told(controller: Controller) -> Findings:
                 ("sensors", each.current.sensor, "scale") if coarse else (*each.path, "trip"),
                 f"if a damaged wire of {each.name} takes almost the {number(over_a)} A of rule "
                 f"over_current when it starts, the limit holds it at a mean of {about(held_a)} A, "
-                f"too near the {about(each.idle_a)} A that count as no current",
+                f"too near the {about(each.idle_a)} A that are read as no current",
                 "Use a larger scale, or a larger limit"
                 if coarse
                 else f"Use at most {rounded_down(FIRST_SHARE * limit_a**2 / least_a - half_a)} A",
@@ -141,7 +141,7 @@ def limits_can_be_told(controller: Controller) -> Findings:
 
 
 def currents_can_be_read(controller: Controller) -> Findings:
-    """Check that the sensor can read the trip, and can distinguish a current from none."""
+    """Check that the sensor can read the trip, and can distinguish a current from no current."""
     for each in measured(controller):
         sensor: Path = ("sensors", each.current.sensor)
         because_of = (sensor, ("outputs", each.name), ("controller", "board"))
@@ -165,8 +165,8 @@ def currents_can_be_read(controller: Controller) -> Findings:
             yield Finding(
                 (*sensor, "scale") if coarse else each.path,
                 f"at full duty {each.name} takes {about(each.full_a)} A, less than twice the "
-                f"{about(each.idle_a)} A that count as no current, so rule no_current would never "
-                "trip",
+                f"{about(each.idle_a)} A that are read as no current, so rule no_current would "
+                "never trip",
                 "Use a larger scale, or a reference of fewer volts"
                 if coarse
                 else "Use a smaller limit or trip",

@@ -13,7 +13,7 @@ from heatwright.spec.sensing.max31856 import Max31856, lowered
 
 
 def types_have_an_operator(controller: Controller) -> Findings:
-    """Find lists of selectable types that no operator can use, or that leave no choice."""
+    """Find lists of selectable types without an operator, or with fewer than two types."""
     for name, sensor in controller.sensors.items():
         if not isinstance(sensor, Max31856) or not sensor.selectable:
             continue
@@ -45,11 +45,11 @@ def setpoints_are_borne(controller: Controller) -> Findings:
         if not isinstance(sensor, Max31856) or is_lowered(controller, loop, kind):
             continue
         if loop.setpoint.maximum_c > sensor.highest_c:
-            or_less = f", or take {kind} out of selectable" if kind else ""
+            or_less = f", or remove {kind} from selectable" if kind else ""
             yield Finding(
                 ("loops", name, "setpoint", "maximum"),
                 f"{celsius(loop.setpoint.maximum_c)} is too hot for a thermocouple of type "
-                f"{sensor.thermocouple}, which is for {celsius(sensor.highest_c)} at most",
+                f"{sensor.thermocouple}, which is suitable up to {celsius(sensor.highest_c)}",
                 f"Use at most {celsius(sensor.highest_c)}{or_less}{or_lower(loop, kind)}",
                 (("sensors", loop.sensor),),
             )

@@ -1,4 +1,4 @@
-"""Outputs whose current is measured: its healthy value, and what its sensor resolves."""
+"""Outputs whose current is measured: its healthy value, and the sensor's resolution."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -11,9 +11,9 @@ from heatwright.spec.sensing.conversion import CODES
 from heatwright.spec.sensing.currents import Current, CurrentSensor
 
 IDLE_SHARE = 0.05
-"""Share of the nominal current below which a reading counts as no current."""
+"""Share of the nominal current below which a reading means no current."""
 IDLE_STEPS = 3
-"""Steps of the ADC below which a reading counts as no current."""
+"""Steps of the ADC below which a reading means no current."""
 
 
 class Measured(NamedTuple):
@@ -24,7 +24,7 @@ class Measured(NamedTuple):
     current: Current
     sensor: CurrentSensor
     step_a: float
-    """One step of the ADC, A: a root mean square at full duty, as limit and trip are."""
+    """One step of the ADC as a root mean square at full duty, A, like limit and trip."""
     highest_a: float
     """Highest current that can be read, A, also as a root mean square at full duty."""
 
@@ -40,7 +40,7 @@ class Measured(NamedTuple):
 
     @property
     def idle_a(self) -> float:
-        """Current below which a reading counts as no current, A."""
+        """Current below which a reading means no current, A."""
         return max(IDLE_SHARE * self.current.nominal_a, IDLE_STEPS * self.step_a)
 
 

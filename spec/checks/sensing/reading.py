@@ -1,4 +1,4 @@
-"""Timing of sensors: a conversion and its reading fit into a period, a start into `stale_after`."""
+"""Timing of sensors: conversion and reading fit into a period, a restart into `stale_after`."""
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.checks.loops.timing import restart_s

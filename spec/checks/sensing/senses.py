@@ -1,4 +1,4 @@
-"""What sensors of the simulated machine measure: temperatures of nodes, currents of outputs."""
+"""Sensors of the simulated machine: they measure temperatures of nodes or currents of outputs."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
@@ -19,14 +19,14 @@ def senses_fit(controller: Controller, plant: ThermalNetwork) -> Findings:
             yield Finding(
                 (*path, "node"),
                 f"{name} measures a current, and a node has none",
-                f"Replace node with of: {used.get(name, '…')}",
+                f"Write of: {used.get(name, '…')} in place of node",
                 because_of,
             )
         elif sense.of is not None and name not in controller.ammeters:
             yield Finding(
                 (*path, "of"),
                 f"{name} measures a temperature, and an output has none",
-                "Replace of with node: and the node that it measures",
+                "Write node: with the node that it measures, in place of of",
                 because_of,
             )
         elif sense.of is not None and used.get(name, sense.of) != sense.of:

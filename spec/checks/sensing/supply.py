@@ -1,4 +1,4 @@
-"""The voltage that drives a load, and the one it is rated for."""
+"""The supply voltage of a load, and its rated voltage."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.controller import Controller
@@ -6,13 +6,14 @@ from heatwright.spec.quantity import number
 
 
 def supply_suffices(controller: Controller) -> Findings:
-    """Check that the rated voltage is at most the supply's: pulses can lower it, not raise it."""
+    """Check that the rated voltage is at most the supply's: PWM can only lower the voltage."""
     for name, output in controller.outputs.items():
         if output.rated_v is None:
             continue
         path = ("outputs", name, "rated")
         if output.supply_v is None:
-            yield Finding(path, "without a supply it has no effect", "Add supply: with its voltage")
+            reason = "without a supply this key has no effect"
+            yield Finding(path, reason, "Add supply: with its voltage")
         elif output.rated_v > output.supply_v:
             yield Finding(
                 path,

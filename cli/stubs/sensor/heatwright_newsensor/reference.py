@@ -1,4 +1,4 @@
-"""A newsensor: what its raw readings mean, from the data sheet and never from the driver."""
+"""A newsensor: the conversion of its raw readings, from the data sheet, never from the driver."""
 
 from collections.abc import Callable
 

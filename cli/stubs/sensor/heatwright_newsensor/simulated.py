@@ -1,4 +1,4 @@
-"""A newsensor as its data sheet has it, at its pins."""
+"""A simulated newsensor at its pins, according to its data sheet."""
 
 from __future__ import annotations
 

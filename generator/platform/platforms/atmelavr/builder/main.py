@@ -2,8 +2,8 @@
 """SCons script of the offline development platform.
 
 The flags are those of PlatformIO's own `atmelavr` platform for a project without a framework,
-so that a project builds to the same code with either. A project takes one off with
-`build_unflags` and adds one with `build_flags`, as it would there.
+so that a project builds to the same code with both platforms. As there, a project removes flags
+with `build_unflags` and adds flags with `build_flags`.
 """
 
 from SCons.Script import AlwaysBuild, Builder, Default, DefaultEnvironment
@@ -22,7 +22,7 @@ env.Replace(
     ARFLAGS=["rc"],
     PROGNAME="firmware",
     PROGSUFFIX=".elf",
-    # What `avr-size -A` lists, and which of its sections are flash and which RAM.
+    # Program that lists a binary's sections, and patterns for the sections in flash and in RAM.
     SIZECHECKCMD="$SIZETOOL -A -d $SOURCES",
     SIZEPROGREGEXP=r"^(?:\.text|\.data|\.rodata|\.bootloader)\s+(\d+).*",
     SIZEDATAREGEXP=r"^(?:\.data|\.bss|\.noinit)\s+(\d+).*",
