@@ -14,8 +14,8 @@ from rig.specs import EXAMPLES, controller_of, sources_of
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = (
-    "kiln_uno", "printer", "feeder", "extruder", "chamber", "fabricator", "dryer", "incubator", "barrel",
-    "hotplate", "oven", "press",
+    "kiln_uno", "printer", "feeder", "extruder", "chamber", "fabricator", "dryer", "incubator",
+    "barrel", "hotplate", "oven", "press",
 )  # fmt: skip
 UNREACHED = {"kiln_uno": ("follow",)}  # nobody commands its manual mode
 DAMAGED = ("chamber", "press", "barrel", "fabricator")
