@@ -18,7 +18,7 @@ import pytest
 from campaign.campaigns import kept, short_chamber, wait_for
 from pyarrow import parquet
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLE_NAMES, EXAMPLES, example
 
 from heatwright.cli.campaign.given import given
 from heatwright.cli.campaign.work import Task, run_here, run_whole
@@ -287,7 +287,7 @@ def test_a_trip_with_nothing_broken_is_told(task: Callable[..., Task]) -> None:
     assert row["tripped_after_s"] is None
 
 
-@pytest.mark.parametrize("name", sorted(each.stem for each in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_every_example_and_each_fault_of_it(
     name: str, heatwright: Heatwright, tmp_path: Path
 ) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from rig.avr import whole
 from rig.commands import Heatwright, changed
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLE_NAMES, example
 from rig.specs import changed as text
 
 from heatwright.cli.firmware import build_firmware
@@ -60,7 +60,7 @@ def test_check_warns_to_the_byte(heatwright: Heatwright, monkeypatch: pytest.Mon
         assert [each["reason"] for each in found] == warned
 
 
-@pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.glob("*.yaml"))])
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_a_binary_of_a_byte_too_many_is_refused_and_takes_what_check_counts(name: str) -> None:
     elf, controller = whole(name).path, example(name).controller
     board, bound, built = controller.board, least(controller), given(elf, controller.board)

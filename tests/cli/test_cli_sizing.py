@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, changed, controller_of
+from rig.specs import EXAMPLE_NAMES, changed, controller_of
 
 from heatwright.sim.plants import FOREVER_S, plant_of, powers_of
 from heatwright.spec import Controller
@@ -108,7 +108,7 @@ def settled_c(controller: Controller, loop: str, power_w: float) -> float:
     return machine.sensed_c()[controller.loops[loop].sensor]
 
 
-@pytest.mark.parametrize("name", sorted(file.stem for file in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_the_needed_power_ends_at_the_highest_setpoint(name: str) -> None:
     controller = controller_of(name)
     found = list(reserves(controller))

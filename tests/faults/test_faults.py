@@ -71,7 +71,7 @@ STOPPED = changed(
 """A host stops it in the middle of a long period."""
 KNOWN = {rule.id for rule in RULES.values()}
 ELSEWHERE = {"monitor_limit", "fan_stopped", "input_open", "sensors_disagree"}
-"""Of what only some machines have: test_monitors.py, _proofs.py, _inputs.py and _second.py do."""
+"""Of what only some machines have: test_beside.py does."""
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
 

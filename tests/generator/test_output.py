@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 import pytest
-from rig.specs import EXAMPLES, ROOT, example, files_of, sources_of
+from rig.specs import EXAMPLE_NAMES, EXAMPLES, ROOT, example, files_of, sources_of
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
@@ -307,7 +307,7 @@ END = re.compile(r"\w\[([A-Z]\w+)(?: [-+] \w+)?\](?: = |;)")
 INDEX = re.compile(r"\[(?:\w+ \+ )?(\w+)(?:\+\+|[^\w\]][^\]]*)?\]")
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_no_index_passes_the_end_of_its_array_unseen(name: str) -> None:
     """A bit that flips in RAM sets it beyond: compared by == it would go on through the memory."""
     sources = sources_of(name)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rig.avr import whole
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLE_NAMES, example
 
 from heatwright.sim.bench import bench, step_of
 from heatwright.sim.device import AvrDevice
@@ -18,7 +18,6 @@ from heatwright.sim.plants import plant_of
 from heatwright.sim.trace import Trace
 from heatwright.spec import Event
 
-NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 SEED = 5
 RUN_S = 150.0
 PRODUCTS = 2.0**-52 * 2
@@ -37,7 +36,7 @@ def run(name: str) -> Trace:
     return bench(controller, AvrDevice(controller, whole(name)), events, seed=SEED)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_it_is_the_plant_of_python(name: str) -> None:
     """Given the same, fans, feed, currents and radiation among it, with the same noise."""
     controller, trace = example(name).controller, run(name)
@@ -90,7 +89,7 @@ def by_hand(world: World) -> None:
     world.wiring.feel[world.site.loop.sensor] = lambda felt: felt
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_many_steps_are_each_step_by_hand(name: str) -> None:
     assert course(name, by_hand) == course(name)
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reference_machines import Kiln, kiln_of
-from rig.specs import EXAMPLES, example
+from rig.specs import EXAMPLE_NAMES, controller_of
 
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
 from heatwright.sim.reference.numbers import Single
@@ -27,7 +27,7 @@ def test_the_sum_is_in_the_order_of_the_slots_and_single():
 
 SENSORS = {
     sensor.kind: (sensor, controller.board)
-    for controller in (example(path.stem).controller for path in sorted(EXAMPLES.glob("*.yaml")))
+    for controller in map(controller_of, EXAMPLE_NAMES)
     for sensor in controller.sensors.values()
 }
 

@@ -10,6 +10,7 @@ from heatwright.spec import Controller, Spec, load, load_text
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "spec" / "examples"
+EXAMPLE_NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 
 
 @cache
