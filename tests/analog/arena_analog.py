@@ -4,7 +4,7 @@ from functools import partial
 
 import test_adc as adc
 from rig.analog_specs import bed, powered, sensor
-from rig.avr import Firmware, Program, on
+from rig.firmware import Firmware, Program, on
 
 from heatwright.sim.device import AvrDevice
 from heatwright.spec.sensing.conversion import conversion

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rig.analog_specs import CIRCUITS, sensor
-from rig.specs import ROOT
+from rig.firmware import ROOT
 from scipy.optimize import linprog
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares

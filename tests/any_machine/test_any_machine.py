@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 from any_machine.drawing import machine
-from rig.avr import whole
-from rig.specs import controller_of
+from rig.firmware import controller_of, whole
 from rig.verified import Verdict, rehearsed, verified
 from suite import SEED, SIZE, amount
 

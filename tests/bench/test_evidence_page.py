@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import pytest
 import yaml
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli

@@ -16,8 +16,7 @@ from machines import (
     run_on,
     scaled,
 )
-from rig.avr import whole
-from rig.specs import EXAMPLES, ROOT, spec_of
+from rig.firmware import EXAMPLES, ROOT, spec_of, whole
 
 from heatwright.sim.comparison import row_controller
 from heatwright.sim.device import AvrDevice

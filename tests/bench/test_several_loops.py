@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from machines import at, course, events
 from matplotlib.colors import to_hex
-from rig.avr import began_s, device_of, whole
 from rig.controllers import LENGTH_S, drawings
-from rig.specs import changed, controller_of
+from rig.firmware import began_s, changed, controller_of, device_of, whole
 from suite import SEED, amount
 
 from heatwright.sim.bench import ReferenceDevice, bench

@@ -1,6 +1,6 @@
 """A healthy machine that another loop warms."""
 
-from rig.specs import spec_of
+from rig.firmware import spec_of
 
 from heatwright.sim.bench import bench
 from heatwright.sim.reference.device import ReferenceDevice

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from rig.avr import whole
-from rig.specs import controller_of
+from rig.firmware import controller_of, whole
 
 from heatwright.cli.bench.board import Board
 from heatwright.cli.bench.store import Told

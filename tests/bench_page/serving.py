@@ -5,8 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Thread
 
-from rig.avr import whole
-from rig.specs import controller_of
+from rig.firmware import controller_of, whole
 
 from heatwright.cli.bench.board import Board
 from heatwright.cli.bench.server import Server

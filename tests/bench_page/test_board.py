@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 import yaml
-from rig.specs import EXAMPLES, changed, example
+from rig.firmware import EXAMPLES, changed, example
 from seated import Seated
 from suite import amount
 

@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from rig.specs import ROOT
+from rig.firmware import ROOT
 from serving import Bench, serving
 from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import ClientConnection, connect

@@ -18,7 +18,7 @@ import pytest
 from campaign.campaigns import kept, short_chamber, wait_for
 from pyarrow import parquet
 from rig.commands import Heatwright
-from rig.specs import EXAMPLE_NAMES, EXAMPLES, example
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, example
 
 from heatwright.cli.campaign.given import given
 from heatwright.cli.campaign.work import Task, run_here, run_whole

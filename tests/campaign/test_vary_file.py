@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLE_NAMES, EXAMPLES, ROOT, example
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, ROOT, example
 
 from heatwright.cli.campaign.given import derived, given
 from heatwright.sim.campaign.breaks import BREAKS

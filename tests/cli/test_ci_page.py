@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 from rig.commands import Heatwright
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 HOOK, WORKFLOW = (
     yaml.safe_load(text)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from rig.commands import Heatwright, printer_rows
-from rig.specs import EXAMPLES, ROOT, example
+from rig.firmware import EXAMPLES, ROOT, example
 
 from heatwright.cli.running import run_model
 from heatwright.cli.scenario import with_scenario

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, files_of
+from rig.firmware import EXAMPLES, files_of
 
 from heatwright.spec import load_text
 

@@ -18,7 +18,7 @@ from unittest.mock import Mock, call
 import click
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, ROOT
+from rig.firmware import EXAMPLES, ROOT
 
 from heatwright.cli.bars import Bars
 from heatwright.cli.ends import Refused, ended

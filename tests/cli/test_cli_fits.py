@@ -4,10 +4,9 @@ import pickle
 from dataclasses import replace
 
 import pytest
-from rig.avr import whole
 from rig.commands import Heatwright, changed
-from rig.specs import EXAMPLE_NAMES, example
-from rig.specs import changed as text
+from rig.firmware import EXAMPLE_NAMES, example, whole
+from rig.firmware import changed as text
 
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.fits import DoesNotFit

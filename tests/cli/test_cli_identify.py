@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 from rig.commands import Heatwright, changed
-from rig.specs import EXAMPLES
+from rig.firmware import EXAMPLES
 
 from heatwright.cli.identify.block import digits
 from heatwright.sim.identify import Found

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, changed, controller_of
+from rig.firmware import EXAMPLES, changed, controller_of
 
 from heatwright.cli.loads import loads, told
 

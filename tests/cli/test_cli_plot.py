@@ -15,8 +15,8 @@ from urllib.request import urlopen
 
 import pytest
 from rig.commands import Heatwright, changed
+from rig.firmware import EXAMPLES, controller_of
 from rig.live import HEATWRIGHT, simulated
-from rig.specs import EXAMPLES, controller_of
 from rig.terminal import answered
 
 from heatwright.cli.bench.server import Server

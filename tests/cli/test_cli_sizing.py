@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLE_NAMES, changed, controller_of
+from rig.firmware import EXAMPLE_NAMES, changed, controller_of
 
 from heatwright.sim.plants import FOREVER_S, plant_of, powers_of
 from heatwright.spec import Controller

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 from rig.commands import Heatwright
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 from heatwright.cli.main import COMMANDS
 

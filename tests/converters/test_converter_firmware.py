@@ -9,7 +9,7 @@ from random import Random
 import numpy as np
 import pytest
 from rig.chips import KINDS, PINS, Crucible, crucible
-from rig.specs import files_of
+from rig.firmware import files_of
 
 VALID, NO_ANSWER, SHORT, CRC, STALE, RESET, OPEN, RANGE = 0, 1, 2, 3, 4, 5, 17, 18
 STEPS_PER_K = {"max6675": 4, "max31855": 4, "max31856": 128}

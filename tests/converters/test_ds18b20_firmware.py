@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from rig.avr import device_of
+from rig.firmware import device_of
 
 from heatwright.sim.device import AvrDevice
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from rig.analog_specs import KEYS, bed
-from rig.avr import whole
-from rig.specs import changed, controller_of, example, spec_of
+from rig.firmware import changed, controller_of, example, spec_of, whole
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.chain import chain_errors

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from rig.specs import changed, files_of
+from rig.firmware import changed, files_of
 
 from heatwright.spec import SpecError, load_text
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of
 
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.protection.limiter import Limiter

@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 from fault_rules import rules_of
 from rig.analog_specs import KEYS, bed
-from rig.avr import whole
 from rig.chips import KINDS, crucible
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of, whole
 
 from heatwright.sim.faults import Fault, catalogue, try_fault
 from heatwright.sim.faults.world import Site

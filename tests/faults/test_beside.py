@@ -10,7 +10,7 @@ from functools import cache
 
 import pytest
 from fault_machines import faults_of, judged, site_of
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.machine_parts.monitors import untold

@@ -3,8 +3,7 @@
 import pytest
 from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
 from rig.analog_specs import KEYS, bed
-from rig.avr import whole
-from rig.specs import ROOT, changed, controller_of
+from rig.firmware import ROOT, changed, controller_of, whole
 
 from heatwright.sim.faults import catalogue, starts
 from heatwright.sim.faults.controller.memory import cut_line

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import pytest
 from fault_machines import CODES, DECIDING, site_of
-from rig.specs import EXAMPLE_NAMES, sources_of
+from rig.firmware import EXAMPLE_NAMES, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import AvrError

@@ -5,7 +5,7 @@ from functools import partial
 
 import test_panel
 import test_start
-from rig.avr import Firmware, Program
+from rig.firmware import Firmware, Program
 from rig.judged import first_complaint
 
 from heatwright.sim.binary.elf import Elf

@@ -2,7 +2,7 @@
 
 import pytest
 from gcode_world import BinaryBoard, Board, HostBoard, gcode_world, switched
-from rig.specs import changed
+from rig.firmware import changed
 from test_gcode_tools import CURVE, SPEC, on_host, whole_degrees
 
 CALLED = {

@@ -12,8 +12,8 @@ from typing import Any
 from urllib.request import Request, urlopen
 
 import pytest
+from rig.firmware import ROOT
 from rig.live import Cable, LiveBoard, live_board
-from rig.specs import ROOT
 from suite import amount
 
 PROGRAM = ROOT / "build" / "judges" / "octoprint" / "bin" / "octoprint"

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from printrun.gcoder import LightGCode
 from printrun.printcore import printcore
+from rig.firmware import EXAMPLES
 from rig.live import HEATWRIGHT, Cable, LiveBoard, live_board, simulated
-from rig.specs import EXAMPLES
 
 from heatwright.sim.live import Clock
 

@@ -10,9 +10,8 @@ from random import Random
 
 import pytest
 from jinja2 import UndefinedError
-from rig.avr import whole
 from rig.controllers import drawings
-from rig.specs import changed, controller_of, example, files_of
+from rig.firmware import changed, controller_of, example, files_of, whole
 from suite import SEED, amount
 
 from heatwright.generator import plan_firmware, render, write

@@ -10,10 +10,9 @@ from typing import Any
 
 import pytest
 from jinja2 import Environment, FunctionLoader, StrictUndefined, nodes
-from rig.avr import whole
 from rig.bad_specs import cases
 from rig.controllers import Drawn, attempts, drawings
-from rig.specs import EXAMPLES, ROOT, files_of
+from rig.firmware import EXAMPLES, ROOT, files_of, whole
 from suite import SEED, amount
 
 from heatwright.generator import plan_firmware

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 import pytest
-from rig.specs import EXAMPLE_NAMES, EXAMPLES, ROOT, example, files_of, sources_of
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, ROOT, example, files_of, sources_of
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli

@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 from rig.controllers import drawn
-from rig.specs import EXAMPLE_NAMES, changed, example, files_of, spec_of
+from rig.firmware import EXAMPLE_NAMES, changed, example, files_of, spec_of
 from suite import amount
 
 from heatwright.generator import plan_firmware

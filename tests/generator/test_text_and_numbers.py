@@ -12,7 +12,7 @@ import pytest
 import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
-from rig.specs import EXAMPLE_NAMES, EXAMPLES, changed, files_of
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, changed, files_of
 
 from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.numbers import c_float, float32, milliseconds, steps, ticks

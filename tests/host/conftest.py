@@ -6,7 +6,7 @@ from pathlib import Path
 import host_specs
 import pytest
 from host_builds import build_of_spec
-from rig import specs
+from rig.firmware import spec_of
 
 from heatwright.sim.host import Host
 
@@ -22,7 +22,7 @@ def hosts() -> Hosts:
 
     @cache
     def host(name: str) -> Host:
-        spec = specs.spec_of(text_of(name)) if name in NAMES else host_specs.spec_of(name)
+        spec = spec_of(text_of(name)) if name in NAMES else host_specs.spec_of(name)
         return Host(build_of_spec(spec))
 
     return host

@@ -1,14 +1,12 @@
 """Host builds of projects, each made once (`build/rig`), by all that goes into it."""
 
 import hashlib
-import shutil
-import tempfile
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
 import host_specs
-from rig.store import STORE
+from rig.firmware import kept
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.sim.host import HostBuild, build_host
@@ -35,16 +33,12 @@ def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
     """Return the build of any specification of one loop."""
     files = render(plan_firmware(spec))
     key = repr((sorted(files.items()), sanitized)).encode() + _world()
-    place = STORE / f"host-{hashlib.sha256(key).hexdigest()[:24]}"
-    if not (place / "made" / "host.so").exists():
-        STORE.mkdir(parents=True, exist_ok=True)
-        folder = Path(tempfile.mkdtemp(prefix="making-", dir=STORE))
+
+    def build(folder: Path) -> None:
         write(files, folder / "project")
         build_host(folder / "project", spec.controller, folder / "made", sanitized=sanitized)
-        try:
-            folder.rename(place)
-        except OSError:  # another process was quicker
-            shutil.rmtree(folder)
+
+    place = kept(f"host-{hashlib.sha256(key).hexdigest()[:24]}", "made/host.so", build)
     objects = {f"{made.stem}.c": made for made in (place / "made").glob("*.o")}
     return HostBuild(
         place / "made" / "host.so", place / "project", spec.controller,

@@ -24,8 +24,8 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
+from rig.firmware import controller_of
 from rig.modbus_oracle import Oracle
-from rig.specs import controller_of
 
 from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, framed
 

@@ -13,8 +13,8 @@ from typing import Any
 import hal_session
 import pytest
 from hal_session import FABRICATOR, Hal, MadeUpBoard, linuxcnc_files
+from rig.firmware import ROOT, changed, controller_of, files_of
 from rig.live import Cable, LiveBoard, live_board
-from rig.specs import ROOT, changed, controller_of, files_of
 
 from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.spec import ModbusRtu

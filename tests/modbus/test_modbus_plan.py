@@ -11,8 +11,8 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from rig.firmware import controller_of, files_of, sources_of, spec_of
 from rig.modbus_oracle import Oracle
-from rig.specs import controller_of, files_of, sources_of, spec_of
 from test_slave import ADDRESS, SLAVE
 
 from heatwright.generator.plan.registers import Register, register_map

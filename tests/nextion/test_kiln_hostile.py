@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from display_orders import Grammar, Malice
 from numpy.typing import NDArray
-from rig.avr import began_s, whole
-from rig.specs import example, sources_of
+from rig.firmware import began_s, example, sources_of, whole
 from suite import amount
 from test_kiln_touched import RUNNING
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import pytest
 from hosted_kiln import PAGE, SPEC, TOUCHED
-from rig.avr import whole
-from rig.specs import EXAMPLE_NAMES, changed, example, files_of, spec_of
+from rig.firmware import EXAMPLE_NAMES, changed, example, files_of, spec_of, whole
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.output import compare

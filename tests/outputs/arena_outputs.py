@@ -6,9 +6,8 @@ from functools import partial
 import host_specs
 import test_outputs_relay_whole as hosted
 import test_outputs_stepper as stepper
-from rig.avr import Firmware, Program
+from rig.firmware import Firmware, Program, spec_of
 from rig.outputs import Wired, cause_problem, reset_problem
-from rig.specs import spec_of
 from test_outputs_held import VARIANTS, any_orders_problem, held, timed_problem
 from test_outputs_pwm import PwmBoard, heater_problems, placed, restart_problem
 from test_outputs_relay import OPEN, RelayBoard, relayed

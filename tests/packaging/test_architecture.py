@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 TOOL = ROOT / "tools" / "architecture.py"
 

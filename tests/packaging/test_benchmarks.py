@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from rig.specs import EXAMPLES, ROOT
+from rig.firmware import EXAMPLES, ROOT
 
 from heatwright.spec import load
 

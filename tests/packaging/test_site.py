@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import yaml
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 from heatwright.cli.contract import UNIONS
 from heatwright.spec import kinds

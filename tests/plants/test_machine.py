@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig.avr import whole
-from rig.specs import EXAMPLE_NAMES, example
+from rig.firmware import EXAMPLE_NAMES, example, whole
 
 from heatwright.sim.bench import bench, step_of
 from heatwright.sim.device import AvrDevice

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from rig.specs import changed, spec_of
+from rig.firmware import changed, spec_of
 from scipy.integrate import solve_ivp
 
 from heatwright import spec

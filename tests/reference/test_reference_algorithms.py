@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reference_machines import Kiln, kiln_of
-from rig.specs import EXAMPLE_NAMES, controller_of
+from rig.firmware import EXAMPLE_NAMES, controller_of
 
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
 from heatwright.sim.reference.numbers import Single

@@ -4,7 +4,7 @@ from functools import cache
 
 import yaml
 from pydantic import TypeAdapter
-from rig.avr import device_of
+from rig.firmware import device_of
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice

@@ -3,8 +3,7 @@
 from typing import Any
 
 from numpy.typing import NDArray
-from rig.avr import whole
-from rig.specs import spec_of
+from rig.firmware import spec_of, whole
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice

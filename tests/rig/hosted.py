@@ -1,7 +1,7 @@
 """Generated C on this computer, inside a world of the test's in C, which plays scripts.
 
 The world's `main` reads a script from standard input and writes what happens to standard output.
-Each file is compiled once (`store`); a changed one is compiled alone and linked with the others.
+Each file is compiled once (`made`); a changed one is compiled alone and linked with the others.
 As a program it runs by itself, sanitized if so wished. As a library it plays in this process,
 a hundred times as quick, but what crashes or hangs takes the process along: for arenas.
 """
@@ -13,9 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-from rig.avr import board_of
-from rig.specs import sources_of
-from rig.store import made
+from rig.firmware import board_of, made, sources_of
 
 import heatwright.sim.host
 

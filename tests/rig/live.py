@@ -12,8 +12,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from rig.avr import whole
-from rig.specs import EXAMPLES, controller_of
+from rig.firmware import EXAMPLES, controller_of, whole
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from rig.specs import ROOT
+from rig.firmware import ROOT
 from streams import RECORD, REGISTERS, Errors, H, Image, S, V, Z
 
 from heatwright.sim.avr import Avr

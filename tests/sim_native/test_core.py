@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from judges import ERRORS, differences, loaded, on_ours
 from numpy.typing import NDArray
-from rig.avr import Board, compiled, powered, running, shared, whole
-from rig.specs import example
+from rig.firmware import Board, compiled, example, powered, running, shared, whole
 from streams import CHIPS, Chip, image
 from suite import amount
 

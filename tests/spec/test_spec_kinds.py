@@ -9,7 +9,7 @@ import ast
 import re
 from collections.abc import Iterator
 
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
 from heatwright.spec.sensing.analog_parts import AnalogSensor

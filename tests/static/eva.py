@@ -51,7 +51,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mutation.known import name_of, syntax_of
-from rig.avr import board_of
+from rig.firmware import board_of
 from tree_sitter import Node
 
 STUBS = Path(__file__).parent / "avr_stubs"

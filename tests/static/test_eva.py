@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from eva import Proof, proof_of
-from rig.specs import controller_of, sources_of
+from rig.firmware import controller_of, sources_of
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = ("barrel", "chamber", "dryer", "fabricator", "hotplate", "incubator", "oven", "press")

@@ -6,7 +6,7 @@ import subprocess
 import tomllib
 from pathlib import Path
 
-from rig.specs import EXAMPLE_NAMES, controller_of, example
+from rig.firmware import EXAMPLE_NAMES, controller_of, example
 from suite import amount
 
 from heatwright.generator.output import write

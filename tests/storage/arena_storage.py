@@ -6,8 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from host_builds import build_of_spec
-from rig.avr import Firmware
-from rig.specs import sources_of, spec_of
+from rig.firmware import Firmware, sources_of, spec_of
 from storage_host import Kept
 from storage_programs import Programs
 from storage_progress import Progresses

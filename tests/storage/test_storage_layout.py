@@ -4,7 +4,7 @@ import re
 from itertools import pairwise, product
 
 import pytest
-from rig.specs import ROOT, files_of, spec_of
+from rig.firmware import ROOT, files_of, spec_of
 from storage_format import PROGRESS_BYTES, Memory
 from storage_specs import NAMES, board_text, text_of
 

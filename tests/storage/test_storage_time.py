@@ -1,7 +1,7 @@
 """Nothing waits for the EEPROM: it is read and written when it is ready, and only then."""
 
 import pytest
-from rig.avr import Board, Program, board_of
+from rig.firmware import Board, Program, board_of
 from storage_firing import Firing, FiringByKeys, machine
 from storage_specs import text_of
 from storage_verdict import Book

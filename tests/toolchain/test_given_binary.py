@@ -15,8 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from rig.avr import compiled, whole
-from rig.specs import EXAMPLES, example, files_of
+from rig.firmware import EXAMPLES, compiled, example, files_of, whole
 from suite import amount
 
 from heatwright.cli.ends import ended

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from elftools.elf.elffile import ELFFile
-from rig.avr import compiled, powered
+from rig.firmware import compiled, powered
 
 from heatwright.generator.stack import StackUnknown, WorstStack, worst_stack
 from heatwright.generator.stack.instructions import Instruction, decode

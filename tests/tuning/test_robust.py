@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from rig.specs import changed, spec_of
+from rig.firmware import changed, spec_of
 
 from heatwright.cli.main import cli
 from heatwright.cli.tune.methods import Judged, Tried, proposed

@@ -17,9 +17,7 @@ from courses.host_reference import Way
 from host_builds import build_of_spec
 from host_control import run_problem
 from numpy.typing import NDArray
-from rig.avr import whole
-from rig.specs import spec_of
-from rig.store import made
+from rig.firmware import made, spec_of, whole
 from scipy.stats import norm
 from suite import SEED, amount
 
