@@ -12,7 +12,7 @@ from storage_programs import Programs
 from storage_progress import Progresses
 from storage_settings import SettingsKept
 from storage_specs import text_of
-from test_storage_time import waiting, waits_problem
+from test_storage import waiting, waits_problem
 
 from heatwright.sim.host import Host, HostBuild
 

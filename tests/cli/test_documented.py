@@ -1,7 +1,11 @@
-"""What `docs/ci.md` has users put into their repositories does there what it says."""
+"""What the tutorial and `docs/ci.md` have users do does there what it says.
+
+Each command of the tutorial is run, in its order, and prints what stands there.
+"""
 
 import os
 import re
+import shlex
 import subprocess
 import sysconfig
 from pathlib import Path
@@ -12,12 +16,60 @@ import yaml
 from rig.commands import Heatwright
 from rig.firmware import ROOT
 
+from heatwright.cli.main import COMMANDS
+
+DOCS = ROOT / "docs"
+TEXT = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+CONSOLES = "".join(re.findall(r"```console\n(.*?)```", TEXT, re.DOTALL))
+STEPS = re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", CONSOLES, re.MULTILINE)
+"""Command, and what it prints."""
+
+
+def pattern(printed: str) -> str:
+    """Make a line of … match any lines, and … within a line anything there."""
+    lines = printed.splitlines(keepends=True)
+    return "".join(
+        "(?:.*\n)*" if line == "…\n" else re.escape(line).replace("…", ".+") for line in lines
+    )
+
+
+@pytest.mark.parametrize(
+    ("found", "fits"),
+    [
+        ("a\nb 1 c\n", True),
+        ("a\nx\ny\nb 2 c\n", True),
+        ("a\nb 2\n", False),
+        ("a\nb 2\n c\n", False),
+    ],
+)
+def test_what_is_left_out_may_be_anything(found: str, fits: bool) -> None:
+    assert bool(re.fullmatch(pattern("a\n…\nb … c\n"), found)) == fits
+
+
+def test_each_command_prints_what_stands_there(heatwright: Heatwright) -> None:
+    assert len(STEPS) > 5
+    for command, printed in STEPS:
+        program, _, words = command.partition(" ")
+        if program == "heatwright":
+            found = heatwright(words, status=2 * (":43:7:" in printed)).out
+        else:
+            found = subprocess.check_output(shlex.split(command), text=True)
+        assert re.fullmatch(pattern(printed), found), command
+
+
+def test_it_names_commands_and_pictures_that_there_are() -> None:
+    assert set(re.findall(r"(?:`|\$ |    )heatwright ([a-z]+) ", TEXT)) <= {*COMMANDS, "bench"}
+    pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", TEXT)
+    assert len(pictures) >= 3
+    assert [each for each in pictures if not (DOCS / each).is_file()] == []
+
+
 HOOK, WORKFLOW = (
     yaml.safe_load(text)
     for text in re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / "ci.md").read_text("utf-8"), re.S)
 )
-STEPS: list[dict[str, Any]] = WORKFLOW["jobs"]["verify"]["steps"]
-RUN = {step["name"]: step["run"] for step in STEPS if "run" in step}
+JOB_STEPS: list[dict[str, Any]] = WORKFLOW["jobs"]["verify"]["steps"]
+RUN = {step["name"]: step["run"] for step in JOB_STEPS if "run" in step}
 
 
 def step(name: str, **given: str) -> subprocess.CompletedProcess[str]:
@@ -34,7 +86,7 @@ def test_the_steps_of_the_workflow_hold_for_a_good_spec(heatwright: Heatwright) 
     for name in [*RUN][1:]:
         done = step(name, SPEC="chamber")
         assert done.returncode == 0, done.stdout + done.stderr
-    kept = STEPS[-1]["with"]["path"].split()
+    kept = JOB_STEPS[-1]["with"]["path"].split()
     assert {path.name for each in kept for path in Path().glob(each)} == {
         "firmware", "chamber.html",
     }  # fmt: skip
