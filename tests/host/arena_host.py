@@ -8,17 +8,16 @@ import host_specs
 from host_answers import answers_problem, prepare_answers
 from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
-from host_current import current_problem
-from host_gate import gate_problem
-from host_inputs import inputs_problem
-from host_limits import limits_problem
-from host_lockout import lockout_problem, restored_problem
-from host_on_time import on_time_problem
+from host_gate import gate_problem, on_time_problem, switching_problem
 from host_power import power_problem
-from host_proof import proof_problem
-from host_switching import switching_problem
-from host_text import all_text_problems
-from host_types import types_problem
+from host_values import all_text_problems, limits_problem, types_problem
+from host_watch import (
+    current_problem,
+    inputs_problem,
+    lockout_problem,
+    proof_problem,
+    restored_problem,
+)
 from storage_progress import ordered_wrongly
 from storage_settings import SettingsKept
 

@@ -12,7 +12,7 @@ from courses.host_courses import random_firing
 from courses.host_reference import Expected, Restored, Way, first_difference
 from courses.host_stretches import Stretch
 from courses.host_stretches_programmed import ProgrammedWalk
-from host_scale import scale_of
+from host_values import scale_of
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host

@@ -11,7 +11,7 @@ from courses.host_reference import Way, expected, ways_of
 from courses.host_stretches import Stretch
 from host_builds import build_of_spec
 from host_control import STRETCHES, all_problem, run_problem
-from host_text import MOST_DECIMALS, code_problem, text_problem
+from host_values import MOST_DECIMALS, code_problem, text_problem
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig.controllers import drawings
