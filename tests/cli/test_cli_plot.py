@@ -16,8 +16,7 @@ from urllib.request import urlopen
 import pytest
 from rig.commands import Heatwright, changed
 from rig.firmware import EXAMPLES, controller_of
-from rig.live import HEATWRIGHT, simulated
-from rig.terminal import answered
+from rig.live import HEATWRIGHT, answered, simulated
 
 from heatwright.cli.bench.server import Server
 from heatwright.cli.plot import listener

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig.chips import KINDS, PINS, Crucible, crucible
 from rig.firmware import device_of, files_of
+from rig.sensors import KINDS, PINS, Crucible, crucible
 
 from heatwright.sim.device import AvrDevice
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rig.analog_specs import KEYS, bed
 from rig.firmware import changed, controller_of, example, files_of, spec_of, whole
+from rig.sensors import KEYS, bed
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.chain import chain_errors
@@ -240,7 +240,7 @@ def test_the_slowest_filter_that_it_names_is_allowed_and_no_slower_one(kind: str
         load_text(with_lag(text, slowest_s + TENTH_MS), "spec.yaml")
 
 
-SUPPLY_V, LIMIT_A, TRIP_A = 43.0, 3.0, 3.75
+SUPPLY_V, LIMIT_A = 43.0, 3.0
 RATED = {True: 25.57, False: SUPPLY_V}
 SMALL = st.floats(0.001, 5.0)
 """Duties whose current is about what counts as one, %."""

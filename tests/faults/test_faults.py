@@ -2,8 +2,8 @@
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
-from rig.analog_specs import KEYS, bed
 from rig.firmware import ROOT, changed, controller_of, whole
+from rig.sensors import KEYS, bed
 
 from heatwright.sim.faults import catalogue, starts
 from heatwright.sim.faults.controller.memory import cut_line

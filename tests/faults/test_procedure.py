@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from fault_machines import faults_of, judged, site_of
 from numpy.typing import NDArray
-from rig.analog_specs import KEYS, bed
 from rig.firmware import changed
+from rig.sensors import KEYS, bed
 
 from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s

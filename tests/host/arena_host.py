@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import host_specs
-from host_answers import answers_problem, prepare_answers
-from host_builds import build_of, sources_of
 from host_control import control_problem, prepare_control
 from host_gate import gate_problem, on_time_problem, switching_problem
-from host_power import power_problem
+from host_power import answers_problem, power_problem, prepare_answers
+from host_specs import build_of, sources_of
 from host_values import all_text_problems, limits_problem, types_problem
 from host_watch import (
     current_problem,
@@ -18,7 +17,7 @@ from host_watch import (
     proof_problem,
     restored_problem,
 )
-from storage_progress import ordered_wrongly
+from storage_host import ordered_wrongly
 from storage_settings import SettingsKept
 
 from heatwright.sim.host import Host

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import host_specs
 import pytest
-from host_builds import build_of_spec
+from host_specs import build_of_spec
 from rig.firmware import spec_of
 
 from heatwright.sim.host import Host

@@ -8,10 +8,17 @@ import test_outputs_relay_whole as hosted
 import test_outputs_stepper as stepper
 from rig.firmware import Firmware, Program, spec_of
 from rig.outputs import Wired, cause_problem, reset_problem
-from test_outputs_held import VARIANTS, any_orders_problem, held, timed_problem
+from test_outputs_gate import (
+    OPEN,
+    VARIANTS,
+    RelayBoard,
+    any_orders_problem,
+    held,
+    relayed,
+    timed_problem,
+)
+from test_outputs_gate import whole_problem as relay_problem
 from test_outputs_pwm import PwmBoard, heater_problems, placed, restart_problem
-from test_outputs_relay import OPEN, RelayBoard, relayed
-from test_outputs_relay import whole_problem as relay_problem
 from test_outputs_windows import SHORT_LEFT_OUT, SPREAD, windows
 from test_outputs_windows import whole_problem as window_problem
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from host_builds import build_of_spec
+from host_specs import build_of_spec
 from rig.firmware import Firmware, sources_of, spec_of
-from storage_host import Kept
+from storage_host import Kept, Progresses
 from storage_programs import Programs
-from storage_progress import Progresses
 from storage_settings import SettingsKept
 from storage_specs import text_of
 from test_storage import waiting, waits_problem

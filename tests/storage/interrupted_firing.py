@@ -3,7 +3,7 @@
 from random import Random
 from typing import NamedTuple
 
-from host_builds import build_of_spec
+from host_specs import build_of_spec
 from rig.firmware import spec_of
 from storage_firing import IDLE, INTERRUPTED, LOOP, PAUSED, with_programs
 
