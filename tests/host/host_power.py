@@ -15,9 +15,13 @@ import numpy as np
 from courses.host_courses import inputs_of, kinds_of, random_course, random_firing
 from courses.host_reference import Expected, Restored, Way, first_difference
 from courses.host_stretches import NO_GAINS, Stretch
-from courses.host_stretches_commanded import CRITICAL_C, SWITCHED_ORDERS
-from courses.host_stretches_programmed import ORDERS as ALL_ORDERS
-from courses.host_stretches_programmed import PLACES, ProgrammedWalk
+from courses.host_stretches_commanded import (
+    CRITICAL_C,
+    PLACES,
+    PROGRAM_ORDERS,
+    SWITCHED_ORDERS,
+    ProgrammedWalk,
+)
 from host_values import scale_of
 from numpy.typing import NDArray
 
@@ -37,7 +41,7 @@ GIVEN = (
     *((Command.MAXIMUM, value, NO_GAINS) for value in CRITICAL_C),
 )
 ORDERS = (
-    *ALL_ORDERS,
+    *PROGRAM_ORDERS,
     program.START,
     *(program.JUMP, program.RESUME, program.PAUSE, program.PAUSE) * 2,
 )

@@ -6,19 +6,17 @@ import subprocess
 import tomllib
 from pathlib import Path
 
-from rig.firmware import EXAMPLE_NAMES, controller_of, example
+from rig.firmware import EXAMPLE_NAMES, controller_of, files_of
 from suite import amount
 
-from heatwright.generator.output import write
-from heatwright.generator.plan import plan_firmware
-from heatwright.generator.render import render
+from heatwright.generator import write
 
 DEVIATIONS = tomllib.loads(Path(__file__).with_name("misra.toml").read_text("utf-8"))
 
 
 def broken(name: str, folder: Path) -> set[str]:
     """Return the rules that an example's firmware breaks."""
-    write(render(plan_firmware(example(name))), folder)
+    write(files_of(name), folder)
     board = controller_of(name).board
     done = subprocess.run(
         ["cppcheck", "--quiet", "--enable=style", "--addon=misra", "--std=c11", "--platform=avr8",

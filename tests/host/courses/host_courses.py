@@ -6,8 +6,13 @@ from typing import Any
 import numpy as np
 from courses.host_reference import HOST_BAD, HOST_ONLY, Way, alone, fill_currents, ways_of
 from courses.host_stretches import LONGEST, Stretch, Walk
-from courses.host_stretches_commanded import CommandedWalk, current_of
-from courses.host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
+from courses.host_stretches_commanded import (
+    FIRING_KINDS,
+    PROGRAM_KINDS,
+    CommandedWalk,
+    ProgrammedWalk,
+    current_of,
+)
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed
