@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from rig.commands import heatwright  # noqa: F401 - a fixture of all tests
 from rig.firmware import example
 from suite import Suite
 

@@ -6,7 +6,7 @@ from functools import partial
 import test_panel
 import test_start
 from rig.firmware import Firmware, Program
-from rig.judged import first_complaint
+from rig.hosted import first_complaint
 
 from heatwright.sim.binary.elf import Elf
 

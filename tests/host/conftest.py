@@ -1,17 +1,13 @@
-import sys
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import host_specs
 import pytest
 from host_specs import build_of_spec
 from rig.firmware import spec_of
+from storage_specs import NAMES, text_of
 
 from heatwright.sim.host import Host
-
-sys.path.append(str(Path(__file__).parents[1] / "storage"))
-from storage_specs import NAMES, text_of
 
 Hosts = Callable[[str], Host]
 

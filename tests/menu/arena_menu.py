@@ -4,7 +4,7 @@ from pathlib import Path
 
 from hosted_menu import BROKEN, SPEC, WORLD, problem_of, walks
 from rig.firmware import sources_of
-from rig.judged import InItsWorld
+from rig.hosted import InItsWorld
 
 
 class Menu(InItsWorld):

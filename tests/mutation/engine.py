@@ -161,7 +161,7 @@ def _digest(area: str) -> str:
     files = _imported((TESTS / area).glob("arena_*.py"))
     files |= {path for folder in folders for path in folder.rglob("*.[ch]")}
     files |= {path for folder in JUDGES for path in folder.rglob("*") if path.suffix in SUFFIXES}
-    files |= {HERE / "schema.py", HERE / "court.py"}
+    files |= {HERE / "syntax.py", HERE / "court.py"}
     return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
 
 

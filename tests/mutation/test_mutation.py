@@ -14,8 +14,7 @@ from mutation.court import same_machine_code
 from mutation.engine import Engine, cases_of, every_arena, in_order, sampled
 from mutation.known import Names, entries, names_of
 from mutation.report import Report, protects
-from mutation.schema import TOGETHER, VARIABLE, schema
-from mutation.syntax import Kind, mutants_of
+from mutation.syntax import TOGETHER, VARIABLE, Kind, mutants_of, schema
 from suite import SIZE, amount, drawn
 
 SMALL = """\

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from display_orders import Grammar, Malice
+from display_model import Grammar, Malice
 from numpy.typing import NDArray
 from rig.firmware import began_s, example, sources_of, whole
 from suite import amount

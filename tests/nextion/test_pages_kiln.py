@@ -12,8 +12,7 @@ import pytest
 from hosted_kiln import PAGE, SPEC, TOUCHED
 from rig.firmware import EXAMPLE_NAMES, changed, example, files_of, spec_of, whole
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.output import compare
+from heatwright.generator import compare, plan_firmware, render, write
 from heatwright.generator.plan.nextion.documents import KINDS
 from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.interfaces.nextion.codes import LONGEST_NAME

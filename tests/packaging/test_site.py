@@ -9,8 +9,7 @@ import yaml
 from rig.firmware import ROOT
 
 from heatwright.cli.contract import UNIONS
-from heatwright.spec import kinds
-from heatwright.spec.boards import BOARDS
+from heatwright.spec import BOARDS, kinds
 from heatwright.spec.loading.schema import schema
 
 SITE, PAGES = ROOT / "build" / "site", ROOT / "build" / "site-pages"
