@@ -22,7 +22,7 @@ from campaign.campaigns import kept, short_chamber, wait_for
 from distributed import Client
 from pyarrow import parquet
 from rig.commands import Heatwright
-from rig.firmware import EXAMPLE_NAMES, EXAMPLES, example
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, example, finished
 
 from heatwright.cli.campaign.given import given
 from heatwright.cli.campaign.work import GOES_ON, Task, run_here, run_whole
@@ -135,8 +135,7 @@ def test_a_worker_with_another_version_is_refused(task: Callable[..., Task]) -> 
 
 def children(pid: int) -> list[int]:
     """The workers of a command; multiprocessing has a process of its own beside them."""
-    found = subprocess.run(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(pid)],
-                           capture_output=True, text=True, check=False).stdout  # fmt: skip
+    found = finished(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(pid)]).stdout
     return [int(line.split()[0]) for line in found.splitlines() if "resource_tracker" not in line]
 
 

@@ -26,7 +26,7 @@ import click
 import pytest
 import yaml
 from rig.commands import Heatwright
-from rig.firmware import EXAMPLES, ROOT
+from rig.firmware import EXAMPLES, ROOT, finished
 
 from heatwright.cli.bars import Bars
 from heatwright.cli.ends import Refused, ended
@@ -129,7 +129,7 @@ sys.addaudithook(lambda what, of: (what, of[0]) == ("import", {name!r}) and os.k
 from heatwright.cli.start import main
 main()"""
     words = [sys.executable, "-c", program, "simulate", CHAMBER, "--model", "--for", "5s", "--json"]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    done = finished(words)
     assert (done.returncode, done.stderr.split("…\n")[-1]) == (130, "Interrupted.\n")
     assert json.loads(done.stdout) == {"status": 130, "error": "Interrupted.", "problems": []}
 
@@ -321,9 +321,7 @@ RUN = {step["name"]: step["run"] for step in JOB_STEPS if "run" in step}
 def step(name: str, **given: str) -> subprocess.CompletedProcess[str]:
     given["PATH"] = f"{sysconfig.get_path('scripts')}:{os.environ['PATH']}"
     words = ["bash", "-e", "-c", RUN[name]]
-    return subprocess.run(
-        words, env=os.environ | given, capture_output=True, text=True, check=False
-    )
+    return finished(words, env=os.environ | given)
 
 
 def test_the_steps_of_the_workflow_hold_for_a_good_spec(heatwright: Heatwright) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from printrun.gcoder import LightGCode
 from printrun.printcore import printcore
-from rig.firmware import EXAMPLES, ROOT
+from rig.firmware import EXAMPLES, ROOT, finished
 from rig.live import HEATWRIGHT, Cable, LiveBoard, live_board, simulated, wait_for
 from suite import amount
 
@@ -187,7 +187,7 @@ def test_a_host_finds_the_board_until_ctrl_c() -> None:
 def test_it_ends_by_itself_when_told() -> None:
     arguments = ("--serial", "--speed", "100", "--for", "20 s")
     command = [HEATWRIGHT, "simulate", EXAMPLES / "feeder.yaml", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    done = finished(command, timeout=60, check=True)
     assert done.stdout.startswith("/dev/")
     assert "115200 baud, 100 times real time. Ctrl-C ends it." in done.stdout
 

@@ -8,7 +8,6 @@ finds nothing.
 
 import re
 import shutil
-import subprocess
 from collections import Counter
 from itertools import islice, product
 from pathlib import Path
@@ -19,7 +18,7 @@ import pytest
 from jinja2 import Environment, FunctionLoader, StrictUndefined, UndefinedError, nodes
 from rig.bad_specs import cases
 from rig.controllers import Drawn, attempts, drawings
-from rig.firmware import EXAMPLES, ROOT, changed, controller_of, example, files_of, whole
+from rig.firmware import EXAMPLES, ROOT, changed, controller_of, example, files_of, finished, whole
 from suite import SEED, amount
 
 from heatwright.generator import plan_firmware, render, write
@@ -266,7 +265,7 @@ def flags(language: str, lto: bool) -> list[str]:
 
 
 def run(*command: str | Path, cwd: Path) -> str:
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    done = finished(command, cwd=cwd)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -330,8 +329,7 @@ def test_nothing_is_found(case: str | int, tmp_path: Path) -> None:
     board = spec.controller.board
     write(render(plan_firmware(spec)), tmp_path)
     assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
-    done = subprocess.run(
-        [*CPPCHECK, f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL", "src"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = finished(
+        [*CPPCHECK, f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL", "src"], cwd=tmp_path
+    )
     assert (done.returncode, done.stderr) == (0, "")

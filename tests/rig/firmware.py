@@ -31,15 +31,20 @@ from heatwright.templates import __file__ as templates
 STORE = Path(__file__).parents[2] / "build" / "rig"
 
 
+def finished(
+    command: Sequence[Any], *, check: bool = False, **given: Any
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, and take all that it says, as text."""
+    return subprocess.run(list(command), capture_output=True, text=True, check=check, **given)
+
+
 class CompileFailed(AssertionError):
     """The compiler's words."""
 
 
 @cache
 def _version(compiler: str) -> str:
-    return subprocess.run(
-        [compiler, "--version"], capture_output=True, text=True, check=True
-    ).stdout
+    return finished([compiler, "--version"], check=True).stdout
 
 
 def kept(name: str, product: str, make: Callable[[Path], None]) -> Path:
@@ -67,9 +72,7 @@ def made(command: Sequence[str], texts: Mapping[str, str], product: str) -> Path
             target = folder / path
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_text(text, encoding="utf-8")
-        done = subprocess.run(
-            list(command), cwd=folder, capture_output=True, text=True, check=False
-        )
+        done = finished(command, cwd=folder)
         if done.returncode:
             shutil.rmtree(folder)
             raise CompileFailed(done.stderr)
@@ -268,7 +271,7 @@ def _made(command: list[str], texts: Mapping[str, str], product: str, folder: Pa
         return made(command, texts, product)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    done = finished(command, cwd=folder)
     if done.returncode:
         raise CompileFailed(done.stderr)
     return folder / product

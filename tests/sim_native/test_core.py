@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig.firmware import ROOT, Board, compiled, example, powered, running, shared, whole
+from rig.firmware import ROOT, Board, compiled, example, finished, powered, running, shared, whole
 from streams import CHIPS, RECORD, REGISTERS, Chip, Errors, H, Image, S, V, Z, image
 from suite import amount
 
@@ -97,11 +97,9 @@ def node(script: str, told: dict[str, Any]) -> Any:
     """Run a script of this folder with avr8js; it is told and answers JSON."""
     if which("node") is None or not AVR8JS.exists():
         pytest.skip(f"avr8js {REMEDY}")
-    done = subprocess.run(
-        ["node", Path(__file__).parent / script],
-        input=json.dumps({"module": str(AVR8JS), **told}),
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = finished(
+        ["node", Path(__file__).parent / script], input=json.dumps({"module": str(AVR8JS), **told})
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

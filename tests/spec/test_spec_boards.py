@@ -1,13 +1,13 @@
 """The boards' data against avr-libc and Arduino, who wrote it down, too; who gets which timer."""
 
 import re
-import subprocess
 from functools import cache
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig.firmware import finished
 
 from heatwright.spec import BOARDS, Board, Controller, Ds18b20, PwmOutput, Stepper, Timer
 from heatwright.spec.base import ReadOnlyDict
@@ -30,7 +30,7 @@ CHIPS = sorted({board.mcu for board in BOARDS.values()})
 @cache
 def preprocessed(mcu: str, *words: str) -> str:
     command = ["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return finished(command, check=True).stdout
 
 
 @cache

@@ -10,14 +10,13 @@ import ast
 import json
 import os
 import re
-import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from rig.firmware import ROOT
+from rig.firmware import ROOT, finished
 
 from heatwright.cli.contract import UNIONS, lacking
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
@@ -110,7 +109,7 @@ def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:
     paths = os.pathsep.join(map(str, (tmp_path, OUTSIDE)))
     words = [sys.executable, "-m", "heatwright.cli.start", "kinds", "--json"]
     env = {**os.environ, "PYTHONPATH": paths}
-    told = subprocess.run(words, env=env, capture_output=True, text=True, check=False)
+    told = finished(words, env=env)
     assert told.returncode == 0, told.stdout + told.stderr
     found = {f"{each['role']}.{each['kind']}": each for each in json.loads(told.stdout)["kinds"]}
     assert set(named) <= set(found)

@@ -2,11 +2,10 @@
 
 import re
 import shutil
-import subprocess
 import tomllib
 from pathlib import Path
 
-from rig.firmware import EXAMPLE_NAMES, controller_of, files_of
+from rig.firmware import EXAMPLE_NAMES, controller_of, files_of, finished
 from suite import amount
 
 from heatwright.generator import write
@@ -18,12 +17,9 @@ def broken(name: str, folder: Path) -> set[str]:
     """Return the rules that an example's firmware breaks."""
     write(files_of(name), folder)
     board = controller_of(name).board
-    done = subprocess.run(
-        ["cppcheck", "--quiet", "--enable=style", "--addon=misra", "--std=c11", "--platform=avr8",
-         "--library=avr", f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL",
-         "--template={id}", "src"],
-        cwd=folder, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    words = "cppcheck --quiet --enable=style --addon=misra --std=c11 --platform=avr8 --library=avr"
+    macros = (f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL")
+    done = finished([*words.split(), *macros, "--template={id}", "src"], cwd=folder, check=True)
     assert "Error" not in done.stderr
     return set(re.findall(r"^misra-c2012-([\d.]+)$", done.stderr, re.MULTILINE))
 
