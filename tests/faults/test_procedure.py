@@ -22,14 +22,7 @@ from heatwright.sim.faults.operation.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.records import Change, TripLog
 from heatwright.sim.faults.site import OfState, State
-from heatwright.sim.faults.world import (
-    SPREAD,
-    STEP_S,
-    Weather,
-    World,
-    below,
-    switched,
-)
+from heatwright.sim.faults.world import SPREAD, STEP_S, Weather, World, below, switched
 from heatwright.sim.machine import Heat
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20

@@ -12,16 +12,10 @@ from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
+from courses import host_stretches_commanded as commanded
 from courses.host_courses import inputs_of, kinds_of, random_course, random_firing
 from courses.host_reference import Expected, Restored, Way, first_difference
 from courses.host_stretches import NO_GAINS, Stretch
-from courses.host_stretches_commanded import (
-    CRITICAL_C,
-    PLACES,
-    PROGRAM_ORDERS,
-    SWITCHED_ORDERS,
-    ProgrammedWalk,
-)
 from host_values import scale_of
 from numpy.typing import NDArray
 
@@ -36,12 +30,12 @@ COURSES = 8
 STRETCHES = 12
 MOST_AT_ONCE = 3
 GIVEN = (
-    *SWITCHED_ORDERS,
+    *commanded.SWITCHED_ORDERS,
     *((Command.ENABLE, 0.0, NO_GAINS), (Command.DISABLE, 0.0, NO_GAINS)) * 3,
-    *((Command.MAXIMUM, value, NO_GAINS) for value in CRITICAL_C),
+    *((Command.MAXIMUM, value, NO_GAINS) for value in commanded.CRITICAL_C),
 )
 ORDERS = (
-    *PROGRAM_ORDERS,
+    *commanded.PROGRAM_ORDERS,
     program.START,
     *(program.JUMP, program.RESUME, program.PAUSE, program.PAUSE) * 2,
 )
@@ -79,7 +73,7 @@ def _drawn(row: Any, random: Random, controller: Controller) -> Any:
     given["acknowledge"] = random.random() < 0.1
     given["command"], given["value"], given["gains"] = random.choice(GIVEN)
     given["order"] = random.choice(ORDERS) if controller.programs else 0
-    given["argument"] = random.randint(0, PLACES)
+    given["argument"] = random.randint(0, commanded.PLACES)
     return given
 
 
@@ -147,7 +141,7 @@ def _before(name: str) -> list[tuple[NDArray[Any], list[State]]]:
     controller = host_specs.spec_of(name).controller
     found = []
     for number in range(FIRINGS):
-        inputs = ProgrammedWalk(controller).inputs(_firing(number))
+        inputs = commanded.ProgrammedWalk(controller).inputs(_firing(number))
         way = Way(controller)
         found.append((inputs, [way.take(place, row) for place, row in enumerate(inputs)]))
     return found
@@ -228,7 +222,7 @@ def _after(
     if key not in _AFTER:
         controller = host_specs.spec_of(name).controller
         course = [Stretch("come_back", 2 + number % 5, number), *_firing(-number)]
-        inputs = ProgrammedWalk(controller, restored).inputs(course)
+        inputs = commanded.ProgrammedWalk(controller, restored).inputs(course)
         _AFTER[key] = inputs, Way(controller, restored).expected(inputs, kind)
     return _AFTER[key]
 

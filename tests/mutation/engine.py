@@ -30,7 +30,7 @@ BATCH = 24
 ENOUGH_EQUAL = 4
 JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")
 """What all judges are made of, besides modules of the tests."""
-_IMPORT = re.compile(r"^\s*(?:from|import) (?:rig\.|courses\.)?(\w+)", re.MULTILINE)
+_IMPORT = re.compile(r"^\s*(?:from|import) (?:(?:rig|courses)(?:\.| import ))?(\w+)", re.MULTILINE)
 
 
 def every_arena() -> list[Arena]:

@@ -15,21 +15,13 @@ from hypothesis import strategies as st
 from reference_machines import Kiln, kiln_of
 from rig.firmware import EXAMPLE_NAMES, controller_of
 
+from heatwright import spec
 from heatwright.sim.reference.algorithms.response import Response
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.outputs.course import course_of
 from heatwright.sim.reference.outputs.held import Held
 from heatwright.sim.reference.outputs.output import heater_of, pwm_period
-from heatwright.spec import (
-    BOARDS,
-    DigitalOutput,
-    Loop,
-    PwmOutput,
-    Sensor,
-    TimeProportionalOutput,
-    kinds,
-)
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.registry import module_of
 
@@ -50,7 +42,7 @@ SENSORS = {
 }
 
 
-@pytest.mark.parametrize("kind", kinds(Sensor))
+@pytest.mark.parametrize("kind", spec.kinds(spec.Sensor))
 def test_every_sensor_can_be_read(kind):
     """What it tells is within a step of what it feels; a sum has as many codes in a step."""
     module = import_module(module_of("sensor", "reference", kind))
@@ -68,7 +60,7 @@ def test_every_sensor_can_be_read(kind):
 def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code):
     module = import_module("heatwright.sim.reference.sensors.ds18b20")
     told = {"kind": "ds18b20", "pin": "A1", "resolution": resolution}
-    sensor = module.IdealSensor(module.Ds18b20.model_validate(told), BOARDS["mega2560"])
+    sensor = module.IdealSensor(module.Ds18b20.model_validate(told), spec.BOARDS["mega2560"])
     assert sensor.read(50.32) == (0, code)
     assert (sensor.read(-60.0), sensor.read(200.0)) == ((0, -880), (0, 2000))
 
@@ -182,11 +174,11 @@ def test_the_integral_gains_on_the_way_what_it_lacks(band_k, start_percent, rati
 
 def pwm(**settings):
     basic = {"kind": "pwm", "pin": "D3", "power": "240 W", "frequency": "490 Hz"}
-    return PwmOutput.model_validate(basic | settings)
+    return spec.PwmOutput.model_validate(basic | settings)
 
 
 def windows(**settings):
-    return TimeProportionalOutput.model_validate(
+    return spec.TimeProportionalOutput.model_validate(
         {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s", **settings}
     )
 
@@ -263,7 +255,7 @@ def test_it_is_never_on_or_off_for_less_than_the_minimum(orders, minimum_on, min
 
 def test_an_output_with_minimum_times_has_such_a_course(vary):
     told = {"kind": "digital", "pin": "D3", "power": "240 W", "minimum_on": "2 s"}
-    run = course_of(vary(output=DigitalOutput.model_validate(told)), "heater")
+    run = course_of(vary(output=spec.DigitalOutput.model_validate(told)), "heater")
     run.apply(1)
     run.advance(1_000_000)
     run.apply(0)
@@ -274,7 +266,7 @@ class Course:
     """A loop that is measured; its period is half a second, so 5 s are 10 steps."""
 
     def __init__(self) -> None:
-        self.response = Response(2.0, 5.0, Loop.model_construct(period_s=0.5))
+        self.response = Response(2.0, 5.0, spec.Loop.model_construct(period_s=0.5))
 
     def go(self, setpoint_c: float, *temperatures_c: float | None, held: bool = True) -> None:
         for each in temperatures_c:
