@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
-from rig.specs import example
+from rig.commands import heatwright  # noqa: F401 - a fixture of all tests
+from rig.firmware import example
 from suite import Suite
 
 from heatwright.generator import plan_firmware, render, write

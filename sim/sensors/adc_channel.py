@@ -2,7 +2,7 @@
 
 C takes their voltage from a curve with linear interpolation, because computing the circuit in each
 step of time would dominate the run time. The error of a curve is known
-(tests/analog/test_curves.py). Beyond the ends of the curve the circuit itself is computed.
+(tests/analog/test_conversion.py). Beyond the ends of the curve the circuit itself is computed.
 """
 
 from abc import ABC, abstractmethod

@@ -3,8 +3,8 @@
 from functools import partial
 
 import test_adc as adc
-from rig.analog_specs import bed, powered, sensor
-from rig.avr import Firmware, Program, on
+from rig.firmware import Firmware, Program, on
+from rig.sensors import bed, powered, sensor
 
 from heatwright.sim.device import AvrDevice
 from heatwright.spec.sensing.conversion import conversion

@@ -4,9 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from rig.analog_specs import KEYS, TWO, AnalogSensor, bed, powered, sensor
-from rig.avr import device_of, whole
-from rig.specs import changed, spec_of
+from rig.firmware import changed, device_of, spec_of, whole
+from rig.sensors import KEYS, TWO, AnalogSensor, bed, powered, sensor
 
 from heatwright.sim.binary.elf import ElfError
 from heatwright.sim.chain import chain_errors, convert, table_of

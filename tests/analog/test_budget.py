@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
-from rig.analog_specs import CIRCUITS, sensor
-from rig.specs import example
+from rig.firmware import example
+from rig.sensors import CIRCUITS, sensor
 from scipy.optimize import brentq
 
 from heatwright.sim.circuits import reference_v, shares

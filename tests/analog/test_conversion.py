@@ -1,5 +1,9 @@
-"""The firmware's tables: as exact as they say, and no line with fewer points is; and the curves of
-sensing elements: the standard's own numbers, and two ways to compute each agree."""
+"""Curves and tables of analog sensors.
+
+The firmware's tables are as exact as they say, and no line with fewer points is. Of the curves of
+sensing elements the standard's own numbers, and two ways to compute each, agree. The curve that a
+simulated sensor's voltage is taken from is its circuit, to a hair of a code.
+"""
 
 import random
 from itertools import combinations, pairwise
@@ -8,12 +12,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rig.analog_specs import CIRCUITS, sensor
-from rig.specs import ROOT
+from rig.firmware import ROOT
+from rig.sensors import CIRCUITS, sensor
 from scipy.optimize import linprog
 
 from heatwright.sim.circuits import Wiring, pin_v, reference_v, shares
 from heatwright.sim.reference.sensors.adc import converter
+from heatwright.sim.sensors.adc_sensor import ABOVE_K, BELOW_K, PER_K, curve_of
 from heatwright.spec import BOARDS, CodesCurve, Thermistor
 from heatwright.spec.sensing.conversion import CODES, conversion, limits
 from heatwright.spec.sensing.curves import LinearPlatinum, Platinum
@@ -231,3 +236,28 @@ def test_how_far_a_line_is_off_the_standard() -> None:
     assert round(curve.celsius(line.ohm(300.0)), 1) == 316.0
     row = " | ".join(str(each) for each in ON_THE_LINE.values())
     assert f"| shown, °C | {row} |" in (DOCS / "language.md").read_text("utf-8")
+
+
+CODE_MV = 1000 * 5 / 1024
+SPOILT = {
+    "sound": Wiring(),
+    "corroded": Wiring(series_ohm=100.0),
+    "leaking": Wiring(parallel_ohm=10e3),
+    "opened": Wiring(opened=True),
+    "shorted": Wiring(shorted=True),
+}
+
+
+@pytest.mark.parametrize("wiring", SPOILT)
+@pytest.mark.parametrize("name", CIRCUITS)
+def test_it_lacks_a_hundredth_of_a_code_at_most(name: str, wiring: str) -> None:
+    """Straight between two points it lacks V''/8 · h²: h is a 64th of a kelvin."""
+    part, spoilt = sensor(name), SPOILT[wiring]
+    curve = curve_of(part, spoilt)
+    low_c, high_c = part.range_c
+    at_c = curve.first + np.arange(len(curve.millivolts)) / PER_K
+    assert at_c[0] <= low_c - BELOW_K + 1
+    assert at_c[-1] >= high_c + ABOVE_K - 1
+    between_c = np.random.default_rng(1).uniform(at_c[0], at_c[-1], 100_000)
+    lacks_mv = np.interp(between_c, at_c, curve.millivolts) - 1000 * pin_v(part, between_c, spoilt)
+    assert np.abs(lacks_mv).max() <= CODE_MV / 100, between_c[np.abs(lacks_mv).argmax()]

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 from any_machine.drawing import machine
-from rig.avr import whole
-from rig.specs import controller_of
+from rig.firmware import controller_of, whole
 from rig.verified import Verdict, rehearsed, verified
 from suite import SEED, SIZE, amount
 
@@ -13,7 +12,7 @@ from heatwright.sim.faults import catalogue, try_fault
 from heatwright.spec import SpecError, load_text
 
 MACHINES = {
-    text.partition("{name: ")[2].partition(",")[0]: text
+    text.partition("{name: ")[2].partition(",")[0]: f"heatwright: 1\n{text}"
     for text in Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
 }
 

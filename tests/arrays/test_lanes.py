@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from rig.controllers import drawings
-from rig.specs import example
+from rig.firmware import example
 from suite import SEED, amount
 
 from heatwright.sim.arrays import masks

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from rig.avr import whole
-from rig.specs import controller_of as example
+from rig.firmware import controller_of as example
+from rig.firmware import whole
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice

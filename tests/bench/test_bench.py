@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from machines import at, course, events, example, modelled, noisy
-from rig.avr import whole
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of, whole
 
 from heatwright.sim.bench import PROGRESS_REPORTS, ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from any_machine.drawing import drawn_machine
-from rig.avr import whole
-from rig.specs import controller_of, example
+from rig.firmware import controller_of, example, whole
 from suite import SEED, amount
 
 from heatwright.sim.arrays.masks import afresh

@@ -9,14 +9,13 @@ test. Else it is not built.
 import os
 import re
 import shlex
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 import yaml
-from rig.specs import ROOT
+from rig.firmware import ROOT, finished
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
@@ -59,12 +58,8 @@ def printed(command: str, capfd: pytest.CaptureFixture[str]) -> list[str]:
         told = capfd.readouterr().out
     else:
         assert program == "python"
-        told = subprocess.run(
-            [sys.executable, *words],
-            check=True,
-            capture_output=True,
-            text=True,
-            env={**os.environ, "COLUMNS": "120"},
+        told = finished(
+            [sys.executable, *words], env={**os.environ, "COLUMNS": "120"}, check=True
         ).stdout
     return bare(told)
 

@@ -2,7 +2,7 @@
 
 import pytest
 from machines import ACCEPTANCE, ACCEPTED_S, HOT_C, MILD_C, modelled, run_of
-from rig.specs import changed, controller_of, spec_of
+from rig.firmware import changed, controller_of, spec_of
 
 from heatwright.sim.comparison import run_row
 

@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from machines import ON_S, events, written
-from rig.avr import whole
-from rig.specs import ROOT, controller_of
+from rig.firmware import ROOT, controller_of, whole
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice

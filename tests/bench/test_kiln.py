@@ -4,20 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from machines import (
-    PLANTS,
-    assert_margins,
-    at,
-    course,
-    example,
-    modelled,
-    noisy,
-    run_of,
-    run_on,
-    scaled,
-)
-from rig.avr import whole
-from rig.specs import EXAMPLES, ROOT, spec_of
+from machines import PLANTS, assert_margins, at, course, modelled, noisy, run_of, run_on, scaled
+from rig.firmware import EXAMPLES, ROOT, controller_of, spec_of, whole
 
 from heatwright.sim.comparison import row_controller
 from heatwright.sim.device import AvrDevice
@@ -39,7 +27,7 @@ WAY_UP = (*at({5: "start 1"}, "program"), {"for": "85 min"})
 
 @pytest.fixture(scope="module")
 def kiln():
-    return example("kiln")
+    return controller_of("kiln")
 
 
 @pytest.fixture(scope="module")
@@ -180,4 +168,4 @@ def test_on_a_small_chip_ramps_that_nobody_interrupts_are_tracked_as_nearly():
     log = run_of("kiln_uno, by its keys").log
     assert log["program.ended"][-1] == FINISHED
     uninterrupted = log[log["program.segment"] >= 5]
-    assert firing_of(uninterrupted, example("kiln_uno").loops[LOOP]).tracking_k <= LIMIT_K
+    assert firing_of(uninterrupted, controller_of("kiln_uno").loops[LOOP]).tracking_k <= LIMIT_K

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from rig.avr import began_s, device_of, whole
-from rig.specs import changed, controller_of
+from rig.firmware import began_s, changed, controller_of, device_of, whole
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice

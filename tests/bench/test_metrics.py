@@ -8,16 +8,9 @@ import pytest
 from machines import at, example, modelled
 from numpy.lib.recfunctions import append_fields
 
+from heatwright.sim.judges import metrics as judged
 from heatwright.sim.judges.disturbances import disturbances
 from heatwright.sim.judges.firing import firing_of
-from heatwright.sim.judges.metrics import (
-    audible,
-    metrics,
-    overshoot,
-    rise_time,
-    settling,
-    switchings,
-)
 from heatwright.sim.reference.programs.state import IDLE, PAUSED, RUNNING
 from heatwright.sim.trace import Trace, TraceEvent
 from heatwright.spec import PwmOutput, TimeProportionalOutput
@@ -39,7 +32,7 @@ def trace_of(readings_c, setpoints_c, duties, fractions=None):
 def test_a_response_with_known_figures(chamber):
     readings = [20, 20, 23, 30, 45, 47, 52, 51, 50, 49.9375, 50, 50.0625]
     duties = [0, 100, 100, 100, 0, 100] + [0] * 6
-    found = metrics(trace_of(readings, [20] + [50] * 11, duties), chamber)
+    found = judged.metrics(trace_of(readings, [20] + [50] * 11, duties), chamber)
     assert (found.setpoint_c, found.maximum_c, found.overshoot_k) == (50, 52, 2)
     assert found.rise_time_s == 3  # from 23 °C to 47 °C
     assert found.settling_s == 7  # at 50 °C, within 0.6 K from there on
@@ -51,7 +44,7 @@ def test_a_response_with_known_figures(chamber):
 
 def test_only_the_last_response_counts(chamber):
     readings = [60, 60, 20, 30, 30, 30]
-    found = metrics(trace_of(readings, [60, 60, 30, 30, 30, 30], [0] * 6), chamber)
+    found = judged.metrics(trace_of(readings, [60, 60, 30, 30, 30, 30], [0] * 6), chamber)
     assert (found.setpoint_c, found.maximum_c, found.overshoot_k) == (30, 30, 0)
 
 
@@ -68,9 +61,9 @@ def test_only_the_last_response_counts(chamber):
 def test_overshoot_rise_and_settling(readings_c, beyond_k, rise_s, settled_s):
     readings_c = np.array(readings_c)
     times_s = np.arange(float(len(readings_c)))
-    assert overshoot(readings_c, 50.0) == pytest.approx(beyond_k)
-    assert rise_time(times_s, readings_c, 50.0) == rise_s
-    assert settling(times_s, readings_c, 50.0, 0.0625) == settled_s
+    assert judged.overshoot(readings_c, 50.0) == pytest.approx(beyond_k)
+    assert judged.rise_time(times_s, readings_c, 50.0) == rise_s
+    assert judged.settling(times_s, readings_c, 50.0, 0.0625) == settled_s
 
 
 @pytest.mark.parametrize(
@@ -85,7 +78,7 @@ def test_switchings_of_a_partial_duty(vary, output, expected, audible):
     kind = PwmOutput if output["kind"] == "pwm" else TimeProportionalOutput
     model = kind.model_validate({"pin": "D3", "power": "240 W", **output})
     trace = trace_of([20] * 6, [50] * 6, [0, 100, 100, 50, 50, 0])
-    found = metrics(trace, vary(output=model))
+    found = judged.metrics(trace, vary(output=model))
     assert found.switchings == expected
     assert found.audible is audible
 
@@ -102,14 +95,14 @@ def test_spread_over_a_window_it_switches_once_for_each_pulse(vary):
     controller = vary(output=TimeProportionalOutput.model_validate(made | spread))
     log = counted(0, 100, 30, 80, 0)
     # Full power begins once; 30 pulses and 20 pauses in windows of 2 s, a step of 1 s each.
-    assert switchings(log, controller, "air") == 1 + 30 / 2 + 20 / 2
-    assert not audible(log, controller, "air")
-    assert audible(counted(50), controller, "air")  # 25 Hz
+    assert judged.switchings(log, controller, "air") == 1 + 30 / 2 + 20 / 2
+    assert not judged.audible(log, controller, "air")
+    assert judged.audible(counted(50), controller, "air")  # 25 Hz
 
 
 def test_energy_is_what_the_pin_gave_not_what_was_asked(chamber):
     trace = trace_of([20] * 4, [50] * 4, [100] * 4, fractions=[0, 100, 50, 0])
-    assert metrics(trace, chamber).energy_j == 240 * 1.5
+    assert judged.metrics(trace, chamber).energy_j == 240 * 1.5
 
 
 def test_a_run_without_a_reading_has_no_figures(chamber):
@@ -117,7 +110,7 @@ def test_a_run_without_a_reading_has_no_figures(chamber):
     trace.steps["air"]["has_reading"] = 0
     trace.steps["air"]["reading_status"] = 1
     with pytest.raises(ValueError, match=r"no reading of sensor air .* sensor_no_answer"):
-        metrics(trace, chamber)
+        judged.metrics(trace, chamber)
 
 
 # ---- what happens to a machine ----
@@ -158,7 +151,7 @@ def test_when_one_is_over(readings_c, within, expected):
 
 
 def test_the_response_ends_where_something_happens(chamber):
-    found = metrics(disturbed([40, 45, 50, 50.5, 44, 55, 50], FEED), chamber)
+    found = judged.metrics(disturbed([40, 45, 50, 50.5, 44, 55, 50], FEED), chamber)
     assert (found.maximum_c, found.overshoot_k) == (50.5, 0.5)
     assert found.disturbances[0].dip_k == 6
 
@@ -166,7 +159,7 @@ def test_the_response_ends_where_something_happens(chamber):
 def test_only_what_happens_after_the_last_setpoint_counts(chamber):
     setpoints_c = [50] * 6 + [30] * 4
     trace = disturbed([50, 50, 50, 50, 45, 50, 50, 40, 30, 30], FEED, STOP, setpoints_c=setpoints_c)
-    (stopped,) = metrics(trace, chamber).disturbances
+    (stopped,) = judged.metrics(trace, chamber).disturbances
     assert (stopped.what, stopped.recovered_after_s) == (STOP.text, pytest.approx(0.0))
 
 
@@ -251,7 +244,7 @@ def test_without_a_program_there_is_no_firing(chamber):
 
 def test_a_run_of_the_kiln_has_its_figures_and_its_columns(tmp_path):
     kiln, _, trace = modelled("kiln", *at({2: "start 1"}, "program"), {"for": "3 min"})
-    found = metrics(trace, kiln)
+    found = judged.metrics(trace, kiln)
     assert found.tracking_k is not None
     assert (found.rise_time_s, found.settling_s) == (None, None)
     trace.write_csv(tmp_path / "run.csv")

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from machines import OFF_BY, modelled, scaled
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 from heatwright.sim.comparison import row_controller, run_row
 from heatwright.sim.judges.metrics import metrics

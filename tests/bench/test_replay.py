@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from machines import REFUSED, RUNS, at, course, events, example, modelled, run_of, written
 from numpy.lib.recfunctions import append_fields
-from rig.avr import whole
-from rig.specs import changed as changed_text
+from rig.firmware import changed as changed_text
+from rig.firmware import whole
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 import yaml
-from rig.specs import EXAMPLES, changed, example
-from seated import Seated
+from benches import Seated
+from rig.firmware import EXAMPLES, changed, example
 from suite import amount
 
 from heatwright.cli.bench import parts, store

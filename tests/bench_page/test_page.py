@@ -10,8 +10,8 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
+from benches import Bench, serving
 from playwright.sync_api import Browser, Page, expect, sync_playwright
-from serving import Bench, serving
 
 from heatwright.cli.bench.server import Server
 from heatwright.cli.plot.hearing import Reading

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from rig.specs import EXAMPLES
+from rig.firmware import EXAMPLES
 
 VARY = """\
 capacities: {all: ± 20 %, walls: normal 5 %}

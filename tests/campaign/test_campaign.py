@@ -1,4 +1,7 @@
-"""Campaigns of a short chamber: the same rows whoever runs them, kept, and shown."""
+"""Campaigns of a short chamber: the same rows whoever runs them, kept, and shown.
+
+At the end of the file, on a real Dask scheduler and its workers, on this computer.
+"""
 
 import json
 import os
@@ -7,7 +10,7 @@ import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,12 +19,13 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from campaign.campaigns import kept, short_chamber, wait_for
+from distributed import Client
 from pyarrow import parquet
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, example
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, example, finished
 
 from heatwright.cli.campaign.given import given
-from heatwright.cli.campaign.work import Task, run_here, run_whole
+from heatwright.cli.campaign.work import GOES_ON, Task, run_here, run_whole
 from heatwright.cli.ends import Refused
 from heatwright.cli.pool import processes
 from heatwright.sim.binary.elf import Elf
@@ -131,8 +135,7 @@ def test_a_worker_with_another_version_is_refused(task: Callable[..., Task]) -> 
 
 def children(pid: int) -> list[int]:
     """The workers of a command; multiprocessing has a process of its own beside them."""
-    found = subprocess.run(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(pid)],
-                           capture_output=True, text=True, check=False).stdout  # fmt: skip
+    found = finished(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(pid)]).stdout
     return [int(line.split()[0]) for line in found.splitlines() if "resource_tracker" not in line]
 
 
@@ -287,7 +290,7 @@ def test_a_trip_with_nothing_broken_is_told(task: Callable[..., Task]) -> None:
     assert row["tripped_after_s"] is None
 
 
-@pytest.mark.parametrize("name", sorted(each.stem for each in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_every_example_and_each_fault_of_it(
     name: str, heatwright: Heatwright, tmp_path: Path
 ) -> None:
@@ -332,3 +335,90 @@ def test_an_outcome_of_the_vary_of_any_machine(chamber: Controller, chamber_elf:
         world.play(lambda *_: None)
         columns.add(tuple(outcome(world, drawn, controller).row))
     assert len(columns) == 1
+
+
+BIN = Path(sys.executable).parent
+
+
+class Cluster:
+    """A scheduler and its workers; all of them end with the test."""
+
+    def __init__(self, folder: Path) -> None:
+        self._log = folder / "dask.log"
+        self.running: list[subprocess.Popen[bytes]] = []
+        file = folder / "scheduler.json"
+        self.scheduler = self._start("scheduler", "--port", "0", "--scheduler-file", str(file))
+        wait_for(
+            lambda: file.is_file() and file.read_bytes().rstrip().endswith(b"}"),
+            "no scheduler", self.scheduler,
+        )  # fmt: skip
+        self.address = str(json.loads(file.read_text("utf-8"))["address"])
+
+    def worker(self, threads: int) -> subprocess.Popen[bytes]:
+        return self._start("worker", self.address, "--nthreads", str(threads), "--no-nanny")
+
+    def _start(self, *words: str) -> subprocess.Popen[bytes]:
+        command = [str(BIN / "dask"), *words, "--no-dashboard", "--host", "127.0.0.1"]
+        with self._log.open("ab") as log:
+            self.running.append(subprocess.Popen(command, stdout=log, stderr=log))
+        return self.running[-1]
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    made = Cluster(tmp_path)
+    yield made
+    for process in made.running:
+        process.kill()
+        process.wait()
+
+
+def begun(line: str, cluster: Cluster) -> subprocess.Popen[str]:
+    """Start a campaign on the cluster, with rows in `there`, and wait for the first of them."""
+    words = shlex.split(f"{line} --scheduler {cluster.address} -o there")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "heatwright.cli.start", *words], stderr=subprocess.PIPE, text=True
+    )
+    wait_for(lambda: kept("there") >= 2, "nothing is done", process)
+    return process
+
+
+def test_the_same_bytes_although_a_worker_is_killed(
+    heatwright: Heatwright, cluster: Cluster
+) -> None:
+    """Two workers, the second with two threads; the first is killed in the middle."""
+    line = f"{short_chamber('10 min')} --runs 30"
+    first = cluster.worker(1)
+    with begun(line, cluster) as process:
+        cluster.worker(2)
+        with Client(cluster.address) as client:
+            client.wait_for_workers(2, timeout=60)
+        assert kept("there") < 30, "the second worker has come too late"
+        first.kill()
+        told = process.communicate()[1]
+    assert process.returncode == 0, told
+    assert "Traceback" not in told
+    lines = Path("there/runs.jsonl").read_text("utf-8").splitlines()
+    assert sorted(json.loads(each)["run"] for each in lines) == [*range(30)]
+    heatwright(f"{line} -o here")
+    assert Path("here/runs.parquet").read_bytes() == Path("there/runs.parquet").read_bytes()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_what_is_done_is_kept_where_the_command_or_the_scheduler_ends(
+    heatwright: Heatwright, cluster: Cluster, number: signal.Signals
+) -> None:
+    line = f"{short_chamber('1 min')} --runs 300"
+    cluster.worker(1)
+    with begun(line, cluster) as process:
+        (process if number is signal.SIGINT else cluster.scheduler).send_signal(number)
+        told = process.communicate()[1]
+    assert "Traceback" not in told
+    assert (process.returncode, told.splitlines()[-1]) == (
+        (130, "Interrupted.") if number is signal.SIGINT else
+        (2, f"{cluster.address}: the connection is lost. {GOES_ON}")
+    )  # fmt: skip
+    there = kept("there")
+    assert 2 <= there < 300
+    told = heatwright(f"{line.replace('300', str(there + 1))} -o there --json").json
+    assert told["computed"] == 1

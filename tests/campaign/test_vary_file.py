@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, ROOT, example
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, ROOT, example
 
 from heatwright.cli.campaign.given import derived, given
 from heatwright.sim.campaign.breaks import BREAKS
@@ -73,7 +73,7 @@ def test_nothing_to_vary_and_no_machine_are_told(heatwright: Heatwright) -> None
     assert "none.yaml" in heatwright("campaign chamber.yaml --vary none.yaml", status=2).err
 
 
-@pytest.mark.parametrize("name", sorted(each.stem for each in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_what_suits_any_machine_is_written_as_a_file_would_be(name: str, tmp_path: Path) -> None:
     """For every example; each quantity that it names is drawn, within its ends."""
     spec = example(name)

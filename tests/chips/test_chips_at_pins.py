@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, running
-from rig.small import Small
+from rig.firmware import CLOCK_HZ, Small, running
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.lcd import BusLimits, Lcd

@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from rig.avr import SHARED
-from rig.small import Small
+from rig.firmware import SHARED, Small
 
 from heatwright.sim.native.one_wire import Timing
 from heatwright.sim.sensors.ds18b20 import CONVERSION_S, Ds18b20, crc8, raw_code, rom_code

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from rig.commands import Heatwright, printer_rows
-from rig.specs import EXAMPLES, ROOT, example
+from rig.firmware import EXAMPLES, ROOT, example
 
 from heatwright.cli.running import run_model
 from heatwright.cli.scenario import with_scenario
@@ -24,8 +24,7 @@ from heatwright.sim.faults import FaultResult
 from heatwright.sim.plots.plot import run_figure
 from heatwright.sim.replay import replay
 from heatwright.sim.timing import Cost, Figure, Timing
-from heatwright.spec import Controller, Expect, Simulation
-from heatwright.spec.simulation import Event
+from heatwright.spec import Controller, Event, Expect, Simulation
 
 NUMBER = int | float
 BUILD = dict.fromkeys(("flash", "ram", "stack", "flash_limit", "ram_limit"), int)

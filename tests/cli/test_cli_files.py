@@ -12,7 +12,7 @@ from unittest.mock import Mock
 import pytest
 from rich.console import Console
 from rig.commands import Heatwright, changed, printer_rows
-from rig.specs import EXAMPLES, example
+from rig.firmware import EXAMPLES, example
 
 from heatwright.cli.tables import table
 from heatwright.cli.tune import tabled as tuned

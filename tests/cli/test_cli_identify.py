@@ -1,23 +1,19 @@
 """identify and tune: from logs of our own making to YAML that a spec takes."""
 
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 from rig.commands import Heatwright, changed
-from rig.specs import EXAMPLES
+from rig.firmware import EXAMPLES
+from test_fit import as_csv, machine, recorded, steps
 
 from heatwright.cli.identify.block import digits
 from heatwright.sim.identify import Found
 from heatwright.sim.identify.structure import Parameter
 from heatwright.spec import ThermalNetwork, load_text
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
-
-from test_fit import as_csv, machine, recorded, steps
 
 
 def written(name: str, network: ThermalNetwork, duty: Any) -> Path:

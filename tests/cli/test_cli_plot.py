@@ -15,9 +15,8 @@ from urllib.request import urlopen
 
 import pytest
 from rig.commands import Heatwright, changed
-from rig.live import HEATWRIGHT, simulated
-from rig.specs import EXAMPLES, controller_of
-from rig.terminal import answered
+from rig.firmware import EXAMPLES, controller_of, finished
+from rig.live import HEATWRIGHT, answered, simulated
 
 from heatwright.cli.bench.server import Server
 from heatwright.cli.plot import listener
@@ -255,7 +254,7 @@ def test_a_full_disk_ends_it(heatwright: Heatwright) -> None:
     with board(lambda _: b"$%s;\n" % PLOTTER.encode()) as port:
         words = [HEATWRIGHT, "plot", "oven.yaml", "--port", port, "--record", "out.csv"]
         shell = ["sh", "-c", 'ulimit -f 1; exec "$@"', "sh", *words]
-        done = subprocess.run(shell, capture_output=True, text=True, timeout=30, check=False)
+        done = finished(shell, timeout=30)
     assert (done.returncode, done.stderr) == (2, "out.csv: cannot be written: file too large.\n")
 
 

@@ -1,14 +1,32 @@
-"""Walls and wires by hand and by textbooks; the reserve by the simulated machine itself."""
+"""What a machine's parts have to be, as `size`, `check` and `build` tell it.
+
+Walls and wires by hand and by textbooks; the reserve by the simulated machine itself. What supply
+and switch of a heater in pulses have to bear. What the tolerances of parts cost, with a warning of
+too much, also in the project's README. And a firmware that does not fit its board: told in the
+spec's terms, and what is told is true.
+"""
 
 import math
+import pickle
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from rig.commands import Heatwright
-from rig.specs import EXAMPLES, changed, controller_of
+from rig.commands import changed as written
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, changed, controller_of, example, files_of, whole
 
+from heatwright.cli.firmware import build_firmware
+from heatwright.cli.fits import DoesNotFit
+from heatwright.cli.loads import loads
+from heatwright.cli.loads import told as said_of
+from heatwright.cli.talk import _PlainJob
+from heatwright.generator.toolchain import TooLarge
+from heatwright.generator.toolchain.given import given
 from heatwright.sim.plants import FOREVER_S, plant_of, powers_of
-from heatwright.spec import Controller
+from heatwright.spec import Controller, load_text
+from heatwright.spec.board.least import EVERY, Least, least
 from heatwright.spec.outputs import always_running
 from heatwright.spec.physics.reserve import RECOMMENDED, reserves, small_reserves
 from heatwright.spec.physics.sized import cross_flow_film_w_per_m2k, sized_wall, sized_wire
@@ -108,7 +126,7 @@ def settled_c(controller: Controller, loop: str, power_w: float) -> float:
     return machine.sensed_c()[controller.loops[loop].sensor]
 
 
-@pytest.mark.parametrize("name", sorted(file.stem for file in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_the_needed_power_ends_at_the_highest_setpoint(name: str) -> None:
     controller = controller_of(name)
     found = list(reserves(controller))
@@ -165,3 +183,158 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     Path("bare.yaml").write_text(bare, encoding="utf-8")
     assert "Add a section simulation" in heatwright("size bare.yaml", status=2).err
     assert "reserve" not in heatwright("check --quick bare.yaml").out
+
+
+SUPPLY_V, WIRE_OHM, LIMIT_A = 43.0, 8.54, 3.0
+"""The fabricator's, as published."""
+
+
+def test_the_fabricators_wire_draws_five_amperes_and_three_rms() -> None:
+    (load,) = loads(controller_of("fabricator"))
+    assert load["peak_a"] == pytest.approx(SUPPLY_V / WIRE_OHM, rel=1e-3)
+    assert load["rms_a"] == pytest.approx(LIMIT_A, rel=2e-3)
+    assert load["full_w"] == pytest.approx(load["rms_a"] ** 2 * WIRE_OHM, rel=1e-3)
+    assert load["mean_a"] == pytest.approx(load["full_w"] / SUPPLY_V)
+    assert load["dead_w"] == pytest.approx(SUPPLY_V**2 / WIRE_OHM, rel=1e-3)
+    assert said_of(load).startswith(
+        "heater: supply and switch carry 5.04 A while it is on; at full duty"
+    )
+
+
+def test_without_a_lower_rating_all_three_are_one() -> None:
+    (load,) = loads(controller_of(changed("fabricator", (", rated: 25.57 V", ""))))
+    assert load["peak_a"] == load["rms_a"] == load["mean_a"] == pytest.approx(76.6 / SUPPLY_V)
+    assert load["dead_w"] == load["full_w"]
+
+
+@pytest.mark.parametrize("name", ["chamber", "extruder", "kiln"])
+def test_nothing_is_told_of_what_has_no_such_currents(name: str) -> None:
+    assert not list(loads(controller_of(name)))
+
+
+def test_check_prints_it(heatwright: Heatwright) -> None:
+    text = (EXAMPLES / "fabricator.yaml").read_text(encoding="utf-8")
+    Path("fabricator.yaml").write_text(text, encoding="utf-8")
+    (load,) = loads(controller_of("fabricator"))
+    assert f"  {said_of(load)}\n" in heatwright("check --quick fabricator.yaml").out
+    (listed,) = heatwright("check --quick fabricator.yaml chamber.yaml --json").json["loads"]
+    assert listed == {"file": "fabricator.yaml", **load}
+
+
+FEEDER = (EXAMPLES / "feeder.yaml").read_text(encoding="utf-8")
+ASKED = "accuracy: {within: 1 K, between: 180 °C .. 250 °C}"
+
+
+def warnings(heatwright: Heatwright, text: str) -> list[str]:
+    Path("feeder.yaml").write_text(text, encoding="utf-8")
+    found = heatwright("check --quick feeder.yaml --json").json
+    return [each["reason"] for each in found["warnings"] if each["path"].endswith("accuracy")]
+
+
+def test_check_warns_of_parts_that_cost_too_much(heatwright: Heatwright) -> None:
+    (told,) = warnings(heatwright, FEEDER)
+    assert "3.07 K at 250 °C, 1.15 K as root" in told
+    assert warnings(heatwright, FEEDER.replace("within: 1 K", "within: 3.1 K")) == []
+    (told,) = warnings(heatwright, FEEDER.replace("within: 1 K", "within: 3.06 K"))
+    assert "3.06 K is required" in told
+    assert warnings(heatwright, FEEDER.replace(ASKED, "")) == []
+
+
+def test_check_warns_of_what_cannot_be_told(heatwright: Heatwright) -> None:
+    text = FEEDER.replace("within: 1 K", "within: 9 K").replace("element: A, ", "")
+    (told,) = warnings(heatwright, text)
+    assert told == "whether 9 K is kept cannot be judged"
+
+
+def test_a_worst_case_without_a_part_is_called_so(heatwright: Heatwright) -> None:
+    """By `check`, its warning and the README; whole again as soon as the part is told."""
+    for told, name in (("element: A, ", "worst case"), ("", "worst case of the given tolerances")):
+        text = FEEDER.replace("element: A, ", told)
+        (said,) = warnings(heatwright, text)
+        assert said.startswith(f"in the {name} the parts add")
+        assert re.search(rf"^ {name}  ", heatwright("check --quick feeder.yaml").out, re.MULTILINE)
+        assert f"| {name} |" in files_of(text)["README.md"]
+
+
+@pytest.mark.parametrize("label", ["element", "R₀", "ADC", "worst case", "root of the squares"])
+def test_lines_json_and_readme_have_the_same_numbers(heatwright: Heatwright, label: str) -> None:
+    path = EXAMPLES / "feeder.yaml"
+    lines = heatwright(f"check --quick {path}").out.splitlines()
+    (shown,) = (line.split()[-5:] for line in lines if line.strip().startswith(f"{label} "))
+    rows = files_of(FEEDER)["README.md"].splitlines()
+    (row,) = (line for line in rows if line.startswith(f"| {label} |"))
+    assert [each.strip() for each in row.split("|")[3:-1]] == shown
+    budget = heatwright(f"check --quick {path} --json").json["good"][0]["budgets"]["nozzle"]
+    listed = {each["part"]: each["errors"] for each in budget["parts"]}
+    listed |= {"worst case": budget["worst"], "root of the squares": budget["root_of_squares"]}
+    assert [f"{each:.2f}" for each in listed[label]] == shown
+
+
+def test_a_controller_without_an_adc_has_no_budget(heatwright: Heatwright) -> None:
+    assert "errors from its parts" not in heatwright("check --quick chamber.yaml").out
+    assert "## Accuracy" not in files_of((EXAMPLES / "chamber.yaml").read_text())["README.md"]
+
+
+def test_what_is_not_told_has_no_part_in_the_digest() -> None:
+    (line,) = (each for each in FEEDER.splitlines() if "tolerances:" in each)
+    told, empty, without = (
+        load_text(FEEDER.replace(line, other).replace(ASKED, "")).digest
+        for other in (line, "    tolerances: {}", "")
+    )
+    assert told != empty == without
+    assert load_text(FEEDER).digest != told
+
+
+def test_too_many_entries_for_the_ram(heatwright: Heatwright) -> None:
+    told = heatwright(f"build {written('kiln_uno', 'entries: 96', 'entries: 166')} --json", 2)
+    build, found = told.json["build"], told.json["too_large"]
+    assert found["ram"] == build["ram"] + build["stack"] - build["ram_limit"] > found["flash"] == 0
+    assert f"of 2,048 B: {found['ram']} B too many" in told.err
+    for memory in ("flash", "ram"):
+        assert sum(part[memory] for part in found["parts"]) == build[memory]
+    assert heatwright("verify changed.yaml --json", 2).json["too_large"] == found
+    most = int(found["savings"][0]["change"].removeprefix("at most "))
+    for entries, status in ((most, 0), (most + 1, 2)):
+        heatwright(f"build {written('kiln_uno', 'entries: 96', f'entries: {entries}')}", status)
+
+
+def test_the_linkers_refusal_is_measured_and_told_whole_by_another_process() -> None:
+    fan = ("pwm, pin: D9, frequency: 122 Hz", "digital, pin: PB3")
+    spec = changed(
+        "extruder",
+        ("mega2560", "atmega16"),
+        ("A13", "PA0"),
+        ("pin: D10, f", "pin: PD5, f"),
+        ("pin: D10, p", "pin: PD5, p"),
+        fan,
+    )
+    with pytest.raises(DoesNotFit) as caught:
+        build_firmware(load_text(spec), _PlainJob("Building"))
+    told = str(pickle.loads(pickle.dumps(caught.value)))  # noqa: S301 - our own
+    assert f"of 16,384 B: {caught.value.what.built.flash_bytes - 16384:,} B too many\n" in told
+    assert "interfaces[0]: leave it out: 9," in told
+    assert "safety.self_checks: false: 6" in told
+    assert "ld:" not in told
+
+
+def test_check_warns_to_the_byte(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
+    spare = 32256 - least(example("chamber").controller).flash
+    for over, warned in ((0, []), (1, ["flash: at least 32,257 of 32,256 B: 1 B too many"])):
+        monkeypatch.setattr(
+            "heatwright.spec.board.least.EVERY", Least(EVERY.flash + spare + over, 0)
+        )
+        found = heatwright("check --quick chamber.yaml --json").json["warnings"]
+        assert [each["reason"] for each in found] == warned
+
+
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
+def test_a_binary_of_a_byte_too_many_is_refused_and_takes_what_check_counts(name: str) -> None:
+    elf, controller = whole(name).path, example(name).controller
+    board, bound, built = controller.board, least(controller), given(elf, controller.board)
+    assert bound.flash <= built.flash_bytes < 2 * bound.flash
+    assert bound.ram <= built.ram_bytes + built.stack_bytes
+    for key, free in (("flash_bytes", built.flash_over), ("ram_bytes", built.ram_over)):
+        exact = getattr(board, key) + free
+        given(elf, replace(board, **{key: exact}))
+        with pytest.raises(TooLarge):
+            given(elf, replace(board, **{key: exact - 1}))

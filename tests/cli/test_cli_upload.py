@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import pytest
 from rig.commands import Heatwright, changed
-from rig.terminal import answered
+from rig.live import answered
 
 from heatwright.cli import ports
 from heatwright.cli.commands import monitor

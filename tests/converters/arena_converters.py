@@ -6,9 +6,8 @@ from random import Random
 
 import test_converter_firmware as checks
 import test_max31856_choice as choice
-from rig.avr import Firmware, Program, on
-from rig.chips import Crucible, crucible
-from rig.specs import controller_of
+from rig.firmware import Firmware, Program, controller_of, on
+from rig.sensors import Crucible, crucible
 
 BROKEN = ("sensor_tip", "spi_tip")
 SELECTABLE = crucible(

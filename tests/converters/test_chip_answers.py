@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig.avr import running
+from rig.firmware import running
 from test_chips import AUTO, FIFTY, NEXT_S, POWER_ON, THREE_WIRES, TYPES, Bench
 
 from heatwright.sim.native.hw import Hw

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 import yaml
-from rig.avr import SHARED
-from rig.small import Small
+from rig.firmware import SHARED, Small
 
 from heatwright.sim.sensors.max6675 import Max6675
 from heatwright.sim.sensors.max31855 import Max31855

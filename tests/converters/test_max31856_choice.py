@@ -3,8 +3,7 @@
 from typing import Any
 
 import pytest
-from rig.avr import began_s, whole
-from rig.specs import changed, controller_of, example
+from rig.firmware import began_s, changed, controller_of, example, whole
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice

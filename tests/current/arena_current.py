@@ -3,7 +3,7 @@
 from functools import partial
 
 import test_current_firmware as current
-from rig.avr import Firmware, Program, on
+from rig.firmware import Firmware, Program, on
 
 HALL = on(
     partial(current.Measured, "hall"),

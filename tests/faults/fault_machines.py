@@ -6,10 +6,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from fault_rules import rules_of
-from rig.analog_specs import KEYS, bed
-from rig.avr import whole
-from rig.chips import KINDS, crucible
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of, whole
+from rig.sensors import KEYS, KINDS, bed, crucible
 
 from heatwright.sim.faults import Fault, catalogue, try_fault
 from heatwright.sim.faults.world import Site

@@ -2,9 +2,8 @@
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
-from rig.analog_specs import KEYS, bed
-from rig.avr import whole
-from rig.specs import ROOT, changed, controller_of
+from rig.firmware import ROOT, changed, controller_of, whole
+from rig.sensors import KEYS, bed
 
 from heatwright.sim.faults import catalogue, starts
 from heatwright.sim.faults.controller.memory import cut_line
@@ -71,7 +70,7 @@ STOPPED = changed(
 """A host stops it in the middle of a long period."""
 KNOWN = {rule.id for rule in RULES.values()}
 ELSEWHERE = {"monitor_limit", "fan_stopped", "input_open", "sensors_disagree"}
-"""Of what only some machines have: test_monitors.py, _proofs.py, _inputs.py and _second.py do."""
+"""Of what only some machines have: test_beside.py does."""
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from fault_machines import faults_of, judged, site_of
 from numpy.typing import NDArray
-from rig.analog_specs import KEYS, bed
-from rig.specs import changed
+from rig.firmware import changed
+from rig.sensors import KEYS, bed
 
 from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
@@ -22,14 +22,7 @@ from heatwright.sim.faults.operation.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
 from heatwright.sim.faults.records import Change, TripLog
 from heatwright.sim.faults.site import OfState, State
-from heatwright.sim.faults.world import (
-    SPREAD,
-    STEP_S,
-    Weather,
-    World,
-    below,
-    switched,
-)
+from heatwright.sim.faults.world import SPREAD, STEP_S, Weather, World, below, switched
 from heatwright.sim.machine import Heat
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20

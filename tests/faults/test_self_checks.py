@@ -6,8 +6,7 @@ from random import Random
 
 import pytest
 from fault_machines import CODES, DECIDING, site_of
-from rig.avr import CLOCK_HZ, device_of, whole
-from rig.specs import changed, controller_of, sources_of
+from rig.firmware import CLOCK_HZ, changed, controller_of, device_of, sources_of, whole
 from suite import SEED, amount
 
 from heatwright.sim.avr import Avr, AvrError

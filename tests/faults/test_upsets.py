@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import pytest
 from fault_machines import CODES, DECIDING, site_of
-from rig.specs import EXAMPLES, sources_of
+from rig.firmware import EXAMPLE_NAMES, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import AvrError
@@ -191,7 +191,7 @@ def test_the_spec_s_maximum_counts_beside_one_that_is_damaged(maximum_c: float) 
 
 
 @pytest.mark.parametrize("number", range(DRAWN))
-@pytest.mark.parametrize("example", sorted(each.stem for each in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("example", EXAMPLE_NAMES)
 def test_a_drawn_upset_opens_no_heater(example: str, number: int) -> None:
     site = site_of(example)
     upset = draw(site.controller, site.program, number, 1)

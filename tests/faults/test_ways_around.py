@@ -2,7 +2,7 @@
 
 import pytest
 from fault_machines import site_of
-from rig.specs import ROOT, changed
+from rig.firmware import ROOT, changed
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.effects import SHORTED

@@ -5,8 +5,8 @@ from functools import partial
 
 import test_panel
 import test_start
-from rig.avr import Firmware, Program
-from rig.judged import first_complaint
+from rig.firmware import Firmware, Program
+from rig.hosted import first_complaint
 
 from heatwright.sim.binary.elf import Elf
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import test_start
-from rig.avr import device_of, whole
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of, device_of, whole
 from suite import SEED, amount
 from test_start import CHAMBER, ROOM_C, SETPOINT, power_on, press, put
 

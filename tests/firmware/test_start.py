@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, began_s, whole
+from rig.firmware import CLOCK_HZ, began_s, example, whole
 from rig.outputs import Recorded
-from rig.specs import example
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.binary.elf import Elf

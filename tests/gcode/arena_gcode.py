@@ -9,7 +9,7 @@ import test_gcode_flood
 import test_gcode_line
 import test_gcode_tools
 from gcode_world import HostBoard, celsius, gcode_world, ready
-from rig.judged import InItsWorld, first_complaint
+from rig.hosted import InItsWorld, first_complaint
 
 
 def extruder(built: Path) -> str:

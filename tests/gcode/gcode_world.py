@@ -9,9 +9,8 @@ from functools import reduce
 from operator import xor
 from pathlib import Path
 
-from rig.avr import device_of
+from rig.firmware import device_of, sources_of
 from rig.hosted import World, play, world_of
-from rig.specs import sources_of
 
 from heatwright.sim.interfaces.gcode import GcodeHost
 

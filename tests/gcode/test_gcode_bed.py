@@ -1,9 +1,9 @@
 """Bed and chamber: their commands and their place in the reports, beside tools or without any."""
 
 import pytest
-from gcode_world import BinaryBoard, Board, HostBoard, gcode_world, switched
-from rig.specs import changed
-from test_gcode_tools import CURVE, SPEC, on_host, whole_degrees
+from gcode_world import BinaryBoard, Board, HostBoard, gcode_world
+from rig.firmware import changed
+from test_gcode_tools import CURVE, SPEC, on_host, swung, whole_degrees
 
 CALLED = {
     "bed and chamber": "B: nozzle, C: bed",
@@ -128,10 +128,7 @@ def test_each_is_commanded_and_told_by_its_own_name(board: Board, called: str) -
         assert whole_degrees(said) == [*filter(None, answer.split("|")), *ends], line
     assert board.told(f"M303 {TUNED[called][0]} S99") == ["PID Autotune start"]
     if isinstance(board, HostBoard):
-        for count in range(1, 3):
-            board.play(switched(count))
-            board.wait(1.5)
-        assert "bias: 64 d: 64 min: 30.00 max: 30.00" in board.heard()
+        swung(board)
         assert board.said().state["tuning"] == "5"
     assert board.told("M108", 0.2)[-3:] == ["PID Autotune failed! Stopped", "ok", "ok"]
     for heater in TUNED[called][1:]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gcode_world import BinaryBoard
 from printrun.utils import parse_temperature_report
-from rig.specs import ROOT, example
+from rig.firmware import ROOT, example
 
 from heatwright.sim.faults.controller.processor import INTERRUPTS_OFF, INTERRUPTS_ON, hang
 from heatwright.sim.replay import replay

@@ -6,7 +6,7 @@ from pathlib import Path
 import gcode_world
 import pytest
 from gcode_world import celsius, fault, received, run, spoken, switched, talk, ticks, tuning_ends
-from rig.specs import changed, controller_of, sources_of
+from rig.firmware import changed, controller_of, sources_of
 
 from heatwright.spec import digest
 

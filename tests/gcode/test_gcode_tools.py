@@ -138,13 +138,18 @@ def test_each_tool_has_its_limits_and_controls_and_others_are_not_there(
     assert told(board, *lines.split("|")) == list(answers)
 
 
+def swung(board: HostBoard) -> None:
+    """Let the relay of a tuning switch twice, and hear of it."""
+    for count in range(1, 3):
+        board.play(switched(count))
+        board.wait(1.5)
+    assert "bias: 64 d: 64 min: 30.00 max: 30.00" in board.heard()
+
+
 def test_a_tuning_is_of_its_tool(board: Board) -> None:
     assert told(board, "T3", "M155 S1", "M303 T1 S100")[:3] == ["ok", "ok", "PID Autotune start"]
     if isinstance(board, HostBoard):
-        for count in range(1, 3):
-            board.play(switched(count))
-            board.wait(1.5)
-        assert "bias: 64 d: 64 min: 30.00 max: 30.00" in board.heard()
+        swung(board)
         board.play(tuning_ends(2))
         board.wait(0.1)
         assert "Kp: 0.00000 Ki: 0.00000 Kd: 0.00000" in board.heard()

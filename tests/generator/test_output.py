@@ -6,14 +6,13 @@ import errno
 import hashlib
 import os
 import re
-import subprocess
 import sys
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 import pytest
-from rig.specs import EXAMPLES, ROOT, example, files_of, sources_of
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, ROOT, example, files_of, finished, sources_of
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
@@ -213,11 +212,9 @@ def test_hash_order_does_not_show(seed: str, tmp_path: Path) -> None:
     copies = [tmp_path / spec.name for spec in specs]
     for spec, copy in zip(specs, copies, strict=True):
         copy.write_bytes(spec.read_bytes())
-    done = subprocess.run(
-        [sys.executable, "-c", PRINT_DIGEST, *copies],
-        env=os.environ | {"PYTHONHASHSEED": seed, "TZ": f"UTC{int(seed) % 9}", "LC_ALL": "C"},
-        cwd=tmp_path, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    env = os.environ | {"PYTHONHASHSEED": seed, "TZ": f"UTC{int(seed) % 9}", "LC_ALL": "C"}
+    words = [sys.executable, "-c", PRINT_DIGEST, *copies]
+    done = finished(words, env=env, cwd=tmp_path, check=True)
     texts = [repr(list(files_of(spec.stem).items())) for spec in specs]
     assert done.stdout.split() == [hashlib.sha256(text.encode()).hexdigest() for text in texts]
 
@@ -307,7 +304,7 @@ END = re.compile(r"\w\[([A-Z]\w+)(?: [-+] \w+)?\](?: = |;)")
 INDEX = re.compile(r"\[(?:\w+ \+ )?(\w+)(?:\+\+|[^\w\]][^\]]*)?\]")
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.yaml")))
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_no_index_passes_the_end_of_its_array_unseen(name: str) -> None:
     """A bit that flips in RAM sets it beyond: compared by == it would go on through the memory."""
     sources = sources_of(name)

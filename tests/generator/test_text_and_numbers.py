@@ -12,7 +12,7 @@ import pytest
 import yaml
 from hypothesis import example, given
 from hypothesis import strategies as st
-from rig.specs import EXAMPLES, changed, files_of
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, changed, files_of
 
 from heatwright.generator import plan_firmware, render
 from heatwright.generator.plan.numbers import c_float, float32, milliseconds, steps, ticks
@@ -171,7 +171,7 @@ CONSTANT = re.compile(r"^/\* (.+) \*/\n#define (\w+) (\S+[fu])$", re.MULTILINE)
 WHERE = re.compile(r"\b\w+\.yaml:(\d+) ([a-z0-9_.\[\]]+)( \(default\))?")
 
 
-@pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.glob("*.yaml"))])
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_every_source_is_true(name: str) -> None:
     """A line named in the code holds the key; of a default, the nearest key above it."""
     lines = (EXAMPLES / f"{name}.yaml").read_text("utf-8").splitlines()

@@ -5,21 +5,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import host_specs
-from host_answers import answers_problem, prepare_answers
-from host_builds import build_of, sources_of
+import host_watch
 from host_control import control_problem, prepare_control
-from host_current import current_problem
-from host_gate import gate_problem
-from host_inputs import inputs_problem
-from host_limits import limits_problem
-from host_lockout import lockout_problem, restored_problem
-from host_on_time import on_time_problem
-from host_power import power_problem
-from host_proof import proof_problem
-from host_switching import switching_problem
-from host_text import all_text_problems
-from host_types import types_problem
-from storage_progress import ordered_wrongly
+from host_gate import gate_problem, on_time_problem, switching_problem
+from host_power import answers_problem, power_problem, prepare_answers
+from host_specs import build_of, sources_of
+from host_values import all_text_problems, limits_problem, types_problem
+from storage_host import ordered_wrongly
 from storage_settings import SettingsKept
 
 from heatwright.sim.host import Host
@@ -81,13 +73,13 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
     judges: dict[str, Judge] = {
         "control": lambda host: control_problem(host, name, courses),
         "gate": gate_problem,
-        "current": current_problem,
-        "proof": proof_problem,
+        "current": host_watch.current_problem,
+        "proof": host_watch.proof_problem,
         "on_time": on_time_problem,
-        "inputs": inputs_problem,
+        "inputs": host_watch.inputs_problem,
         "limits": limits_problem,
-        "lockout": lockout_problem,
-        "restored": restored_problem,
+        "lockout": host_watch.lockout_problem,
+        "restored": host_watch.restored_problem,
         "text": all_text_problems,
         "types": types_problem,
         "settings": lambda host: SettingsKept(host, short=True).problem(),

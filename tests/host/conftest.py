@@ -1,17 +1,13 @@
-import sys
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import host_specs
 import pytest
-from host_builds import build_of_spec
-from rig import specs
+from host_specs import build_of_spec
+from rig.firmware import spec_of
+from storage_specs import NAMES, text_of
 
 from heatwright.sim.host import Host
-
-sys.path.append(str(Path(__file__).parents[1] / "storage"))
-from storage_specs import NAMES, text_of
 
 Hosts = Callable[[str], Host]
 
@@ -22,7 +18,7 @@ def hosts() -> Hosts:
 
     @cache
     def host(name: str) -> Host:
-        spec = specs.spec_of(text_of(name)) if name in NAMES else host_specs.spec_of(name)
+        spec = spec_of(text_of(name)) if name in NAMES else host_specs.spec_of(name)
         return Host(build_of_spec(spec))
 
     return host

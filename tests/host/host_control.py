@@ -8,17 +8,7 @@ from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
-from courses.host_courses import (
-    LONG_SILENCE,
-    LOWERED,
-    NARROWED,
-    RISEN,
-    STANDING,
-    inputs_of,
-    kinds_of,
-    random_course,
-    random_firing,
-)
+from courses import host_courses
 from courses.host_reference import SLACK, TRIPPED_BY, TRIPPED_C, Expected, Way, first_difference
 from courses.host_stretches import Stretch
 from courses.host_stretches_commanded import CRITICAL_C, TUNINGS
@@ -53,8 +43,13 @@ class _Course(NamedTuple):
 def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     """What is done, and whether a fault comes and goes between the steps."""
     controller = host_specs.spec_of(name).controller
-    kinds, programmed = kinds_of(controller), name in host_specs.PROGRAMMED
-    courses = [LONG_SILENCE, LOWERED, RISEN, *STANDING]
+    kinds, programmed = host_courses.kinds_of(controller), name in host_specs.PROGRAMMED
+    courses = [
+        host_courses.LONG_SILENCE,
+        host_courses.LOWERED,
+        host_courses.RISEN,
+        *host_courses.STANDING,
+    ]
     if name in host_specs.COMMANDED:
         courses += [
             *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),
@@ -65,10 +60,10 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
         courses += [[Stretch("critical", 3, value)] for value in range(2 * len(CRITICAL_C))]
     drawn = range(COURSES // 4 if programmed else COURSES)
     if "limits" in kinds:
-        courses += NARROWED
-    courses += [random_course(Random(seed), STRETCHES, kinds) for seed in drawn]  # noqa: S311
+        courses += host_courses.NARROWED
+    courses += [host_courses.random_course(Random(seed), STRETCHES, kinds) for seed in drawn]  # noqa: S311
     if programmed:
-        firings = (random_firing(Random(-seed), STRETCHES) for seed in range(FIRINGS))  # noqa: S311
+        firings = (host_courses.random_firing(Random(-seed), STRETCHES) for seed in range(FIRINGS))  # noqa: S311
         courses += [*ARRIVALS, *firings]
     tripped = ((course, True) for course in courses[-TRIPPED_COURSES:])
     return [*((course, False) for course in courses), *tripped]
@@ -79,7 +74,7 @@ def _fixed(name: str, number: int, kind: np.dtype[Any]) -> _Course:
     """One of the courses as the reference takes it."""
     controller = host_specs.spec_of(name).controller
     course, trips = _courses(name)[number]
-    inputs = inputs_of(controller, course)
+    inputs = host_courses.inputs_of(controller, course)
     tripped = range(len(inputs) % TRIP_EVERY, len(inputs), TRIP_EVERY) if trips else ()
     return _Course(inputs, Way(controller).expected(inputs, kind, tripped), tripped)
 

@@ -1,26 +1,117 @@
-"""Whether a program goes on, or not, as it should after its power was cut between two steps."""
+"""Whether a loop answers to commands, orders and losses of power as the reference does.
+
+Commands and orders are given many of them in a step. The power is cut between two steps: then a
+program goes on, or not, as it should.
+"""
 
 from collections.abc import Callable, Iterator
 from functools import cache
 from math import nan
 from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
 import host_specs
 import numpy as np
-from courses.host_courses import random_firing
+from courses import host_stretches_commanded as commanded
+from courses.host_courses import inputs_of, kinds_of, random_course, random_firing
 from courses.host_reference import Expected, Restored, Way, first_difference
-from courses.host_stretches import Stretch
-from courses.host_stretches_programmed import ProgrammedWalk
-from host_scale import scale_of
+from courses.host_stretches import NO_GAINS, Stretch
+from host_values import scale_of
 from numpy.typing import NDArray
 
-from heatwright.sim.host import Host
+from heatwright.sim.host import Command, Host
+from heatwright.sim.host.layout import declarations
 from heatwright.sim.reference.inputs import Gains
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.programs import state as program
-from heatwright.sim.reference.programs.state import MEMBERS, ProgramState
 from heatwright.spec import Controller
+
+COURSES = 8
+STRETCHES = 12
+MOST_AT_ONCE = 3
+GIVEN = (
+    *commanded.SWITCHED_ORDERS,
+    *((Command.ENABLE, 0.0, NO_GAINS), (Command.DISABLE, 0.0, NO_GAINS)) * 3,
+    *((Command.MAXIMUM, value, NO_GAINS) for value in commanded.CRITICAL_C),
+)
+ORDERS = (
+    *commanded.PROGRAM_ORDERS,
+    program.START,
+    *(program.JUMP, program.RESUME, program.PAUSE, program.PAUSE) * 2,
+)
+"""Often of those that may wait for each other."""
+ASKED = {Command.SET: "may_set", Command.ENABLE: "may_enable"}
+"""Commands of switched loops of which one may ask before whether they will be taken."""
+
+
+class Given(NamedTuple):
+    row: NDArray[Any]
+    taken: tuple[bool, bool]
+    """The command, and the order."""
+    tells: bool | None
+    state: dict[str, Any]
+    """After it, where a step follows."""
+
+
+@cache
+def _course(name: str, number: int) -> list[Given]:
+    random, controller = Random(f"answers {number}"), host_specs.spec_of(name).controller  # noqa: S311
+    way, found = Way(controller), []
+    course = random_course(random, STRETCHES, kinds_of(controller))
+    for step, row in enumerate(inputs_of(controller, course)):
+        for _ in range(random.randint(0, MOST_AT_ONCE)):
+            given = _drawn(row, random, controller)
+            found.append(Given(np.array([given]), way.give(step, given), way.tells(), {}))
+        taken, state = way.give(step, row), way.step(step, row)
+        members = dict(zip(way.members, state, strict=True))
+        found.append(Given(np.array([row]), taken, way.tells(), members))
+    return found
+
+
+def _drawn(row: Any, random: Random, controller: Controller) -> Any:
+    given = row.copy()
+    given["acknowledge"] = random.random() < 0.1
+    given["command"], given["value"], given["gains"] = random.choice(GIVEN)
+    given["order"] = random.choice(ORDERS) if controller.programs else 0
+    given["argument"] = random.randint(0, commanded.PLACES)
+    return given
+
+
+def prepare_answers(name: str) -> None:
+    """Let the reference take all courses."""
+    for number in range(COURSES):
+        _course(name, number)
+
+
+def answers_problem(host: Host, name: str) -> str:
+    """Say the first thing that is wrong; empty if nothing."""
+    numbers = range(COURSES)
+    return next((problem for each in numbers if (problem := _problem(host, name, each))), "")
+
+
+def _problem(host: Host, name: str, number: int) -> str:
+    parts, library, world = host.build.parts, host.library, host.world
+    ffi = declarations(host.build.project, parts)
+    loop = f"loop_{parts.name}"
+    tells = getattr(library, f"{loop}_is_enabled" if parts.switched else f"{loop}_is_ready")
+    host.erase()
+    host.power_up()
+    for place, (row, taken, told, members) in enumerate(_course(name, number)):
+        command, value = Command(row[0]["command"]), float(row[0]["value"])
+        asked = ASKED.get(command) if parts.switched and not row[0]["acknowledge"] else None
+        arguments = [value] * (command == Command.SET)
+        may = getattr(library, f"{loop}_{asked}")(*arguments) if asked else taken[0]
+        if members:
+            state = host.run(row).states[0]
+        else:
+            library.host_set(0, ffi.from_buffer("struct host_input[]", row))
+        found = (may, not world.refused, not world.order_refused, told if told is None else tells())
+        wrong = [key for key, wanted in members.items() if state[key] != wanted]
+        if wrong or found != (taken[0], *taken, told):
+            when = f"course {number}, {place}, {command.name} {value}, order {row[0]['order']}"
+            return f"{when}: {found}, not {(*taken, told)}; not those of the reference: {wrong}"
+    return ""
+
 
 FIRINGS = 80
 BEGIN_C = 30.0
@@ -50,7 +141,7 @@ def _before(name: str) -> list[tuple[NDArray[Any], list[State]]]:
     controller = host_specs.spec_of(name).controller
     found = []
     for number in range(FIRINGS):
-        inputs = ProgrammedWalk(controller).inputs(_firing(number))
+        inputs = commanded.ProgrammedWalk(controller).inputs(_firing(number))
         way = Way(controller)
         found.append((inputs, [way.take(place, row) for place, row in enumerate(inputs)]))
     return found
@@ -66,7 +157,7 @@ class _Noted:
         self._every = every_ms // round(1000 * loop.period_s)
         self._since = self.saves = 0
         self.record: State | None = None
-        last = {f"program.{name}": 0 for name, _ in MEMBERS}
+        last = {f"program.{name}": 0 for name, _ in program.MEMBERS}
         for state in states:
             self._step(last, state)
             last = state
@@ -88,16 +179,16 @@ class _Noted:
             self.record = now
 
 
-def _program_of(record: State | None, *, keeps: bool) -> ProgramState:
+def _program_of(record: State | None, *, keeps: bool) -> program.ProgramState:
     """The state of a program after a reset, by docs/control.md, "Loss of power"."""
     if record is None:
-        return ProgramState()
+        return program.ProgramState()
     if record["program.state"] == program.IDLE:
-        return ProgramState(ended=record["program.ended"], number=record["program.number"])
-    kept = {name: record[f"program.{name}"] for name, _ in MEMBERS if name not in NOT_KEPT}
+        return program.ProgramState(ended=record["program.ended"], number=record["program.number"])
+    kept = {name: record[f"program.{name}"] for name, _ in program.MEMBERS if name not in NOT_KEPT}
     if kept["state"] not in (program.PAUSED, program.INTERRUPTED):
         kept["state"] = program.RESTORING
-    return ProgramState(
+    return program.ProgramState(
         **{**kept, "before_c": record["program.before_c" if keeps else "temperature_c"]}
     )
 
@@ -131,7 +222,7 @@ def _after(
     if key not in _AFTER:
         controller = host_specs.spec_of(name).controller
         course = [Stretch("come_back", 2 + number % 5, number), *_firing(-number)]
-        inputs = ProgrammedWalk(controller, restored).inputs(course)
+        inputs = commanded.ProgrammedWalk(controller, restored).inputs(course)
         _AFTER[key] = inputs, Way(controller, restored).expected(inputs, kind)
     return _AFTER[key]
 
@@ -254,7 +345,7 @@ def _edited(host: Host, _: str) -> Iterator[str]:
     """Another program at its place cannot go on, and that is said until the next one begins."""
     library = host.library
     _erase(host)
-    yield from _expect(host, "blank", **{name: 0 for name, _ in MEMBERS})
+    yield from _expect(host, "blank", **{name: 0 for name, _ in program.MEMBERS})
     _run(host)
     edited = library.program_loaded()[0]
     edited.segment[1].amount += 1
@@ -262,7 +353,7 @@ def _edited(host: Host, _: str) -> Iterator[str]:
     library.host_settle()
     for _ in range(2):
         host.power_up()
-        wanted = {name: 0 for name, _ in MEMBERS}
+        wanted = {name: 0 for name, _ in program.MEMBERS}
         wanted |= {"number": 1, "ended": program.POWER_UNREADABLE}
         yield from _expect(host, "edited", **wanted)
         library.host_settle()

@@ -1,13 +1,22 @@
-"""Specifications that, between them, take every branch of the templates under test."""
+"""Specifications that, between them, take every branch of the templates, and their host builds.
 
+A build is made once (`build/rig`), by all that goes into it.
+"""
+
+import hashlib
+from collections.abc import Mapping
 from copy import deepcopy
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import yaml
+from rig.firmware import changed, kept
 
+from heatwright.generator import plan_firmware, render, write
+from heatwright.sim.host import HostBuild, build_host
+from heatwright.sim.host import __file__ as package
+from heatwright.sim.host.parts import parts_of
 from heatwright.spec import Spec, load_text
 
 _FAMILIES = yaml.load(
@@ -48,21 +57,17 @@ def _family(name: str) -> dict[str, str]:
     return {each: _text(_FAMILIES["all"], base[1], change) for each, change in variants}
 
 
-def _example(name: str) -> str:
-    return files("heatwright.spec.examples").joinpath(f"{name}.yaml").read_text(encoding="utf-8")
-
-
-_COMMANDED = _family("commanded") | {name: _example(name) for name in _EXAMPLES}
+_COMMANDED = _family("commanded") | {name: changed(name) for name in _EXAMPLES}
 _SWITCHED, _PROGRAMMED = _family("switched"), _family("programmed")
 _PLAIN = _family("plain")
 TEXTS = _PLAIN | _COMMANDED | _SWITCHED | _PROGRAMMED
 NAMES = tuple(TEXTS)
 SEVERAL = {
-    "printer": _example("printer"),
-    "both heaters on one timer": _example("printer")
+    "printer": changed("printer"),
+    "both heaters on one timer": changed("printer")
     .replace("pin: D10, frequency: 30 Hz", "pin: D22, frequency: 30 Hz")
     .replace("pin: D8, frequency: 30 Hz", "pin: D23, frequency: 20 Hz"),
-    "barrel": _example("barrel"),
+    "barrel": changed("barrel"),
 }
 """Of two loops."""
 HOSTED = (*_COMMANDED, "held_by_host")
@@ -89,3 +94,52 @@ def is_adjustable(name: str) -> bool:
     """Tell whether the operator may lower the critical temperature of the one loop."""
     ((_, loop),) = spec_of(name).controller.loops.items()
     return loop.protection.maximum_adjustable
+
+
+@cache
+def build_of(name: str, *, sanitized: bool = True) -> HostBuild:
+    """Return the build of one of `host_specs`.
+
+    Args:
+        name: of the specification.
+        sanitized: else without gcc's sanitizer, which would end the process at a mutant's first
+            overflow.
+
+    """
+    return build_of_spec(spec_of(name), sanitized=sanitized)
+
+
+@cache
+def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
+    """Return the build of any specification of one loop."""
+    files = render(plan_firmware(spec))
+    key = repr((sorted(files.items()), sanitized)).encode() + _world()
+
+    def build(folder: Path) -> None:
+        write(files, folder / "project")
+        build_host(folder / "project", spec.controller, folder / "made", sanitized=sanitized)
+
+    place = kept(f"host-{hashlib.sha256(key).hexdigest()[:24]}", "made/host.so", build)
+    objects = {f"{made.stem}.c": made for made in (place / "made").glob("*.o")}
+    return HostBuild(
+        place / "made" / "host.so", place / "project", spec.controller,
+        parts_of(spec.controller), sanitized, objects,
+    )  # fmt: skip
+
+
+@cache
+def _world() -> bytes:
+    """What else goes into a build: the world, and how it is compiled."""
+    folder = Path(package).parent
+    return b"".join(
+        path.read_bytes() for path in sorted(folder.rglob("*.[chp]*")) if path.is_file()
+    )
+
+
+def sources_of(build: HostBuild) -> Mapping[str, str]:
+    """The firmware's C that is in a build, and all its headers."""
+    source = build.project / "src"
+    chosen = [
+        path for path in source.iterdir() if path.suffix == ".h" or path.name in build.objects
+    ]
+    return {path.name: path.read_text(encoding="utf-8") for path in chosen}

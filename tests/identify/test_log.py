@@ -8,22 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatwright.sim.identify import (
-    Log,
-    Record,
-    Scales,
-    Unusable,
-    chosen_roles,
-    named_roles,
-    read_log,
-    record_of,
-)
+from heatwright.sim import identify
 
 ROWS = [[20.0, 50.0, 100.0], [20.5, 50.0, 100.0], [21.25, 50.0, 0.0]]
 
 
-def log(text: str) -> Log:
-    return read_log(text.encode())
+def log(text: str) -> identify.Log:
+    return identify.read_log(text.encode())
 
 
 @pytest.mark.parametrize(
@@ -88,8 +79,8 @@ def test_junk_is_dropped_and_counted() -> None:
 
 def test_other_encodings() -> None:
     for encoding in ("utf-16", "utf-8-sig"):
-        assert read_log("20,50,100\n20.5,50,100\n".encode(encoding)).values.shape == (2, 3)
-    assert read_log(b"20\x00,50\xff\n20,50\n21,50\n").values.shape == (2, 2)
+        assert identify.read_log("20,50,100\n20.5,50,100\n".encode(encoding)).values.shape == (2, 3)
+    assert identify.read_log(b"20\x00,50\xff\n20,50\n21,50\n").values.shape == (2, 2)
 
 
 @pytest.mark.parametrize(
@@ -102,8 +93,8 @@ def test_other_encodings() -> None:
     ids=range(6),
 )  # fmt: skip
 def test_no_numbers_and_a_huge_file_are_refused(data: bytes, reason: str) -> None:
-    with pytest.raises(Unusable, match=reason):
-        read_log(data)
+    with pytest.raises(identify.Unusable, match=reason):
+        identify.read_log(data)
 
 
 LIKE_A_LOG = st.text(alphabet="0123456789.,;:$-e \t\n@T", max_size=300).map(str.encode)
@@ -112,13 +103,13 @@ LIKE_A_LOG = st.text(alphabet="0123456789.,;:$-e \t\n@T", max_size=300).map(str.
 @given(st.one_of(st.binary(max_size=400), LIKE_A_LOG))
 @settings(max_examples=200)
 def test_no_bytes_break_it(data: bytes) -> None:
-    with contextlib.suppress(Unusable):
-        assert read_log(data).values.size
+    with contextlib.suppress(identify.Unusable):
+        assert identify.read_log(data).values.size
 
 
 # ---- from columns and units to a record, or to what is missing ----
 
-SCALES = Scales(power_w=40.0)
+SCALES = identify.Scales(power_w=40.0)
 
 
 def rows(header: str = "", count: int = 20, line: str = "{0},{1},{2}") -> str:
@@ -128,12 +119,16 @@ def rows(header: str = "", count: int = 20, line: str = "{0},{1},{2}") -> str:
     return f"{header}\n{body}" if header else body
 
 
-def record(text: str, columns: str | None = None, scales: Scales = SCALES) -> Record:
-    log = read_log(text.encode())
+def record(
+    text: str, columns: str | None = None, scales: identify.Scales = SCALES
+) -> identify.Record:
+    log = identify.read_log(text.encode())
     if columns is None:
-        return record_of(log, named_roles(log.names), scales)
+        return identify.record_of(log, identify.named_roles(log.names), scales)
     width = log.values.shape[1]
-    return record_of(log, chosen_roles(columns, log.names, width, stamped=log.stamped), scales)
+    return identify.record_of(
+        log, identify.chosen_roles(columns, log.names, width, stamped=log.stamped), scales
+    )
 
 
 BY_NAME = "time,temperature,duty"
@@ -161,15 +156,16 @@ OWN_CSV = (
          None, SCALES, (19 * 60, 25, 100_000)),
         (rows(), "time[ms],temperature[K],duty", SCALES, (0.019, 34 - 273.15, 40)),
         (rows("ms,temp,duty"), None, SCALES, (0.019, 34, 40)),
-        (rows(), BY_NAME, Scales(40.0, full=255.0), (19, 34, 40 * 100 / 255)),
-        (rows(), BY_NAME, Scales(40.0, full=200.0), (19, 34, 20)),
+        (rows(), BY_NAME, identify.Scales(40.0, full=255.0), (19, 34, 40 * 100 / 255)),
+        (rows(), BY_NAME, identify.Scales(40.0, full=200.0), (19, 34, 20)),
         (rows().replace(",100", ",1"), BY_NAME, SCALES, (19, 34, 40)),  # a switch of 0 and 1
-        (rows(line="{1} {2}"), "temperature,duty", Scales(40.0, every_s=0.5), (9.5, 34, 40)),
+        (rows(line="{1} {2}"), "temperature,duty", identify.Scales(40.0, every_s=0.5),
+         (9.5, 34, 40)),
         (rows(BY_NAME) + "19,35,100\n19,36,100\n", None, SCALES, (19, 36, 40)),  # count once
     ],
 )  # fmt: skip
 def test_columns_and_units(
-    text: str, columns: str | None, scales: Scales, ends: tuple[float, ...]
+    text: str, columns: str | None, scales: identify.Scales, ends: tuple[float, ...]
 ) -> None:
     found = record(text, columns, scales)
     assert found.rows == 20
@@ -208,7 +204,7 @@ def test_impossible_readings_are_left_out() -> None:
 
 def test_the_resolution_is_the_least_difference() -> None:
     assert record(rows("time,temp,duty")).resolution_k == 1.0
-    fine = Record(np.arange(4.0), np.array([20.1, 20.1625, 20.1, 20.4]), np.ones(4))
+    fine = identify.Record(np.arange(4.0), np.array([20.1, 20.1625, 20.1, 20.4]), np.ones(4))
     assert fine.resolution_k == pytest.approx(0.0625)
 
 
@@ -218,8 +214,9 @@ def test_the_resolution_is_the_least_difference() -> None:
         (rows(), None, SCALES, "does not name its columns"),
         (rows("a,b,c"), None, SCALES, "no column of temperature among a, b, c"),
         (rows("time,temp,x"), None, SCALES, "no column of duty or power"),
-        (rows("time,temp,duty"), None, Scales(), "--power 40W"),
-        (rows("time,temp,duty"), None, Scales(40.0, full=50.0), "duty of 100 where 50 is full"),
+        (rows("time,temp,duty"), None, identify.Scales(), "--power 40W"),
+        (rows("time,temp,duty"), None, identify.Scales(40.0, full=50.0),
+         "duty of 100 where 50 is full"),
         (rows().replace(",100", ",255"), "time,temperature,duty", SCALES, "--full 255"),
         (rows(), "time,temperature,heat", SCALES, "column heat"),
         (rows(), "time,temperature,-,-,duty", SCALES, "has 3 columns; --columns names 5"),
@@ -234,11 +231,11 @@ def test_the_resolution_is_the_least_difference() -> None:
          "several columns that could be the temperature"),
         (rows(line="{1} {2}"), "temperature,duty", SCALES, "--period 1s"),
         (rows("time [fortnight],temp,duty"), None, SCALES, "times in fortnight"),
-        (rows("time,temp,power [hp]"), None, Scales(), "power in hp"),
+        (rows("time,temp,power [hp]"), None, identify.Scales(), "power in hp"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_used_is_refused(
-    text: str, columns: str | None, scales: Scales, reason: str
+    text: str, columns: str | None, scales: identify.Scales, reason: str
 ) -> None:
-    with pytest.raises(Unusable, match=re.escape(reason)):
+    with pytest.raises(identify.Unusable, match=re.escape(reason)):
         record(text, columns, scales)

@@ -3,7 +3,7 @@
 from functools import partial
 
 import test_indicators as leds
-from rig.avr import Firmware, Program, on
+from rig.firmware import Firmware, Program, on
 
 CHECKS = {
     "loop": (leds.LOOP_LOW, leds.test_each_state_has_its_lights,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-from rig.avr import device_of
+from rig.firmware import device_of
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.circuits import Wiring

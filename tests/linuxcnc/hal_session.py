@@ -24,8 +24,9 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
+from rig.firmware import controller_of
+from rig.live import wait_for
 from rig.modbus_oracle import Oracle
-from rig.specs import controller_of
 
 from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, framed
 
@@ -100,10 +101,8 @@ class Hal:
         self.set_signal(name, 0)
 
     def wait(self, name: str, value: float, within_s: float = WAIT_S) -> None:
-        end = time.monotonic() + within_s
-        while self.signal(name) != value:
-            assert time.monotonic() < end, f"{name}\n{self.command('show', 'sig')}\n{self.log()}"
-            time.sleep(POLL_S)
+        told = lambda: f"{name}\n{self.command('show', 'sig')}\n{self.log()}"  # noqa: E731
+        wait_for(lambda: self.signal(name) == value, told, within_s, POLL_S)
 
     def log(self) -> str:
         return self._log.read_text(errors="replace")[-4000:]

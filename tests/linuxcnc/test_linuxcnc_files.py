@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 import hal_session
 import pytest
 from hal_session import FABRICATOR, Hal, linuxcnc_files
-from rig.specs import ROOT, controller_of, files_of
+from rig.firmware import ROOT, controller_of, files_of
 
 from heatwright.generator import plan_firmware, render
 from heatwright.sim.interfaces.modbus_rtu.registers import registers

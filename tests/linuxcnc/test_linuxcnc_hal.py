@@ -13,8 +13,8 @@ from typing import Any
 import hal_session
 import pytest
 from hal_session import FABRICATOR, Hal, MadeUpBoard, linuxcnc_files
-from rig.live import Cable, LiveBoard, live_board
-from rig.specs import ROOT, changed, controller_of, files_of
+from rig.firmware import ROOT, changed, controller_of, files_of
+from rig.live import Cable, LiveBoard, live_board, wait_for
 
 from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.spec import ModbusRtu
@@ -63,10 +63,8 @@ def hal(board: MadeUpBoard, place: Path) -> Iterator[Hal]:
 
 
 def until(board: MadeUpBoard, name: str, value: object) -> None:
-    end = time.monotonic() + LATE_S
-    while getattr(board, name) != value:
-        assert time.monotonic() < end, f"{name} is {getattr(board, name)}"
-        time.sleep(0.02)
+    found = lambda: getattr(board, name)  # noqa: E731
+    wait_for(lambda: found() == value, lambda: f"{name} is {found()}", LATE_S)
 
 
 def stays_off(hal: Hal, board: MadeUpBoard) -> None:

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from hosted_menu import BROKEN, SPEC, WORLD, problem_of, walks
-from rig.judged import InItsWorld
-from rig.specs import sources_of
+from rig.firmware import sources_of
+from rig.hosted import InItsWorld
 
 
 class Menu(InItsWorld):

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 from menu_model import IDLE, LETTERS, PERIOD_MS, POINTS, PROGRAMS, Keypad, Machine, Menu
+from rig.firmware import changed, sources_of
 from rig.hosted import play, world_of
-from rig.specs import changed, sources_of
 
 from heatwright.sim.interfaces.lcd.hd44780 import Hd44780, Times
 

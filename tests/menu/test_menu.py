@@ -3,8 +3,7 @@ keys at the ADC, the display's times, and what the EEPROM keeps."""
 
 import pytest
 from hosted_menu import WORLD, problem_of, walks
-from rig.avr import whole
-from rig.specs import example
+from rig.firmware import example, whole
 from suite import amount
 
 from heatwright.sim.device import AvrDevice

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import test_slave
-from rig.judged import InItsWorld, first_complaint
+from rig.hosted import InItsWorld, first_complaint
 from test_slave import fuzz, played, slave_world
 
 SOME, MANY = 1000, 12_000

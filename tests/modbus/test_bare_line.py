@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig.avr import device_of
+from rig.firmware import changed, controller_of, device_of
 from rig.modbus_oracle import Oracle
-from rig.specs import changed, controller_of
 from suite import amount
 from test_slave import SHORT, pdu, requests
 

@@ -5,8 +5,7 @@ from operator import attrgetter
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, began_s, compiled, device_of, powered, whole
-from rig.specs import controller_of
+from rig.firmware import CLOCK_HZ, began_s, compiled, controller_of, device_of, powered, whole
 from test_bare_line import slave_of
 
 from heatwright.sim.bench import bench

@@ -4,15 +4,14 @@ registers in print, and a client that is typed, documented, and right about ever
 import ast
 import csv
 import re
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from rig.firmware import controller_of, files_of, finished, sources_of, spec_of
 from rig.modbus_oracle import Oracle
-from rig.specs import controller_of, files_of, sources_of, spec_of
 from test_slave import ADDRESS, SLAVE
 
 from heatwright.generator.plan.registers import Register, register_map
@@ -243,9 +242,8 @@ def test_it_is_typed_whatever_the_names(name: str, tmp_path: Path) -> None:
     ast.parse(source)
     path = tmp_path / "shape_client.py"
     path.write_text(source, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--config-file=", path.name], cwd=tmp_path,
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = finished(
+        [sys.executable, "-m", "mypy", "--strict", "--config-file=", path.name], cwd=tmp_path
+    )
     assert done.returncode == 0, done.stdout
     assert f"self.{name}_loop = " in source

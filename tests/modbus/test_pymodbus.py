@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import pytest
 from pymodbus.client import ModbusSerialClient
 from pymodbus.pdu import ModbusPDU
+from rig.firmware import controller_of
 from rig.live import Cable, LiveBoard, live_board
-from rig.specs import controller_of
 
 from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.sim.native.characters import Format

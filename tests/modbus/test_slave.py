@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from rig.firmware import sources_of, spec_of
 from rig.hosted import World, play, world_of
 from rig.modbus_oracle import GAINS, MODES, Oracle
-from rig.specs import sources_of, spec_of
 from suite import amount
 
 from heatwright.sim.interfaces.modbus_rtu.frames import crc, framed

@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mutation.arena import Arena
-from mutation.schema import TOGETHER, VARIABLE, schema
-from mutation.syntax import Mutant
+from mutation.syntax import TOGETHER, VARIABLE, Mutant, schema
 
 Judge = Callable[[Path], str]
 PIPE_BYTES = 4000

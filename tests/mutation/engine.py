@@ -30,7 +30,7 @@ BATCH = 24
 ENOUGH_EQUAL = 4
 JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")
 """What all judges are made of, besides modules of the tests."""
-_IMPORT = re.compile(r"^\s*(?:from|import) (?:rig\.|courses\.)?(\w+)", re.MULTILINE)
+_IMPORT = re.compile(r"^\s*(?:from|import) (?:(?:rig|courses)(?:\.| import ))?(\w+)", re.MULTILINE)
 
 
 def every_arena() -> list[Arena]:
@@ -161,7 +161,7 @@ def _digest(area: str) -> str:
     files = _imported((TESTS / area).glob("arena_*.py"))
     files |= {path for folder in folders for path in folder.rglob("*.[ch]")}
     files |= {path for folder in JUDGES for path in folder.rglob("*") if path.suffix in SUFFIXES}
-    files |= {HERE / "schema.py", HERE / "court.py"}
+    files |= {HERE / "syntax.py", HERE / "court.py"}
     return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
 
 

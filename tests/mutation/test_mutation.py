@@ -14,8 +14,8 @@ from mutation.court import same_machine_code
 from mutation.engine import Engine, cases_of, every_arena, in_order, sampled
 from mutation.known import Names, entries, names_of
 from mutation.report import Report, protects
-from mutation.schema import TOGETHER, VARIABLE, schema
-from mutation.syntax import Kind, mutants_of
+from mutation.syntax import TOGETHER, VARIABLE, Kind, mutants_of, schema
+from rig.firmware import finished
 from suite import SIZE, amount, drawn
 
 SMALL = """\
@@ -68,10 +68,9 @@ def said_by(text: str, folder: Path, number: int = 0) -> str:
         (folder / name).write_text(content, encoding="utf-8")
     command = ["gcc", "-w", "small.c", "driver.c", "-o", "small"]
     subprocess.run(command, cwd=folder, check=True)
-    shown = subprocess.run(
-        ["prlimit", "--cpu=1", folder / "small"], env={**os.environ, VARIABLE: str(number)},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    shown = finished(
+        ["prlimit", "--cpu=1", folder / "small"], env={**os.environ, VARIABLE: str(number)}
+    )
     return f"{shown.returncode} {shown.stdout}"
 
 
@@ -210,7 +209,7 @@ class Small:
 
     def problem(self, built: Path) -> str:
         command = ["prlimit", "--cpu=1", built]
-        shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        shown = finished(command, check=True).stdout
         return "it says something else" if self.compares and shown != self.expected else ""
 
 

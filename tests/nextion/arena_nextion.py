@@ -3,7 +3,7 @@
 import test_touch_orders
 import test_touch_shows
 from hosted_kiln import WORLD
-from rig.judged import InItsWorld, first_complaint
+from rig.hosted import InItsWorld, first_complaint
 
 JUDGES = (test_touch_shows, test_touch_orders)
 """The quick ones first."""

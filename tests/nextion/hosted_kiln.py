@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+from rig.firmware import sources_of, spec_of
 from rig.hosted import SANITIZED, play, world_of
-from rig.specs import sources_of, spec_of
 
 from heatwright.spec.nextion import display_pages
 

@@ -10,10 +10,9 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from display_orders import Grammar, Malice
+from display_model import Grammar, Malice
 from numpy.typing import NDArray
-from rig.avr import began_s, whole
-from rig.specs import example, sources_of
+from rig.firmware import began_s, example, sources_of, whole
 from suite import amount
 from test_kiln_touched import RUNNING
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hosted_kiln import SPEC
-from rig.avr import device_of
-from rig.specs import changed
+from rig.firmware import changed, device_of
 
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.nextion.codes import Code

@@ -10,11 +10,9 @@ from typing import Any
 
 import pytest
 from hosted_kiln import PAGE, SPEC, TOUCHED
-from rig.avr import whole
-from rig.specs import EXAMPLES, changed, example, files_of, spec_of
+from rig.firmware import EXAMPLE_NAMES, changed, example, files_of, spec_of, whole
 
-from heatwright.generator import plan_firmware, render, write
-from heatwright.generator.output import compare
+from heatwright.generator import compare, plan_firmware, render, write
 from heatwright.generator.plan.nextion.documents import KINDS
 from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.interfaces.nextion.codes import LONGEST_NAME
@@ -26,7 +24,6 @@ from heatwright.spec.breakable import rules_of
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Page, display_pages
 
 FILES = files_of(SPEC)
-NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 SEEN = ("text", "number", "button", "dual_state", "waveform")
 FIGURES = 12
 """Fields of so many characters or less hold figures; longer ones hold words."""
@@ -34,7 +31,7 @@ DIGITS = {"temp": 4, "set": 4, "duty": 3, "ot": 3, "settled": 6}
 """Of numbers, where they are not days, hours, minutes or places."""
 COMMAND = re.compile(rb"(#\d+( [^#;]*)?;)*")
 
-DISPLAYS = [pages for name in NAMES if (pages := display_pages(example(name).controller))]
+DISPLAYS = [pages for name in EXAMPLE_NAMES if (pages := display_pages(example(name).controller))]
 PAGES = {page.name: page for pages in DISPLAYS for page in pages}
 every_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
 
@@ -250,7 +247,7 @@ def codes(controller: Controller) -> set[int]:
     return {rule.code for rule in rules_of(controller)}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_the_firmware_knows_all_that_can_trip(name: str) -> None:
     known = re.findall(r"^    FAULT_\w+ = (\d+), /\*", files_of(name)["src/fault.h"], re.MULTILINE)
     assert set(map(int, known)) - {0} == codes(example(name).controller)

@@ -5,8 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from display_model import changed_by, segments_of
-from display_orders import Grammar, Malice, frames, noise
+from display_model import Grammar, Malice, changed_by, frames, noise, segments_of
 from hosted_kiln import TOUCHED, Said, damaged, flooded, order, ordered, received, run, script, told
 
 GIVEN = "1/5400/3600,4/0/1800,2/8000/1500,5/0/0,3/5100/0,"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from rig.specs import changed, files_of
+from rig.firmware import changed, files_of
 
 from heatwright.cli.main import cli
 

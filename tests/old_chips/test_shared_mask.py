@@ -1,9 +1,8 @@
 """TIMSK belongs to all timers: who changes it must not undo what an interrupt did meanwhile."""
 
 import pytest
-from rig.avr import Board, board_of, part
+from rig.firmware import Board, board_of, changed, part, sources_of
 from rig.outputs import wired
-from rig.specs import changed, sources_of
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import pin_number

@@ -4,17 +4,12 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import host_specs
+import test_outputs_gate as gate
 import test_outputs_relay_whole as hosted
-import test_outputs_stepper as stepper
-from rig.avr import Firmware, Program
+import test_outputs_ticks as ticks
+from rig.firmware import Firmware, Program, spec_of
 from rig.outputs import Wired, cause_problem, reset_problem
-from rig.specs import spec_of
-from test_outputs_held import VARIANTS, any_orders_problem, held, timed_problem
 from test_outputs_pwm import PwmBoard, heater_problems, placed, restart_problem
-from test_outputs_relay import OPEN, RelayBoard, relayed
-from test_outputs_relay import whole_problem as relay_problem
-from test_outputs_windows import SHORT_LEFT_OUT, SPREAD, windows
-from test_outputs_windows import whole_problem as window_problem
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
@@ -38,24 +33,24 @@ def off_problem(place: Wired, elf: Elf) -> str:
 
 
 def relay_off_problem(place: Wired, elf: Elf) -> str:
-    bench = RelayBoard(place, elf)
+    bench = gate.RelayBoard(place, elf)
     return reset_problem(bench, "contactor") or reset_problem(bench, "heater")
 
 
 def feed_problems() -> Iterator[Check]:
     for test in (
-        stepper.test_the_motor_is_let_go,
-        stepper.test_a_fault_stops_it_at_once,
-        stepper.test_moves_the_same_way_are_one,
-        stepper.test_it_waits_for_the_heat_and_goes_on,
-        stepper.test_a_stop_slows_down_and_forgets,
-        stepper.test_speed_changes_by_no_more_than_the_acceleration,
-        stepper.test_it_goes_along_a_trapezoid,
-        partial(stepper.test_any_speed_is_right_in_the_mean, mm_per_s=0.0001),
-        partial(stepper.test_any_speed_is_right_in_the_mean, mm_per_s=17.77),
-        stepper.test_every_step_is_made,
+        ticks.test_the_motor_is_let_go,
+        ticks.test_a_fault_stops_it_at_once,
+        ticks.test_moves_the_same_way_are_one,
+        ticks.test_it_waits_for_the_heat_and_goes_on,
+        ticks.test_a_stop_slows_down_and_forgets,
+        ticks.test_speed_changes_by_no_more_than_the_acceleration,
+        ticks.test_it_goes_along_a_trapezoid,
+        partial(ticks.test_any_speed_is_right_in_the_mean, mm_per_s=0.0001),
+        partial(ticks.test_any_speed_is_right_in_the_mean, mm_per_s=17.77),
+        ticks.test_every_step_is_made,
     ):
-        yield lambda place, elf, test=test: test(stepper.Feed(place, elf))
+        yield lambda place, elf, test=test: test(ticks.Feed(place, elf))
 
 
 TOUCHED = host_specs.TEXTS["touched"]
@@ -82,7 +77,7 @@ def loop_problem(elf: Elf) -> str:
         return "the heater is off"
     relay.fail(Armature.DEAD)
     device.advance(device.time_s + 3.0)
-    return "" if device.read("fault.code") == OPEN else "it is not found to be open"
+    return "" if device.read("fault.code") == gate.OPEN else "it is not found to be open"
 
 
 TWO_LOOPS = hosted.SPEC % ""
@@ -95,13 +90,14 @@ def two_loops_problem(elf: Elf) -> None:
 HEATER = ("output_heater",)
 BOTH = ("output_heater", "output_cooler", "gate")
 ARENAS = [
-    arena("relay", relayed(), ("relay", "gate", "reset"), relay_problem, relay_off_problem,
-          cause_problem),
-    arena("relay without contact", relayed(feedback=False), ("relay", "gate"), relay_problem),
-    arena("held", held(*VARIANTS["all"]), BOTH, any_orders_problem),
-    arena("switched", held(), BOTH, any_orders_problem),
-    arena("pwm beside a cooler", held(kind="pwm"), HEATER, timed_problem),
-    arena("windows beside a cooler", held(kind="windows"), HEATER, timed_problem),
+    arena("relay", gate.relayed(), ("relay", "gate", "reset"), gate.whole_problem,
+          relay_off_problem, cause_problem),
+    arena("relay without contact", gate.relayed(feedback=False), ("relay", "gate"),
+          gate.whole_problem),
+    arena("held", gate.held(*gate.VARIANTS["all"]), BOTH, gate.any_orders_problem),
+    arena("switched", gate.held(), BOTH, gate.any_orders_problem),
+    arena("pwm beside a cooler", gate.held(kind="pwm"), HEATER, gate.timed_problem),
+    arena("windows beside a cooler", gate.held(kind="windows"), HEATER, gate.timed_problem),
     Firmware("outputs/relay of two loops", Program(TWO_LOOPS), ("gate",), (two_loops_problem,)),
     Firmware("outputs/relay of a loop", Program(TOUCHED), ("loop_air",), (loop_problem,)),
     *(
@@ -111,7 +107,7 @@ ARENAS = [
             ("interrupts", "D4, frequency: 490 Hz"), ("timer", "D3, frequency: 976.5625 Hz"),
         )
     ),
-    arena("spread", windows(SPREAD, "low"), HEATER, window_problem),
-    arena("burst", windows(SHORT_LEFT_OUT, "low"), HEATER, window_problem),
-    arena("feed", stepper.fed("nano"), ("output_feed",), *feed_problems()),
+    arena("spread", ticks.windows(ticks.SPREAD, "low"), HEATER, ticks.whole_problem),
+    arena("burst", ticks.windows(ticks.SHORT_LEFT_OUT, "low"), HEATER, ticks.whole_problem),
+    arena("feed", ticks.fed("nano"), ("output_feed",), *feed_problems()),
 ]  # fmt: skip

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rig.firmware import sources_of
 from rig.outputs import TICK_S, OutputBoard, Outputs, Wired, reset_problem, wired
-from rig.specs import sources_of
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.spec import BOARDS

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig.avr import began_s, device_of, whole
+from rig.firmware import began_s, device_of, example, whole
 from rig.outputs import TICK_S, Recorded
-from rig.specs import example
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.coupling import Coupling

@@ -1,17 +1,14 @@
 """The pictures of the house and of the way of the data are those of the code."""
 
-import subprocess
 import sys
 
-from rig.specs import ROOT
+from rig.firmware import ROOT, finished
 
 TOOL = ROOT / "tools" / "architecture.py"
 
 
 def test_they_are_of_this_code() -> None:
-    done = subprocess.run(
-        [sys.executable, TOOL, "--check"], capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, TOOL, "--check"])
     assert done.returncode == 0, done.stderr
 
 
@@ -20,9 +17,6 @@ def test_an_arrow_more_is_seen_and_a_circle_refused() -> None:
     more = "found['templates'] = ['spec']; a.imports = lambda: found; assert a.house() != before"
     circle = "found['spec'] = ['sim']; a.levels(found)"
     for line, status in ((more, 0), (circle, 1)):
-        done = subprocess.run(
-            [sys.executable, "-c", words.format(line)],
-            cwd=TOOL.parent, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        done = finished([sys.executable, "-c", words.format(line)], cwd=TOOL.parent)
         assert done.returncode == status, done.stderr
     assert "sim imports spec imports sim" in done.stderr or "spec imports sim" in done.stderr

@@ -1,14 +1,13 @@
 """`make bench`: its machines are good, what is missing is told, the page says what was measured."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from rig.specs import EXAMPLES, ROOT
+from rig.firmware import EXAMPLES, ROOT, finished
 
 from heatwright.spec import load
 
@@ -99,7 +98,7 @@ def test_results_are_compared_row_by_row(peak: float, status: int, tmp_path: Pat
         found = {"core": core, "faults": [row], "speed": {"wall_s": peak_c}, "passed": True}
         (tmp_path / name).write_text(json.dumps(found), encoding="utf-8")
     tool = [sys.executable, BENCH.parent / "same_rows.py", *(tmp_path / each for each in results)]
-    done = subprocess.run(tool, capture_output=True, text=True, check=False)
+    done = finished(tool)
     assert done.returncode == status
     assert f"1 rows of faults and 5 values compared, {status} differ" in done.stdout
     assert ("/faults/air.unplugged/peak: 71.5, 71.6" in done.stdout) is bool(status)

@@ -2,15 +2,13 @@
 
 import json
 import re
-import subprocess
 import sys
 
 import yaml
-from rig.specs import ROOT
+from rig.firmware import ROOT, finished
 
 from heatwright.cli.contract import UNIONS
-from heatwright.spec import kinds
-from heatwright.spec.boards import BOARDS
+from heatwright.spec import BOARDS, kinds
 from heatwright.spec.loading.schema import schema
 
 SITE, PAGES = ROOT / "build" / "site", ROOT / "build" / "site-pages"
@@ -20,9 +18,7 @@ MKDOCS = [sys.executable, "-m", "mkdocs", "build", "--strict"]
 
 
 def test_it_is_built_strictly() -> None:
-    done = subprocess.run(
-        [sys.executable, "tools/site.py"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, "tools/site.py"], cwd=ROOT)
     assert done.returncode == 0, done.stdout + done.stderr
     assert json.loads((SITE / "heatwright.schema.json").read_text("utf-8")) == schema()
     known = {kind for union in UNIONS.values() for kind in kinds(union)}
@@ -50,6 +46,6 @@ def test_it_is_built_strictly() -> None:
     assert outside == []
     page = PAGES / "docs" / "ci.md"
     page.write_text(page.read_text("utf-8") + "[nowhere](nowhere.md)\n", encoding="utf-8")
-    dead = subprocess.run(MKDOCS, cwd=ROOT, capture_output=True, text=True, check=False)
+    dead = finished(MKDOCS, cwd=ROOT)
     assert dead.returncode != 0
     assert "nowhere.md" in dead.stderr

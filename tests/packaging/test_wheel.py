@@ -18,7 +18,7 @@ import jsonschema
 import pytest
 import yaml
 from platformio.dependencies import get_core_dependencies
-from rig.specs import ROOT
+from rig.firmware import ROOT
 
 PACKAGES = ("cli", "generator", "sim", "spec", "templates")
 NEEDED = ("pyproject.toml", "README.md", "LICENSE", "LICENSES")

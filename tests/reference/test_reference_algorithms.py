@@ -1,4 +1,9 @@
-"""What no course of `chamber.txt` can tell; every sensor has its reference; the rule of tuning."""
+"""What no course of a `.txt` can tell of the reference model's parts.
+
+The sum of readings, each kind of sensor, the rule of tuning. What an output makes of a duty:
+counts, their course in time, and minimum times. Settling time and overshoot, on courses whose every
+step is known: within 2 K, for 5 s.
+"""
 
 import math
 from importlib import import_module
@@ -8,11 +13,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reference_machines import Kiln, kiln_of
-from rig.specs import EXAMPLES, example
+from rig.firmware import EXAMPLE_NAMES, controller_of
 
+from heatwright import spec
+from heatwright.sim.reference.algorithms.response import Response
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
 from heatwright.sim.reference.numbers import Single
-from heatwright.spec import BOARDS, Sensor, kinds
+from heatwright.sim.reference.outputs.course import course_of
+from heatwright.sim.reference.outputs.held import Held
+from heatwright.sim.reference.outputs.output import heater_of, pwm_period
+from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.registry import module_of
 
 
@@ -27,12 +37,12 @@ def test_the_sum_is_in_the_order_of_the_slots_and_single():
 
 SENSORS = {
     sensor.kind: (sensor, controller.board)
-    for controller in (example(path.stem).controller for path in sorted(EXAMPLES.glob("*.yaml")))
+    for controller in map(controller_of, EXAMPLE_NAMES)
     for sensor in controller.sensors.values()
 }
 
 
-@pytest.mark.parametrize("kind", kinds(Sensor))
+@pytest.mark.parametrize("kind", spec.kinds(spec.Sensor))
 def test_every_sensor_can_be_read(kind):
     """What it tells is within a step of what it feels; a sum has as many codes in a step."""
     module = import_module(module_of("sensor", "reference", kind))
@@ -50,7 +60,7 @@ def test_every_sensor_can_be_read(kind):
 def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code):
     module = import_module("heatwright.sim.reference.sensors.ds18b20")
     told = {"kind": "ds18b20", "pin": "A1", "resolution": resolution}
-    sensor = module.IdealSensor(module.Ds18b20.model_validate(told), BOARDS["mega2560"])
+    sensor = module.IdealSensor(module.Ds18b20.model_validate(told), spec.BOARDS["mega2560"])
     assert sensor.read(50.32) == (0, code)
     assert (sensor.read(-60.0), sensor.read(200.0)) == ((0, -880), (0, 2000))
 
@@ -160,3 +170,174 @@ def test_the_integral_gains_on_the_way_what_it_lacks(band_k, start_percent, rati
     quick_s = 0.35 * 5.0
     gain = 1 / (0.024 * quick_s)
     assert gain / float(found.ki) / quick_s == pytest.approx(ratio, rel=1e-4)
+
+
+def pwm(**settings):
+    basic = {"kind": "pwm", "pin": "D3", "power": "240 W", "frequency": "490 Hz"}
+    return spec.PwmOutput.model_validate(basic | settings)
+
+
+def windows(**settings):
+    return spec.TimeProportionalOutput.model_validate(
+        {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s", **settings}
+    )
+
+
+def test_one_prescaler_serves_all_outputs_of_a_timer(vary):
+    """Only pulses that interrupts make have a least length."""
+    assert pwm_period(vary(output=pwm(pin="D9")), "heater") == (32653, 0)
+    controller = vary(output=pwm(pin="D3", frequency="122 Hz"))
+    assert pwm_period(controller, "heater") == (16393, 100)
+    outputs = {**controller.outputs, "second": pwm(pin="D4", frequency="30 Hz")}
+    both = controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
+    assert pwm_period(both, "heater") == (2049, 13)
+    assert pwm_period(both, "second") == (8333, 13)
+
+
+COUNTS = {
+    "to the nearest": (pwm(), {0.0: 0, 0.19: 0, 0.2: 1, 50: 128, 99.8: 255, 99.81: 256, 100: 256}),
+    # Repetier's example: a heater for 12 V run from 18 V, 255 x 12^2 / 18^2 = 113.
+    "a higher supply is on for less": (
+        pwm(supply="18 V", rated="12 V"),
+        {100: round(256 * 144 / 324)},
+    ),
+    "pulses by interrupts are not shorter than they are late": (
+        pwm(pin="D4", frequency="500 Hz"),
+        {0: 0, 2.4: 0, 2.496: 0, 2.5: 800, 50: 16000, 97.5: 31200, 97.504: 32000, 97.6: 32000},
+    ),
+    "short pulses and pauses are left out": (
+        windows(minimum_on="50 ms", minimum_off="100 ms"),
+        {0: 0, 4.4: 0, 4.5: 5, 5: 5, 50: 50, 90: 90, 90.4: 90, 90.6: 100, 100: 100},
+    ),
+}
+
+
+@pytest.mark.parametrize("what", COUNTS)
+def test_counts_of_a_duty(vary, what):
+    output, wanted = COUNTS[what]
+    heater = heater_of(vary(output=output), "heater")
+    found = {}
+    for duty in wanted:
+        heater.apply(Single(duty))
+        found[duty] = heater.counts
+    assert found == wanted
+
+
+# ---- minimum times, in ticks and in time ----
+
+ORDERS = st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=200)
+"""Asked, permitted, and stopped, in each tick."""
+
+
+def levels(held: Held, orders: list[tuple[bool, bool, bool]]) -> list[bool]:
+    found = []
+    for asked, permitted, stopped in orders:
+        found.append(held.tick(permitted=permitted))
+        held.set(asked=asked)
+        if stopped:
+            held.stop()
+    return found
+
+
+@given(ORDERS, st.integers(0, 20), st.integers(0, 20))
+def test_it_is_never_on_or_off_for_less_than_the_minimum(orders, minimum_on, minimum_off):
+    """But for what is not permitted or stopped, which is off at once."""
+    on_in_tick = levels(Held(minimum_on, minimum_off), orders)
+    for on, (_, permitted, _) in zip(on_in_tick, orders, strict=True):
+        assert permitted or not on
+    pauses = "".join("10"[not on] for on in on_in_tick).split("1")[:-1]
+    assert all(len(pause) >= minimum_off for pause in pauses[1:] if pause)
+    assert not pauses or len(pauses[0]) >= minimum_off - 1  # the tick that switches is its end
+    free = levels(Held(minimum_on, minimum_off), [(asked, True, False) for asked, *_ in orders])
+    pulses = "".join("10"[not on] for on in free).split("0")[:-1]
+    assert all(len(pulse) >= minimum_on for pulse in pulses if pulse)
+
+
+def test_an_output_with_minimum_times_has_such_a_course(vary):
+    told = {"kind": "digital", "pin": "D3", "power": "240 W", "minimum_on": "2 s"}
+    run = course_of(vary(output=spec.DigitalOutput.model_validate(told)), "heater")
+    run.apply(1)
+    run.advance(1_000_000)
+    run.apply(0)
+    assert run.advance(3_000_000) == pytest.approx(1_010_000)
+
+
+class Course:
+    """A loop that is measured; its period is half a second, so 5 s are 10 steps."""
+
+    def __init__(self) -> None:
+        self.response = Response(2.0, 5.0, spec.Loop.model_construct(period_s=0.5))
+
+    def go(self, setpoint_c: float, *temperatures_c: float | None, held: bool = True) -> None:
+        for each in temperatures_c:
+            temperature_c = None if each is None else Single(each)
+            self.response.step(temperature_c, Single(setpoint_c), held=held)
+
+    def __getitem__(self, name: str) -> float:
+        names = [name for name, _ in self.response.members]
+        return float(dict(zip(names, self.response.values(), strict=True))[name])
+
+    @property
+    def result(self) -> tuple[float, float, float]:
+        return self["measured"], self["settling_s"], self["overshoot_k"]
+
+
+@pytest.fixture
+def course() -> Course:
+    return Course()
+
+
+def test_a_step_up_that_overshoots(course: Course) -> None:
+    course.go(100, 20, 60, 99, 103.5, 104.25, 101, *9 * [99.5])
+    assert course["state"] == 2
+    assert course.result == (0, 0, 0)
+    course.go(100, 99.5)
+    assert course.result == (1, 2.5, 4.25)  # near for good five steps behind the first
+    course.go(100, 200)
+    assert (course["state"], course.result) == (3, (1, 2.5, 4.25))
+
+
+def test_a_step_down_counts_what_is_below(course: Course) -> None:
+    course.go(50, 52, *10 * [51])
+    course.go(40, 51, 45, 37.5, 38, *10 * [42])
+    assert course.result == (2, 1.5, 2.5)
+
+
+def test_the_edge_is_inside(course: Course) -> None:
+    course.go(50, *11 * [48])
+    assert course.result == (1, 0, 0)
+    course.go(60, *11 * [57.9])
+    assert course["state"] == 1
+
+
+def test_a_ramp_is_approached_from_where_it_comes(course: Course) -> None:
+    """It reads ahead of the setpoint at the ramp's end, and yet rises."""
+    for setpoint_c in range(20, 101):
+        course.go(setpoint_c, setpoint_c + 3)
+    course.go(100, 103.5, *11 * [101])
+    assert course.result == (1, 1.0, 3.5)
+
+
+def test_missing_readings_take_their_time(course: Course) -> None:
+    course.go(50, 20, None, None, 50, *4 * [None], *5 * [50])
+    assert course["state"] == 2
+    course.go(50, 50)
+    assert course.result == (1, 1.5, 0)
+
+
+def test_what_is_not_held_gives_no_result(course: Course) -> None:
+    course.go(50, 20, 50, 50)
+    course.go(50, 50, held=False)
+    assert course["state"] == 0
+    course.go(50, *10 * [50])
+    assert course.result == (0, 0, 0)
+    course.go(60, 51)
+    course.go(70, 51)
+    assert (course["state"], course["target_c"], course.result) == (1, 70, (0, 0, 0))
+
+
+def test_nobody_waits_for_ever(course: Course) -> None:
+    course.go(50, *70_000 * [20.0])
+    assert course["steps"] == 65535
+    course.go(50, *20 * [50.0])
+    assert course.result == (0, 0, 0)

@@ -13,16 +13,9 @@ from reference_machines import Commanded, Kiln, commanded_of, kiln_of
 from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.inputs import AUTOMATIC
 from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.programs import state as program
 from heatwright.sim.reference.programs.copies import cell_of, column_of, copy_of
 from heatwright.sim.reference.programs.resumed import resumed
-from heatwright.sim.reference.programs.state import (
-    IDLE,
-    INTERRUPTED,
-    PAUSED,
-    RESTORING,
-    RETURNING,
-    RUNNING,
-)
 from heatwright.sim.replay import replay
 from heatwright.spec import Controller, OnOff, Pid
 
@@ -227,7 +220,7 @@ def test_what_holds_of_every_program(controller, deeds):
     kiln, records, copies = fired(deeds, controller)
     for record in records:
         heat_is_only_where_it_goes_on(record)
-        if record["program.state"] != IDLE:
+        if record["program.state"] != program.IDLE:
             the_setpoint_keeps_within_its_ends(record)
     for before, record in pairwise(records):
         if record["program.order"] != 3 or record["program.clock"] != 0:  # not begun anew
@@ -243,12 +236,12 @@ def test_what_holds_of_every_program(controller, deeds):
 
 def heat_is_only_where_it_goes_on(record):
     state = record["program.state"]
-    goes_on = state in (RUNNING, RETURNING)
+    goes_on = state in (program.RUNNING, program.RETURNING)
     assert bool(record["enabled"]) == goes_on
     if not goes_on or record["fault.code"] or record["reading_status"]:
         assert record["duty_percent"] == 0
     assert (record["program.waiting"] == 0) or goes_on
-    assert state != RESTORING
+    assert state != program.RESTORING
 
 
 def the_setpoint_keeps_within_its_ends(record):
@@ -262,13 +255,13 @@ def the_setpoint_keeps_within_its_ends(record):
 
 def clocks_stand_still_but_while_it_runs(before, record):
     moved = int(record["program.clock"]) - int(before["program.clock"])
-    assert moved in ({0, 1} if before["program.state"] == RUNNING else {0})
-    if record["program.state"] in (PAUSED, INTERRUPTED, IDLE):
+    assert moved in ({0, 1} if before["program.state"] == program.RUNNING else {0})
+    if record["program.state"] in (program.PAUSED, program.INTERRUPTED, program.IDLE):
         assert record["program.energy"] == before["program.energy"]
 
 
 @pytest.mark.parametrize("otherwise", ["stop", "pause"])
-@pytest.mark.parametrize("state", [RESTORING, PAUSED, INTERRUPTED])
+@pytest.mark.parametrize("state", [program.RESTORING, program.PAUSED, program.INTERRUPTED])
 @pytest.mark.parametrize("feed", ["near", "far", "none", "stopped", "resumed", "resumed far"])
 def test_a_log_of_the_first_step_tells_what_it_found(otherwise, state, feed):
     limit = f"{{resume_within: 30 K, otherwise: {otherwise}}}"

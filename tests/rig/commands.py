@@ -8,7 +8,7 @@ from shutil import copy
 from typing import Any, NamedTuple
 
 import pytest
-from rig.specs import EXAMPLES
+from rig.firmware import EXAMPLES
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli

@@ -1,19 +1,26 @@
-"""A simulated board behind a serial port, in a process of its own, so that a host here is free."""
+"""A simulated board behind a serial port, in a process of its own, so that a host here is free.
+
+And a serial line of this computer, with something at its other end.
+"""
 
 import json
 import multiprocessing
+import os
+import pty
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+import tty
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
-from rig.avr import whole
-from rig.specs import EXAMPLES, controller_of
+from rig.firmware import EXAMPLES, controller_of, whole
 
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.device import AvrDevice
@@ -194,3 +201,39 @@ def simulated(name: str, speed: float) -> Iterator[tuple[str, int]]:
         assert process.wait(timeout=20) == 0
     with suppress(FileNotFoundError):  # it is gone; another test may have one of its name by now
         assert port.stat().st_ctime_ns != made_ns
+
+
+@contextmanager
+def answered(turn: Callable[[int, Event], None]) -> Iterator[str]:
+    """A line's name; at its other end a turn comes after the other, in a thread, until the end.
+
+    turn -- is given the other end, which does not block, and what is set when all is over.
+    """
+    ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+    os.set_blocking(ours, False)
+    done = Event()
+
+    def run() -> None:
+        while not done.is_set():
+            turn(ours, done)
+
+    thread = Thread(target=run)
+    thread.start()
+    try:
+        yield os.ttyname(theirs)
+    finally:
+        done.set()
+        thread.join()
+        os.close(ours)
+        os.close(theirs)
+
+
+def wait_for(
+    done: Callable[[], object], told: Callable[[], object], most_s: float, every_s: float = 0.05
+) -> None:
+    """Wait until something is so, in real time; told -- what is said if it does not come."""
+    end_s = time.monotonic() + most_s
+    while not done():
+        assert time.monotonic() < end_s, told()
+        time.sleep(every_s)

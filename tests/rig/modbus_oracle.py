@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, LONGEST, SHORTEST, crc, framed
 from heatwright.sim.interfaces.modbus_rtu.registers import TENTH, Register, registers
-from heatwright.spec import Controller, digest, modbus_of
-from heatwright.spec.commands import tunable
+from heatwright.spec import Controller, digest, modbus_of, tunable
 
 LOCKED_OUT = 3
 """Trips: the language's default."""

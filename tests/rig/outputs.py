@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from rig.avr import Board, Program
-from rig.specs import sources_of, spec_of
+from rig.firmware import Board, Program, sources_of, spec_of
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice

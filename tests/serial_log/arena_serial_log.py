@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 import test_serial_log as told
-from rig.avr import Firmware, on
+from rig.firmware import Firmware, on
 from test_serial_log import LogBoard, program
 
 TALK = ("log", "log_note", "log_talk", "log_port")

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig.avr import whole
+from rig.firmware import ROOT, changed, example, spec_of, whole
 from rig.live import simulated
-from rig.specs import ROOT, changed, example, spec_of
 from test_serial_log import shown_c
 
 from heatwright.sim.bench import bench

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from math import ceil, inf
 
 import pytest
-from rig.avr import Board, Program
-from rig.specs import sources_of, spec_of
+from rig.firmware import Board, Program, sources_of, spec_of
 
 from heatwright.sim.avr import RAM_FILL
 from heatwright.sim.binary.elf import Elf

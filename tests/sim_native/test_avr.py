@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, began_s, compiled, powered, running, shared, whole
-from rig.specs import example
+from rig.firmware import CLOCK_HZ, began_s, compiled, example, powered, running, shared, whole
 
 from heatwright.sim.avr import RAM_FILL, Avr
 from heatwright.sim.binary.elf import ElfError

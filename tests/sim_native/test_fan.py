@@ -6,7 +6,7 @@ from math import exp
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig.avr import CLOCK_HZ, running
+from rig.firmware import CLOCK_HZ, running
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.fan import Fan

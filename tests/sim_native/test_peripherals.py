@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, running
-from rig.small import Small
+from rig.firmware import CLOCK_HZ, Small, running
 
 from heatwright.sim.native.analog import millivolts
 from heatwright.sim.native.pins import Source, pin_name, pin_number

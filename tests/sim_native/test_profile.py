@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from judges import loaded
-from rig.avr import compiled, powered, shared, whole
-from rig.specs import controller_of
+from rig.firmware import compiled, controller_of, powered, shared, whole
 from suite import amount
-from test_core import MASKED, ran
+from test_core import MASKED, loaded, ran
 from test_programs import PROFILED
 
 from heatwright.sim.avr import Avr, instructions_by

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, compiled, powered, shared
+from rig.firmware import CLOCK_HZ, compiled, powered, shared
 from vcd.reader import TokenKind, tokenize
 
 from heatwright.sim.avr import Avr

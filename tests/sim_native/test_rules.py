@@ -4,8 +4,7 @@ import resource
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ, powered, running, shared
-from rig.small import Small
+from rig.firmware import CLOCK_HZ, Small, powered, running, shared
 
 from heatwright.sim.avr import AvrError
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from rig.avr import CLOCK_HZ
-from rig.small import Small
+from rig.firmware import CLOCK_HZ, Small
 
 from heatwright.sim.native.characters import Format, heard
 from heatwright.sim.native.parts import PARTS

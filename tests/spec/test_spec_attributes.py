@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from rig.bad_specs import bases
-from rig.specs import changed, controller_of, example
+from rig.firmware import changed, controller_of, example
 
 import heatwright.spec as language
 from heatwright.spec import ComparisonRow, SpecError, Write, commands, load_text, row_controller

@@ -1,23 +1,17 @@
 """The boards' data against avr-libc and Arduino, who wrote it down, too; who gets which timer."""
 
 import re
-import subprocess
 from functools import cache
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig.firmware import finished
 
 from heatwright.spec import BOARDS, Board, Controller, Ds18b20, PwmOutput, Stepper, Timer
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.board.pwm import (
-    FASTEST_BY_INTERRUPTS_HZ,
-    FEWEST_COUNTS,
-    MOST_COUNTS_BY_INTERRUPTS,
-    keeps_frequency,
-    settings_by_interrupts,
-)
+from heatwright.spec.board import pwm as waves
 from heatwright.spec.board.timers import Interval, NoTimer, TimerUse, allocate, tick_interval
 from heatwright.spec.board.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
@@ -30,7 +24,7 @@ CHIPS = sorted({board.mcu for board in BOARDS.values()})
 @cache
 def preprocessed(mcu: str, *words: str) -> str:
     command = ["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return finished(command, check=True).stdout
 
 
 @cache
@@ -273,19 +267,22 @@ def test_what_no_timer_is_left_for(
 
 
 @given(
-    st.lists(st.floats(1.0, FASTEST_BY_INTERRUPTS_HZ), min_size=1, max_size=3),
+    st.lists(st.floats(1.0, waves.FASTEST_BY_INTERRUPTS_HZ), min_size=1, max_size=3),
     st.sampled_from([8_000_000, 16_000_000, 20_000_000]),
 )
 def test_interrupts_keep_every_frequency(wanted_hz: list[float], clock_hz: int) -> None:
-    settings = settings_by_interrupts(clock_hz, SIXTEEN, wanted_hz)
+    settings = waves.settings_by_interrupts(clock_hz, SIXTEEN, wanted_hz)
     if not settings:
         # Alone each of them could be: it is their distance that is too large.
-        assert max(wanted_hz) / min(wanted_hz) > MOST_COUNTS_BY_INTERRUPTS / 8 / FEWEST_COUNTS / 2
-        assert all(settings_by_interrupts(clock_hz, SIXTEEN, [each]) for each in wanted_hz)
+        assert (
+            max(wanted_hz) / min(wanted_hz)
+            > waves.MOST_COUNTS_BY_INTERRUPTS / 8 / waves.FEWEST_COUNTS / 2
+        )
+        assert all(waves.settings_by_interrupts(clock_hz, SIXTEEN, [each]) for each in wanted_hz)
     assert len({setting.prescaler for setting in settings}) <= 1
     for setting, each_hz in zip(settings, wanted_hz, strict=False):
-        assert FEWEST_COUNTS <= setting.counts <= MOST_COUNTS_BY_INTERRUPTS
-        assert keeps_frequency(setting, each_hz)
+        assert waves.FEWEST_COUNTS <= setting.counts <= waves.MOST_COUNTS_BY_INTERRUPTS
+        assert waves.keeps_frequency(setting, each_hz)
         assert setting.frequency_hz == clock_hz / setting.prescaler / setting.counts
 
 

@@ -1,17 +1,26 @@
-"""Who asks of which kind a sensor, an output, an algorithm or an interface is.
+"""Every kind of heatwright's own has all that a kind needs, and few ask of which kind a thing is.
 
 What the rest of the program needs to know of a kind, the kind says (a property, or a constant of
 its class): then mypy lists what a new one lacks. To ask for a kind is left to the kind's own files,
-whose path has one of the words of its name.
+whose path has one of the words of its name. All that a kind needs is there by the rule for
+packages.
 """
 
 import ast
+import json
+import os
 import re
+import sys
+import tomllib
 from collections.abc import Iterator
+from pathlib import Path
 
-from rig.specs import ROOT
+import pytest
+from rig.firmware import ROOT, finished
 
+from heatwright.cli.contract import UNIONS, lacking
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
+from heatwright.spec.registry import KindIncomplete, module_of
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
 ASKED = 15
@@ -70,3 +79,38 @@ def test_what_follows_from_a_period_is_said_once() -> None:
         if path.suffix in {".py", ".j2"} and ".period_s" in path.read_text("utf-8")
     ]
     assert len(found) <= READ, sorted(found)
+
+
+OUTSIDE = Path(__file__).parents[2] / "examples" / "max31865"
+
+
+@pytest.mark.parametrize(
+    ("role", "kind"), [(role, kind) for role, union in UNIONS.items() for kind in kinds(union)]
+)
+def test_nothing_is_missing(role: str, kind: str) -> None:
+    assert list(lacking(role, kind)) == []
+
+
+def test_a_module_that_is_missing_is_named() -> None:
+    with pytest.raises(KindIncomplete, match=r"write .*/reference/sensors/spoon\.py, which"):
+        module_of("sensor", "reference", "spoon")
+    assert list(lacking("sensor", "spoon")) == [
+        "pyproject.toml: no entry point sensor.spoon in heatwright.kinds that is installed"
+    ]
+
+
+def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:
+    """As if it were installed; tests/packaging does so."""
+    points = tomllib.loads((OUTSIDE / "pyproject.toml").read_text("utf-8"))["project"]
+    ((group, named),) = points["entry-points"].items()
+    lines = [f"[{group}]", *(f"{name} = {place}" for name, place in named.items())]
+    (tmp_path / "outside-1.dist-info").mkdir()
+    (tmp_path / "outside-1.dist-info" / "entry_points.txt").write_text("\n".join(lines))
+    paths = os.pathsep.join(map(str, (tmp_path, OUTSIDE)))
+    words = [sys.executable, "-m", "heatwright.cli.start", "kinds", "--json"]
+    env = {**os.environ, "PYTHONPATH": paths}
+    told = finished(words, env=env)
+    assert told.returncode == 0, told.stdout + told.stderr
+    found = {f"{each['role']}.{each['kind']}": each for each in json.loads(told.stdout)["kinds"]}
+    assert set(named) <= set(found)
+    assert all(found[name]["package"] == "heatwright_max31865" for name in named)

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
 from rig.controllers import controllers
-from rig.specs import EXAMPLES, changed, example
+from rig.firmware import EXAMPLES, changed, example
 from suite import amount
 
 from heatwright.spec import Spec, SpecError, digest, load, load_text, units

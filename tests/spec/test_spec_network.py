@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rig.bad_specs import bases
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 

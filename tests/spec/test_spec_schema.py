@@ -14,7 +14,7 @@ from jsonschema import Draft202012Validator
 from pydantic_core import PydanticCustomError
 from rig.bad_specs import bases, cases
 from rig.controllers import Drawn, controllers
-from rig.specs import EXAMPLES, ROOT, changed
+from rig.firmware import EXAMPLES, ROOT, changed
 from suite import amount
 
 from heatwright import spec as language

@@ -41,14 +41,13 @@ with a temperature from -1 000 000 to 1 000 000 degC, which is why this is admit
 
 import os
 import re
-import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from mutation.known import name_of, syntax_of
 from points import LATCHED, Firmware, Group, everything, mask_bit, pointed, unlocked, with_places
-from rig.avr import board_of
+from rig.firmware import board_of, finished
 from tree_sitter import Node
 
 STUBS = Path(__file__).parent / "avr_stubs"
@@ -238,9 +237,7 @@ def _count(what: str, said: str) -> int:
 def _run(command: list[str], folder: Path) -> str:
     """Run a command to its good end; return what it says."""
     there = {**os.environ, "PWD": str(folder)}  # where Frama-C looks for files
-    done = subprocess.run(
-        command, cwd=folder, env=there, capture_output=True, text=True, check=False, timeout=MOST_S
-    )
+    done = finished(command, cwd=folder, env=there, timeout=MOST_S)
     assert done.returncode == 0, done.stdout[-3000:]
     return done.stdout
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from eva import ASKS, GIVES, SPLITS, Proof, proof_of
 from points import Firmware, pointed
-from rig.specs import EXAMPLES, controller_of, sources_of
+from rig.firmware import EXAMPLES, controller_of, sources_of
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = (

@@ -5,15 +5,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from host_builds import build_of_spec
-from rig.avr import Firmware
-from rig.specs import sources_of, spec_of
-from storage_host import Kept
+from host_specs import build_of_spec
+from rig.firmware import Firmware, sources_of, spec_of
+from storage_host import Kept, Progresses
 from storage_programs import Programs
-from storage_progress import Progresses
 from storage_settings import SettingsKept
 from storage_specs import text_of
-from test_storage_time import waiting, waits_problem
+from test_storage import waiting, waits_problem
 
 from heatwright.sim.host import Host, HostBuild
 

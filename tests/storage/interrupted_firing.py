@@ -3,12 +3,11 @@
 from random import Random
 from typing import NamedTuple
 
-from host_builds import build_of_spec
-from rig.specs import spec_of
+from host_specs import build_of_spec
+from rig.firmware import spec_of
 from storage_firing import IDLE, INTERRUPTED, LOOP, PAUSED, with_programs
 
-from heatwright.sim.host import Host
-from heatwright.sim.host.firmware import Command
+from heatwright.sim.host import Command, Host
 from heatwright.sim.plants import Plant, plant_of
 from heatwright.sim.reference.programs import state as orders
 from heatwright.spec import Spec

@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterator
 from random import Random
 from typing import NamedTuple
 
-from rig.avr import whole
-from rig.specs import changed, spec_of
+from rig.firmware import changed, spec_of, whole
 from storage_format import OVER, Progress, Segment
 
 from heatwright.sim.binary.elf import Elf

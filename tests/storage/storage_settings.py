@@ -6,7 +6,7 @@ from itertools import product
 from math import inf, nan
 
 import numpy as np
-from host_limits import doubtful_limits
+from host_values import doubtful_limits
 from storage_format import SETTINGS_STRIDE, TYPES, Settings, crc16
 from storage_host import Kept
 

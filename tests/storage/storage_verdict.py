@@ -5,18 +5,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from storage_firing import (
-    IDLE,
-    INTERRUPTED,
-    LOOP,
-    PAUSED,
-    RESTORING,
-    RETURNING,
-    RUNNING,
-    Cut,
-    Edit,
-    Seen,
-)
+import storage_firing as firing
 from storage_format import PROGRESS_BYTES, Memory, Progress, Settings, Stored
 
 from heatwright.sim.binary.elf import Elf
@@ -55,7 +44,7 @@ class Book:
 
     # ---- what the image may hold ----
 
-    def forgotten(self, cuts: list[Cut], edits: dict[int, list[Edit]]) -> str:
+    def forgotten(self, cuts: list[firing.Cut], edits: dict[int, list[firing.Edit]]) -> str:
         """Say which place has what nobody has put there, or an older program than before."""
         for place, sent in edits.items():
             newest = 0
@@ -77,7 +66,7 @@ class Book:
         settings_s = 2 * self.memory.settings_bytes * TICK_S
         return records_s / (1.0 - settings_s / FIRST_STEP_S) + SEEN_EVERY_S
 
-    def stale(self, cut: Cut) -> str:
+    def stale(self, cut: firing.Cut) -> str:
         """Say it if the newest record is neither of the last state and segment nor just behind."""
         record = self.record(cut.image)
         known_s = cut.time_s - self.late_s()
@@ -86,7 +75,7 @@ class Book:
         known = record and record._replace(program_crc=0)
         matching = [each for each in moments if known in _made_of(cut, each)]
         if matching:
-            running = record is not None and record.state in {RUNNING, RETURNING}
+            running = record is not None and record.state in {firing.RUNNING, firing.RETURNING}
             age_s = cut.time_s - matching[-1].time_s
             if running and age_s > self.save_every_s + self.late_s():
                 return f"the record is {age_s:.1f} s old"
@@ -96,7 +85,7 @@ class Book:
         return f"{record} is of no moment since {changed_s}"
 
 
-def _made_of(cut: Cut, moment: Seen) -> Iterator[Progress]:
+def _made_of(cut: firing.Cut, moment: firing.Seen) -> Iterator[Progress]:
     """What a moment may be noted as: as it was, or as an order to stop or to pause will leave it.
 
     Such an order is noted at once, and obeyed by the next step; a cut may come before that.
@@ -104,13 +93,15 @@ def _made_of(cut: Cut, moment: Seen) -> Iterator[Progress]:
     now = moment.record
     yield now
     later = next((each.record for each in cut.seen if each.time_s > moment.time_s), None)
-    if now.state != IDLE and (later is None or later.state == IDLE):
-        yield now._replace(state=IDLE, ended=STOPPED)
-    if now.state in {RUNNING, RETURNING} and (later is None or later.state != now.state):
-        yield now._replace(state=PAUSED)
+    if now.state != firing.IDLE and (later is None or later.state == firing.IDLE):
+        yield now._replace(state=firing.IDLE, ended=STOPPED)
+    if now.state in {firing.RUNNING, firing.RETURNING} and (
+        later is None or later.state != now.state
+    ):
+        yield now._replace(state=firing.PAUSED)
 
 
-def _changed_s(cut: Cut, before_s: float) -> float | None:
+def _changed_s(cut: firing.Cut, before_s: float) -> float | None:
     """When state or segment changed last before a time, since the power came on; None: never."""
     changed_s = None
     for (_, last), (time_s, record) in pairwise(cut.seen):
@@ -137,7 +128,7 @@ class Again(AvrDevice):
     def power_up(self, image: bytes, felt_c: float) -> None:
         self.power_cycle()
         self.avr.eeprom.contents = image
-        self.sense(LOOP, felt_c)
+        self.sense(firing.LOOP, felt_c)
 
     def run(self, seconds: float) -> None:
         self.advance(self.time_s + seconds)
@@ -153,10 +144,10 @@ class Judge:
     def __init__(self, controller: Controller, program: Elf) -> None:
         self.book = Book(controller)
         self._device = Again(controller, program)
-        self.wanted = Outcome(IDLE, 0, None, None, 0)
+        self.wanted = Outcome(firing.IDLE, 0, None, None, 0)
         """What had to become of the last cut."""
 
-    def problems(self, cut: Cut, change_k: float) -> Iterator[str]:
+    def problems(self, cut: firing.Cut, change_k: float) -> Iterator[str]:
         """Let the power come back with the machine hotter by so much, and say what is wrong."""
         stale = self.book.stale(cut)
         if stale:
@@ -172,7 +163,7 @@ class Judge:
         if wanted.goes_on is not None:
             yield from self._goes_on(wanted.goes_on, wanted.loaded)
         yield from self._settings(self.book.memory.settings(cut.image))
-        if wanted.state in {IDLE, PAUSED, INTERRUPTED}:
+        if wanted.state in {firing.IDLE, firing.PAUSED, firing.INTERRUPTED}:
             self._device.run(WATCHED_S)
             if self._device.heated():
                 yield "the heater is on though nothing runs"
@@ -183,9 +174,9 @@ class Judge:
 
     def _start(self) -> Iterator[str]:
         """Run to the first step; no heater may be on until what is to be done is decided."""
-        device, steps = self._device, f"loop_{LOOP}.steps"
+        device, steps = self._device, f"loop_{firing.LOOP}.steps"
         device.run(FIRST_STEP_S - 0.1)
-        while device.read(steps) == 0 or self._read("state") == RESTORING:
+        while device.read(steps) == 0 or self._read("state") == firing.RESTORING:
             if device.avr.time_s > DECIDED_BY_S:
                 yield "nothing is decided"
                 return
@@ -196,27 +187,27 @@ class Judge:
     def _wanted(self, image: bytes) -> Outcome:
         record, kept = self.book.record(image), self.book.memory.settings(image)
         code = kept.code if kept else 0
-        if record is None or record.state == IDLE:
-            return Outcome(IDLE, record.ended if record else 0, None, None, code)
+        if record is None or record.state == firing.IDLE:
+            return Outcome(firing.IDLE, record.ended if record else 0, None, None, code)
         program = self.book.memory.program(image, record.number)
         if program is None or program.crc != record.program_crc:
-            return Outcome(IDLE, POWER_UNREADABLE, None, None, code)
-        if not code and record.state != INTERRUPTED:
+            return Outcome(firing.IDLE, POWER_UNREADABLE, None, None, code)
+        if not code and record.state != firing.INTERRUPTED:
             return self._decided(record, program)
         if not self.book.keeps:
-            return Outcome(IDLE, FAILED, None, None, code)
-        state = PAUSED if record.state == PAUSED else INTERRUPTED
+            return Outcome(firing.IDLE, FAILED, None, None, code)
+        state = firing.PAUSED if record.state == firing.PAUSED else firing.INTERRUPTED
         return Outcome(state, record.ended, record, program, code)
 
     def _decided(self, record: Progress, program: Stored) -> Outcome:
         """What becomes of a program that nothing but the power has stopped."""
-        temperature_c = self._device.read(f"loop_{LOOP}.temperature_c").item()
+        temperature_c = self._device.read(f"loop_{firing.LOOP}.temperature_c").item()
         cold = abs(temperature_c - record.temperature_c) > self.book.within_k
-        if record.state == PAUSED or (cold and self.book.pauses):
-            return Outcome(PAUSED, record.ended, record, program, 0)
+        if record.state == firing.PAUSED or (cold and self.book.pauses):
+            return Outcome(firing.PAUSED, record.ended, record, program, 0)
         if cold:
-            return Outcome(IDLE, TOO_FAR, None, None, 0)
-        return Outcome(RETURNING, record.ended, record, program, 0)
+            return Outcome(firing.IDLE, TOO_FAR, None, None, 0)
+        return Outcome(firing.RETURNING, record.ended, record, program, 0)
 
     def _goes_on(self, record: Progress, program: Stored | None) -> Iterator[str]:
         for name in Progress._fields:
@@ -237,6 +228,6 @@ class Judge:
         values = dict(zip(("kp", "ki", "kd"), kept.gains, strict=True))
         values |= {"maximum_c": kept.maximum_c, "thermocouple": kept.type}
         for name, value in values.items():
-            found = self._device.read(f"settings.{LOOP}_{name}")
+            found = self._device.read(f"settings.{firing.LOOP}_{name}")
             if not np.array_equal(found, np.array(value, found.dtype)):
                 yield f"{name} is {found}, not {value}"

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig.avr import device_of
-from rig.specs import changed, controller_of
+from rig.firmware import changed, controller_of, device_of
 
 from heatwright.sim.interfaces.lcd import Screen
 from heatwright.sim.timing.display import button_to_display, to_come

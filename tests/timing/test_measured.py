@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from rig.avr import whole
-from rig.specs import changed, sources_of, spec_of
+from rig.firmware import changed, sources_of, spec_of, whole
 
 from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller

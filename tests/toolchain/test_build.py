@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rig.firmware import finished
 
 from heatwright.generator.toolchain import BuildFailed, ToolMissing, build
 from heatwright.generator.toolchain.given import given
@@ -96,7 +97,7 @@ def contents(folder: Path) -> dict[Path, bytes]:
 def test_the_figures_are_those_of_avr_size(project: Project) -> None:
     result = build(project())
     words = ["avr-size", result.elf]
-    listed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    listed = finished(words, check=True).stdout
     text, data, bss = map(int, listed.splitlines()[1].split()[:3])
     assert (result.flash_bytes, result.ram_bytes) == (text + data, data + bss)
     assert result.ram_bytes == 6

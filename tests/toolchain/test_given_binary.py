@@ -15,8 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from rig.avr import compiled, whole
-from rig.specs import EXAMPLES, example, files_of
+from rig.firmware import EXAMPLES, compiled, example, files_of, finished, whole
 from suite import amount
 
 from heatwright.cli.ends import ended
@@ -136,7 +135,7 @@ def second(monkeypatch: pytest.MonkeyPatch) -> str:
     folder = Path(found.submodule_search_locations[0]) / "bin"
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
     asked = ["avr-gcc", "-dumpversion"]
-    return subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+    return finished(asked, check=True).stdout.strip()
 
 
 def built(name: str, folder: Path) -> BuildResult:
@@ -159,9 +158,7 @@ def test_its_binaries_verify(name: str, core: str, tmp_path: Path) -> None:
     """As a binary that was built elsewhere."""
     elf = shutil.copy(built(name, tmp_path / "project").elf, tmp_path / "elsewhere.elf")
     words = ["verify", str(EXAMPLES / f"{name}.yaml"), "--elf", str(elf), "--json", "--core", core]
-    done = subprocess.run(
-        [sys.executable, "-c", COMMAND, *words], capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, "-c", COMMAND, *words])
     assert done.returncode == 0, done.stderr + done.stdout[-2000:]
     evidence = json.loads(done.stdout)
     assert (evidence["elf"], evidence["core"]) == (str(elf), core)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from elftools.elf.elffile import ELFFile
-from rig.avr import compiled, powered
+from rig.firmware import compiled, finished, powered
 
 from heatwright.generator.stack import StackUnknown, WorstStack, worst_stack
 from heatwright.generator.stack.instructions import Instruction, decode
@@ -304,7 +304,7 @@ def listing(mcu: str) -> tuple[bytes, str]:
     with elf.open("rb") as file:
         code: bytes = ELFFile(file).get_section_by_name(".text").data()
     words = ["avr-objdump", "-d", str(elf)]
-    return code, subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    return code, finished(words, check=True).stdout
 
 
 def changed(mnemonic: str, operands: str) -> set[int]:

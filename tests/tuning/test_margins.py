@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rig.specs import example
+from rig.firmware import example
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.tune.task import task_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from rig.specs import changed, spec_of
+from rig.firmware import changed, spec_of
 
 from heatwright.cli.main import cli
 from heatwright.cli.tune.methods import Judged, Tried, proposed
@@ -20,15 +20,7 @@ from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import SOUND, Margins, margins
 from heatwright.sim.tuning.orders import heat
 from heatwright.sim.tuning.process import process_of
-from heatwright.sim.tuning.robust import (
-    LAST,
-    Course,
-    Machine,
-    Spread,
-    drawn,
-    improved,
-    worst_cost,
-)
+from heatwright.sim.tuning.robust import LAST, Course, Machine, Spread, drawn, improved, worst_cost
 from heatwright.sim.tuning.trial import at_setpoint, ending, with_gains
 
 LOOP, TARGET_C = "plate", 60.0

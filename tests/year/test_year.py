@@ -14,12 +14,10 @@ import numpy as np
 import pytest
 from cffi import FFI
 from courses.host_reference import Way
-from host_builds import build_of_spec
 from host_control import run_problem
+from host_specs import build_of_spec
 from numpy.typing import NDArray
-from rig.avr import whole
-from rig.specs import spec_of
-from rig.store import made
+from rig.firmware import made, spec_of, whole
 from scipy.stats import norm
 from suite import SEED, amount
 

@@ -4,10 +4,9 @@ from random import Random
 from typing import Any
 
 import numpy as np
+from courses import host_stretches_commanded as walks
 from courses.host_reference import HOST_BAD, HOST_ONLY, Way, alone, fill_currents, ways_of
 from courses.host_stretches import LONGEST, Stretch, Walk
-from courses.host_stretches_commanded import CommandedWalk, current_of
-from courses.host_stretches_programmed import FIRING_KINDS, PROGRAM_KINDS, ProgrammedWalk
 from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed
@@ -96,7 +95,7 @@ def random_course(random: Random, stretches: int, kinds: tuple[str, ...]) -> lis
 
 def random_firing(random: Random, stretches: int) -> list[Stretch]:
     """Begin with a program."""
-    return [_begun(random, "start"), *random_course(random, stretches, FIRING_KINDS)]
+    return [_begun(random, "start"), *random_course(random, stretches, walks.FIRING_KINDS)]
 
 
 def _begun(random: Random, kind: str) -> Stretch:
@@ -108,14 +107,14 @@ def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     inputs = _walked(controller, course)
     fill_monitors(controller, Random(repr(course)), inputs)  # noqa: S311 - no secret
     fill_inputs(controller, Random(repr(course)), inputs)  # noqa: S311 - no secret
-    if current_of(controller):
+    if walks.current_of(controller):
         fill_currents({"": Way(controller)}, {"": inputs})
     return inputs
 
 
 def _walked(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     ((name, _),) = controller.loops.items()
-    walk: type[Walk] = ProgrammedWalk if programmed(controller, name) else CommandedWalk
+    walk: type[Walk] = walks.ProgrammedWalk if programmed(controller, name) else walks.CommandedWalk
     return walk(controller).inputs(course)
 
 
@@ -180,8 +179,8 @@ def kinds_of(controller: Controller) -> tuple[str, ...]:
     kinds = KINDS + COMMAND_KINDS * (2 * commanded(controller, name))
     kinds += SWITCH_KINDS * (2 * switched(controller, name))
     kinds += LOST_KINDS * (2 * (loop.protection.master_lost_after_s is not None))
-    kinds += PROGRAM_KINDS * (3 * programmed(controller, name))
+    kinds += walks.PROGRAM_KINDS * (3 * programmed(controller, name))
     kinds += NUMBER_KINDS * (2 * bool(numbers_of(controller, name)))
     kinds += ADJUSTING_KINDS * (2 * loop.protection.maximum_adjustable)
     kinds += LIMITING_KINDS * (2 * limits_adjustable(controller, name))
-    return kinds + CURRENT_KINDS * (2 * (current_of(controller) is not None))
+    return kinds + CURRENT_KINDS * (2 * (walks.current_of(controller) is not None))

@@ -4,7 +4,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 import numpy as np
-from host_scale import scale_of
+from host_values import scale_of
 from numpy.typing import NDArray
 
 from heatwright.sim.host.firmware import INPUT, Command

@@ -1,24 +1,126 @@
-"""C for the simulated processor: small programs, parts of a firmware with a `main` of the test's,
-and whole firmware. Each is compiled once (`store`)."""
+"""From a specification to a program in the simulated processor: the tests' specs, what is generated
+from them, and C compiled for it; each is read, generated and compiled once.
 
+The C is a small program, parts of a firmware with a `main` of the test's, or a whole firmware. What
+was compiled is in `build/rig`, by the content of all that goes into it.
+"""
+
+import hashlib
+import shutil
 import subprocess
-from collections.abc import Callable, Iterable, Mapping
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from runpy import run_path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from rig.specs import controller_of, example, files_of, sources_of, spec_of
-from rig.store import CompileFailed, made
 
+from heatwright.generator import plan_firmware, render
 from heatwright.sim.avr import Avr
 from heatwright.sim.binary.dwarf import Variables
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
 from heatwright.spec import Board as BoardData
+from heatwright.spec import Controller, Spec, load, load_text
 from heatwright.templates import __file__ as templates
+
+STORE = Path(__file__).parents[2] / "build" / "rig"
+
+
+def finished(
+    command: Sequence[Any], *, check: bool = False, **given: Any
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, and take all that it says, as text."""
+    return subprocess.run(list(command), capture_output=True, text=True, check=check, **given)
+
+
+class CompileFailed(AssertionError):
+    """The compiler's words."""
+
+
+@cache
+def _version(compiler: str) -> str:
+    return finished([compiler, "--version"], check=True).stdout
+
+
+def kept(name: str, product: str, make: Callable[[Path], None]) -> Path:
+    """Return the folder of this name in the store; without its product, it is made anew."""
+    place = STORE / name
+    if not (place / product).exists():
+        STORE.mkdir(parents=True, exist_ok=True)
+        folder = Path(tempfile.mkdtemp(prefix="making-", dir=STORE))
+        make(folder)
+        try:
+            folder.rename(place)
+        except OSError:  # another process was quicker
+            shutil.rmtree(folder)
+    return place
+
+
+def made(command: Sequence[str], texts: Mapping[str, str], product: str) -> Path:
+    """Run a compiler in a folder with these files, and return its product, or raise CompileFailed.
+
+    The same command with the same files is run once; the folder stays in the store.
+    """
+
+    def run(folder: Path) -> None:
+        for path, text in texts.items():
+            target = folder / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(text, encoding="utf-8")
+        done = finished(command, cwd=folder)
+        if done.returncode:
+            shutil.rmtree(folder)
+            raise CompileFailed(done.stderr)
+
+    key = repr((_version(command[0]), list(command), sorted(texts.items()), product))
+    return kept(hashlib.sha256(key.encode()).hexdigest()[:24], product, run) / product
+
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "spec" / "examples"
+EXAMPLE_NAMES = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
+
+
+@cache
+def example(name: str) -> Spec:
+    return load(EXAMPLES / f"{name}.yaml")
+
+
+@cache
+def spec_of(text: str) -> Spec:
+    return load_text(text, "spec.yaml")
+
+
+def controller_of(spec: str) -> Controller:
+    return (spec_of(spec) if "\n" in spec else example(spec)).controller
+
+
+@cache
+def files_of(spec: str) -> Mapping[str, str]:
+    """Generate the project of a spec's text, or of the example of that name: path and text."""
+    found = spec_of(spec) if "\n" in spec else example(spec)
+    return MappingProxyType(dict(render(plan_firmware(found))))
+
+
+def sources_of(spec: str) -> dict[str, str]:
+    """Return what is in the project's `src/`, by its name there."""
+    files = files_of(spec)
+    return {path.removeprefix("src/"): files[path] for path in files if path.startswith("src/")}
+
+
+def changed(spec: str, *changes: tuple[str, str]) -> str:
+    """Return a spec's text, or that of the example of that name, with parts of it replaced."""
+    text = spec if "\n" in spec else (EXAMPLES / f"{spec}.yaml").read_text("utf-8")
+    for old, new in changes:
+        assert text.count(old) == 1, f"it stands there {text.count(old)} times: {old}"
+        text = text.replace(old, new)
+    return text
+
 
 TEMPLATES = Path(templates).parent
 CLOCK_HZ = 16_000_000
@@ -169,7 +271,7 @@ def _made(command: list[str], texts: Mapping[str, str], product: str, folder: Pa
         return made(command, texts, product)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    done = finished(command, cwd=folder)
     if done.returncode:
         raise CompileFailed(done.stderr)
     return folder / product
@@ -246,3 +348,28 @@ class Board:
         variable = self._variables[name]
         raw = self.avr.read_ram(variable.address, variable.size)
         return np.frombuffer(raw, variable.dtype)[0]
+
+
+class Small:
+    """Compiled, powered on, and run for so long; a variable is had by its name, as Python's."""
+
+    def __init__(
+        self, source: str, *flags: str, mcu: str = "atmega328p", seconds: float = 0.0
+    ) -> None:
+        self.elf = compiled(source, *flags, mcu=mcu)
+        self.avr = powered(self.elf, mcu)
+        self.avr.run(seconds)
+
+    @cached_property
+    def _variables(self) -> Variables:
+        return Variables(self.elf)
+
+    def __getitem__(self, name: str) -> Any:
+        variable = self._variables[name]
+        raw = self.avr.read_ram(variable.address, variable.size)
+        found = np.frombuffer(raw, variable.dtype.base)
+        return found.tolist() if variable.dtype.shape else found[0].item()
+
+    def __setitem__(self, name: str, value: float | Sequence[float]) -> None:
+        variable = self._variables[name]
+        self.avr.write_ram(variable.address, np.asarray(value, variable.dtype.base).tobytes())

@@ -1,20 +1,28 @@
-"""Somebody at the bench, in this thread: the board goes on only when it is told to."""
+"""Benches of this process: with somebody at them in this thread, or served as the command does."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from threading import Thread
 from typing import Any
 
-from rig.avr import whole
-from rig.specs import controller_of
+from rig.firmware import controller_of, whole
 
 from heatwright.cli.bench.board import Board
+from heatwright.cli.bench.server import Server
 from heatwright.cli.bench.store import Told
+
+
+def board_of(spec: str, speed: float = 1.0) -> Board:
+    name = "spec" if "\n" in spec else spec
+    return Board(controller_of(spec), whole(spec), f"{name}.yaml", speed=speed)
 
 
 class Seated:
     """A board that has run for so long, and stands until `run`; told -- what a tab would know."""
 
     def __init__(self, spec: str, ran_s: float = 0.0) -> None:
-        name = "spec" if "\n" in spec else spec
-        self.board = Board(controller_of(spec), whole(spec), f"{name}.yaml", speed=1.0)
+        self.board = board_of(spec)
         self.board.set_speed(0.0)
         self.world = self.board.world
         self.told = Told()
@@ -59,3 +67,36 @@ class Seated:
     def missing(self, loop: str) -> list[str]:
         """Return the ids of the permits that are missing."""
         return [each["id"] for each in self.state["loops"][loop]["missing"]]
+
+
+@dataclass
+class Bench:
+    """address -- of the page; thread -- the server's."""
+
+    board: Board
+    server: Server
+    thread: Thread
+
+    @property
+    def address(self) -> str:
+        return self.server.address
+
+    @property
+    def origin(self) -> str:
+        return self.address.rsplit("/", 2)[0]
+
+
+@contextmanager
+def serving(spec: str, speed: float = 1.0) -> Iterator[Bench]:
+    """Serve the board of a spec (its text, or the name of an example) until the context's end."""
+    board = board_of(spec, speed)
+    server = Server(board)
+    thread = Thread(target=server.run)
+    board.start()
+    thread.start()
+    try:
+        yield Bench(board, server, thread)
+    finally:
+        server.stop()
+        thread.join()
+        board.stop()

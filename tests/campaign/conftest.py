@@ -1,3 +1,0 @@
-from rig.commands import heatwright
-
-__all__ = ["heatwright"]
