@@ -27,7 +27,7 @@ ambient: ± 5 %  #ambient: '5 %' does not have the unit of a temperature differe
 supply: ± 100 %  #supply: ± 100 % goes down to 0 %. Let it stay at 1 % or above.
 errors: {air: ± 2 %}  #errors.air: ± 2 % is a share, and an error of a temperature has the unit K. Write it in K, such as ± 0.5 K.
 noise: {air: ± 0.1 K}  #noise.air: ± 0.1 K goes down to -0.1 K. Let it stay at 0 K or above.
-late: ± 5 s  #late: ± 5 s is about nothing: there is no value of its own here. Write both ends, such as 1 s .. 1 s.
+late: ± 5 s  #late: ± 5 s is relative, but the spec has no value for it. Write both ends, such as 1 s .. 1 s.
 asks: [{loop: sky, at: 1 s, setpoint: 30 °C}]  #asks[0].loop: there is no loop sky in the spec. Use air.
 asks: [{loop: air, at: 1 h, setpoint: 30 °C}]  #asks[0].at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.
 asks: [{loop: air, at: 1 s, setpoint: 80 °C}]  #asks[0].setpoint: 80 °C exceeds the loop's range of setpoints, 10 °C .. 70 °C. Stay within them.
