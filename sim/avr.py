@@ -49,7 +49,7 @@ _core: Core = "own"
 @contextmanager
 def instructions_by(core: Core) -> Iterator[None]:
     """Use this core for every processor that this process creates within the context."""
-    global _core  # noqa: PLW0603 - processors are made deep down, also by a loss of power
+    global _core  # noqa: PLW0603 - code deep inside also creates processors, as at a loss of power
     earlier, _core = _core, core
     try:
         yield
@@ -154,7 +154,7 @@ class Avr:
         return bool(result)
 
     def run_looking(self, look: Look, cycle: int) -> bool:
-        """Run to a cycle, or until a look finds news from the board; return whether one has.
+        """Run to a cycle, or until `look` finds a message of the board; return whether it has.
 
         Raises what run_to raises.
         """

@@ -67,7 +67,7 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
         device: the device under test.
         scenario: the operator's events; the specification's if None.
         plant: the machine; the specification's if None.
-        step_s: time step of the machine, s; what suits the loops if None.
+        step_s: time step of the machine, s; if None, a step that suits the loops.
         seed: of the sensor noise.
         progress: called with the simulated time at intervals.
 

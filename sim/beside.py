@@ -17,8 +17,8 @@ class RunBeside(Run):
     def __init__(self, *parts: Any) -> None:
         """Take the same arguments as Run."""
         super().__init__(*parts)
-        assert isinstance(self._device, AvrDevice)  # noqa: S101 - it is for these
-        assert isinstance(self._plant, Plant)  # noqa: S101 - the one kind there is
+        assert isinstance(self._device, AvrDevice)  # noqa: S101 - only binaries run here
+        assert isinstance(self._plant, Plant)  # noqa: S101 - the only kind of plant
         self._machine = Machine(
             self._plant, self._device, self._coupling, self._step_s, logs_nodes=True
         )

@@ -33,7 +33,7 @@ LOOKS_PER_STEP = 200
 SHOWN = 7
 """Number of temperatures in the printed table."""
 NEAR_STEPS = 1.0
-"""A row shows the largest error within one step to either side: both ends of a step are met."""
+"""A printed row has the largest error within this distance, so that both ends of a step count."""
 
 POINT = np.dtype([("raw", "<i2"), ("celsius", "<f4"), ("k_per_count", "<f4")])
 """One point of a table in the firmware's flash."""
@@ -82,14 +82,14 @@ class _Chain(ABC):
 
     @abstractmethod
     def made(self, raw: NDArray[np.int_]) -> Array:
-        """Return the temperatures or currents that the firmware makes of sums of codes."""
+        """Return the temperatures or currents that the firmware computes from sums of codes."""
 
     @abstractmethod
     def steps(self, value: Array) -> Array:
         """Return the voltage at the ADC for temperatures or currents, in ADC steps from 0 V."""
 
     def errors(self, name: str) -> ChainError:
-        """Test all sums, and values dense enough to meet both ends of each step."""
+        """Test all sums, and values so close together that both ends of each step are tested."""
         low, high = (int(code) for code in np.sort(np.floor(self.steps(np.array(self.range)))))
         values = np.linspace(*self.range, LOOKS_PER_STEP * (high - low + 1))
         exact = self.steps(values)

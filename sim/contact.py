@@ -5,7 +5,7 @@ from heatwright.spec import Controller
 
 
 class Contact:
-    """A contact that is closed to ground while all is well; its state survives a loss of power."""
+    """A contact to ground, normally closed; its state survives a loss of power."""
 
     def __init__(self, name: str) -> None:
         """Create a closed contact, not yet wired."""
@@ -21,7 +21,7 @@ class Contact:
         self.move(is_open=self.is_open)
 
     def move(self, *, is_open: bool) -> None:
-        """Open or close the contact; a torn wire is an open contact."""
+        """Open or close the contact; a broken wire is an open contact."""
         self.is_open = is_open
         assert self._avr is not None  # noqa: S101 - it is wired before anybody moves it
         self._avr.pins.drive(self._pin, None if is_open else "low")

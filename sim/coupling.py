@@ -77,8 +77,8 @@ class Coupling:
     def supplied(self, conducting: Mapping[str, float]) -> Mapping[str, float]:
         """Return the loads' shares of power, given their switches' shares, behind the safety relay.
 
-        The relay switches without load: of relay and switch, the one with the smaller share counts.
-        A broken-down switch conducts all the time.
+        Relay and switch are in series, and the relay switches without load: so the smaller of their
+        shares is used. A switch that has failed closed conducts all the time.
         """
         if not self.behind_relay:
             return conducting

@@ -248,7 +248,7 @@ class AvrDevice:
 
     @property
     def wakes(self) -> tuple[int | None, Look]:
-        """`wake_cycle` without a part that awaits the board's message; and that part's look."""
+        """`wake_cycle`, but not of a part that waits for the board; and the look of that part."""
         for part in self._lookers:
             if (look := part.look) is not None:
                 return _first_wake(each for each in self._wakers if each is not part), look

@@ -41,7 +41,7 @@ class Clock:
         self._start_s = time()
 
     def wait(self, board_s: float) -> None:
-        """Wait for the real time of a board time; if that is long past, start counting again."""
+        """Wait for the real time of a board time; if it is long past, count from now on."""
         early_s = self._start_s + board_s / self._speed - self._time()
         if early_s > LEAST_SLEEP_S:
             self._pause(early_s)

@@ -2,7 +2,7 @@
 
 The plant is defined in Python (heatwright.sim.plants.thermal_network), which is also the reference
 for the C. C works on the plant's own arrays (native/machine.c). It runs step by step, and returns
-when it lacks a matrix, noise or room in its log, or when a part outside needs records or acts.
+if a matrix, noise or space in the log is missing, or if a part outside needs records or acts.
 """
 
 from collections.abc import Callable, Mapping
@@ -224,7 +224,7 @@ class Machine:
             if ended in (lib.HW_DONE, lib.HW_STOPPED):
                 break
             self._serve(ended, wake)
-            if ended == lib.HW_YIELD:  # after some real time: parts with a look may look now
+            if ended == lib.HW_YIELD:  # after some real time: parts that wait may look now
                 wake, m.look = min(NEVER if wake is None else wake, m.look.at), NO_LOOK
             else:
                 wake, m.look = device.wakes
@@ -267,7 +267,7 @@ class Machine:
             device.avr.came_back(ended)
 
     def by_hand(self, run: Callable[[float], None]) -> None:
-        """Advance by one step with an action; run -- runs the device to a time, s, and does it."""
+        """Advance by one step; run -- runs the device to a time, s, with an action meanwhile."""
         m = self._m
         self._make_room()
         self._tips[:] = self.felt
@@ -304,8 +304,8 @@ class Machine:
     ) -> None:
         """Set the faults between pins and loads, by output, and of the tips, by sensor.
 
-        What is not named has no fault. volts -- the heaters' supply as a share of its nominal
-        voltage; taken -- share of a heater's power that something takes away at its node.
+        Outputs and sensors that are not named have no fault. volts -- the heaters' supply, as a
+        share of its nominal voltage; taken -- share of a heater's power that a load takes away.
         """
         self._feels = [(self.sensors.index(name), feel) for name, feel in feels.items()]
         self._m.feels = bool(feels)
@@ -327,7 +327,7 @@ class Machine:
         self._draw()
 
     def _remember(self) -> None:
-        """Give C the matrix of its key: feed, fans, surfaces."""
+        """Give C the matrix for the present feed, fans and surfaces, which are its key."""
         feed, *rest = self._key.tolist()
         fans = len(self.plant.fans)
         matrix = self.plant.matrix(tuple(rest[:fans]), feed, tuple(rest[fans:]))

@@ -1,4 +1,4 @@
-"""What shows that a fan turns: an airflow contact, or the pulses of its tachometer."""
+"""The signal which shows that a fan turns: an airflow contact, or pulses of a tachometer."""
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.fan import Fan
@@ -17,7 +17,7 @@ class AirflowSwitch:
     """An airflow contact, closed to ground while a fan turns.
 
     It is simulated as a relay's mirror contact whose coil has current while the fan is off. stands
-    -- whether the fan stands still, whatever its line's level; wire -- the state of the contact's
+    -- whether the fan does not turn, whatever its line's level; wire -- the state of the contact's
     wire; both faults survive a loss of power.
     """
 

@@ -41,8 +41,8 @@ NO_MARGIN = "on_too_long"
 """The rule without a margin: how long a loop may be on does not depend on phases."""
 
 QUICKER = 0.98
-"""A chip's conversion time over the data sheet's longest: if it were synchronous with the
-loop, it would hide the largest differences of two readings."""
+"""A chip's conversion time divided by the longest of the data sheet: if conversions were
+synchronous with the loop, the largest differences of two readings would not occur."""
 
 TOLD = ("time_s", "temperature_c", "setpoint_c")
 """The members of the tripping step that are reported."""
@@ -124,7 +124,7 @@ class Tripped(NamedTuple):
 
 
 class _TrippedError(Exception):
-    """Ends a run at a trip: what follows is not needed."""
+    """Ends a run at a trip: the rest of the run is not needed."""
 
 
 def parts(controller: Controller) -> tuple[Part, ...]:
@@ -178,7 +178,7 @@ def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Findin
 
 def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tripped | None:
     longer, device = long_enough(controller), ReferenceDevice(controller)
-    assert longer.simulation is not None  # noqa: S101 - looked at before
+    assert longer.simulation is not None  # noqa: S101 - checked before
     trace = bench(longer, device, progress=progress)
     for loop, log in trace.steps.items():
         for time_s, code in unasked(longer.simulation, faults(log)):
@@ -309,7 +309,7 @@ def _value(loop: Loop, number: Number) -> float | None:
 def _with(controller: Controller, name: str, number: Number, value: float) -> Controller:
     loop = controller.loops[name]
     holder = _holder(loop, number)
-    assert holder is not None  # noqa: S101 - it has had a value
+    assert holder is not None  # noqa: S101 - `_value` has found it
     protection = holder.model_copy(update={number.field: value})
     if number.part:
         protection = loop.protection.model_copy(update={number.part: protection})

@@ -37,7 +37,7 @@ class Operable(Protocol):
         """Write a value as the master, by its name in a scenario."""
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give the program an order: start or jump with a number, pause and so on."""
+        """Give the program a command: start or jump with a number, pause and so on."""
 
 
 class Action(NamedTuple):
@@ -56,7 +56,7 @@ class Action(NamedTuple):
     """The command to a program."""
 
     def give(self, device: Operable, coupling: Coupling) -> None:
-        """Do it, without waiting for its effect."""
+        """Do the action, without waiting for its effect."""
         if self.line is not None:
             device.send(self.line)
         elif self.write is not None:
@@ -89,10 +89,10 @@ class Action(NamedTuple):
 def long_enough(controller: Controller) -> Controller:
     """Lengthen a short scenario; a host that sends nothing in it then asks for the temperatures.
 
-    A real host polls; without polls the firmware would take it for lost before the longer end.
+    A real host polls; without polls the firmware would treat it as lost in the additional time.
     """
     simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - looked at before
+    assert simulation is not None  # noqa: S101 - checked before
     if not any(map(_is_short, simulation.scenario)):
         return controller
     scenario = tuple(

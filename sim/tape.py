@@ -27,7 +27,7 @@ class Tape:
     """The inputs, by row.
 
     begins -- whether the row is the first after a reset; acknowledged, started -- acknowledgements
-    and starts of a tuning since the row before; orders -- a lost master is not among them.
+    and starts of a tuning since the row before; orders -- the other inputs, without a lost master.
     """
 
     def __init__(self, log: StepLog) -> None:

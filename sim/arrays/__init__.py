@@ -6,10 +6,10 @@ trees are translated so that each number may be an array with one element for ea
 other lanes stay unchanged. Each operation on an array is the IEEE 754 operation on its elements, in
 the order of the model: so each lane equals the model bit for bit.
 
-What cannot be translated raises an error; nothing is guessed. Kinds of statement that the model
-does not use are refused by the translation; numpy refuses to take an array as one truth value; and
-an `AllLanesError` is raised where something that all lanes share, such as the length of a list,
-would change for some of them. `world.step_logs` then runs the lanes one by one.
+Code that cannot be translated raises an error. Kinds of statement that the model does not use are
+refused by the translation; numpy refuses to use an array as one truth value; an `AllLanesError` is
+raised if something that all lanes share, such as the length of a list, would change for some lanes
+only. `world.step_logs` then runs the lanes one by one.
 
     modules    the translated modules, imported by the name of the original
     translate  syntax tree -> syntax tree

@@ -85,7 +85,7 @@ def _tuple_as(kind: Value, parts: list[Value]) -> Value:
 
 
 def _alike(new: Value, old: Value) -> bool:
-    """Return whether two values have types of one name (each may exist twice) and one length."""
+    """Return whether two values have equal lengths, and types of equal names (see translate)."""
     return type(new).__name__ == type(old).__name__ and len(new) == len(old)
 
 
@@ -229,14 +229,14 @@ def together(before: Mask | None) -> None:
 
 
 def common(value: Value) -> Value:
-    """Return a collection that is to be changed in place; refuse unless all lanes are active."""
+    """Return a collection that will be changed in place; refuse unless all lanes are active."""
     if NOW.active is not None and isinstance(value, list | dict | set | deque):
         raise AllLanesError("a collection changes for some lanes")
     return value
 
 
 def raises() -> bool:
-    """Return whether to raise an exception; refuse one of some lanes, which would end all."""
+    """Return whether to raise an exception; refuse if only some lanes raise it: all would end."""
     if NOW.active is not None and NOW.active.any():
         raise AllLanesError("an exception for some lanes")
     return NOW.active is None

@@ -50,7 +50,7 @@ def _is_translated(name: str) -> bool:
 def _import(
     name: str, _globals: object, _locals: object, wanted: tuple[str, ...] | None, level: int
 ) -> Any:
-    assert not level  # noqa: S101 - imports are absolute in this house
+    assert not level  # noqa: S101 - all imports here are absolute
     if name in _INSTEAD:
         return _INSTEAD[name]
     if name == "importlib":

@@ -19,7 +19,7 @@ _KINDS = {bool: np.bool_, int: np.int64, float: np.float64}
 
 
 class UnlikeError(Exception):
-    """The lanes differ in structure; they may differ only in numbers."""
+    """The lanes differ in their structure; only differences of numbers are allowed."""
 
 
 def stacked(objects: Sequence[Any]) -> Any:

@@ -31,7 +31,7 @@ def bench_lanes(
     """Run reference devices against their machines; each trace is that of `bench` alone.
 
     Args:
-        controllers: they and their machines may differ in numbers, but not in times.
+        controllers: their numbers may differ, and those of their machines, but no times.
         scenario: the events of all lanes.
         machines: the controllers whose machines they are wired to; their own if None.
         seed: of the sensor noise.

@@ -90,7 +90,7 @@ class Spreads(Checked):
     ) -> Spread:
         if not self._own:
             raise refuse(
-                f"{tidy(value)} is about nothing: there is no value of its own here",
+                f"{tidy(value)} is relative, but the spec has no value for it",
                 f"Write both ends, such as {self._example} .. {self._example}",
             )
         if self._shares and around[2].strip().endswith("%"):

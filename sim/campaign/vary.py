@@ -75,7 +75,7 @@ class Upset(Model):
 class Faults(Model):
     """At most one part of the machine breaks in a run."""
 
-    chance_percent: _Chance = Field(alias="chance", description="Share of the runs with it.")
+    chance_percent: _Chance = Field(alias="chance", description="Share of the runs with a fault.")
     of: tuple[Reference, ...] = Field(
         (), max_length=MOST_ENTRIES, description="Faults to choose from. Default: all that apply."
     )
@@ -99,8 +99,8 @@ class Vary(Model):
     supply_percent: Annotated[Spread, Spreads(PERCENT, least=0.0)] | None = Field(
         None,
         alias="supply",
-        description="Supply voltage of all loads, relative to its nominal value; heat goes with "
-        "its square.",
+        description="Supply voltage of all loads, relative to its nominal value; the heat is "
+        "proportional to its square.",
     )
     errors: Annotated[Mapping[str, _Error], ReadOnly] = Field(
         {},

@@ -41,7 +41,7 @@ class DrawnWorld(World):
     def __init__(self, drawn: Drawn, program: Elf, *, logs_nodes: bool = False) -> None:
         """Power the controller on; logs_nodes -- whether every node's temperature is logged."""
         simulation = drawn.controller.simulation
-        assert simulation is not None  # noqa: S101 - looked at before
+        assert simulation is not None  # noqa: S101 - checked before
         self._drawn, self._simulation = drawn, simulation
         self.broke_s: float | None = None
         site = Site(drawn.controller, next(iter(drawn.controller.loops)), program)
@@ -55,7 +55,7 @@ class DrawnWorld(World):
             self._drawn.powered, self._network, ambient_c=weather.ambient_c, step_s=self.step_s,
             seed=self._drawn.noise_seed, errors=self._drawn.errors,
         )  # fmt: skip
-        assert isinstance(plant, Plant)  # noqa: S101 - the one kind there is
+        assert isinstance(plant, Plant)  # noqa: S101 - the only kind of plant
         self._began_c = plant.temperatures_c.copy()
         return plant
 
@@ -64,7 +64,7 @@ class DrawnWorld(World):
     def play(self, progress: Progress) -> None:
         """Run all events, to the end of the scenario.
 
-        After something broke, a latched fault ends the run as soon as the heat has spread.
+        If something has broken, the run ends when a fault is latched and the heat has spread.
         """
         ends_s = end_s(self._simulation.scenario)
         for due in sorted(self._due(), key=lambda each: each.at_s):

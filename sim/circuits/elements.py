@@ -73,7 +73,7 @@ def coded_ohm(sensor: Thermistor, celsius: Array) -> Array:
     A code of several readings is the middle of its step, (code / readings + 1/2) / 1024 of the
     reference; between pairs the voltage is linear in T, beyond them ln R is linear in 1/T.
     """
-    assert isinstance(sensor.curve, CodesCurve)  # noqa: S101 - for what has one
+    assert isinstance(sensor.curve, CodesCurve)  # noqa: S101 - the caller has checked
     full_v = sensor.reference if isinstance(sensor.reference, float) else SUPPLY_V
     at_c, volts = _coded(sensor.curve.codes, sensor.curve.readings, full_v)
     inside = _element_ohm(sensor, np.interp(celsius, at_c, volts))

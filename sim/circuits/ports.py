@@ -58,7 +58,7 @@ def pin_v(sensor: Thermistor | Rtd | Analog, celsius: ArrayLike, wiring: Wiring 
     seen_ohm = wiring.ohm(element_ohm(sensor, temperature_c))
     if sensor.amplifier is not None:
         return _amplified_v(sensor.element, sensor.amplifier, seen_ohm)
-    assert sensor.divider is not None  # noqa: S101 - what has no amplifier has a divider
+    assert sensor.divider is not None  # noqa: S101 - else there is an amplifier
     return _divided_v(sensor.divider, seen_ohm)
 
 
@@ -106,7 +106,7 @@ def _divided_v(divider: Divider, seen_ohm: Array) -> Array:
 def _amplified_v(element: str, amplifier: Amplifier, seen_ohm: Array) -> Array:
     """Return the gain times the element's voltage above that at R₀, between ground and supply.
 
-    Through plain resistors flows what Ohm's law gives for both in series.
+    With plain resistors the current follows from Ohm's law for both in series.
     """
     full_v, series_ohm = amplifier.excitation_v, amplifier.series_ohm
     zero_ohm: Array = np.asarray({"pt100": 100.0, "pt1000": 1000.0}[element])

@@ -15,7 +15,7 @@ SPARE = 0.1
 WARM_DAY_C = 35.0
 """A workshop in summer."""
 REST_K = 1.0
-"""A machine at rest is at least this far from its limits, plus one step of its sensor."""
+"""A machine in its steady state is at least this far from its limits, plus one sensor step."""
 SIGMAS = 6.0
 LEVEL_K = 0.001
 """A smaller rise in a minute counts as none."""
@@ -57,7 +57,7 @@ def room_c(controller: Controller, wished_c: float) -> float:
 
 
 def hottest_c(controller: Controller, without: str = "") -> list[tuple[str, float]]:
-    """List the sensors of monitors and loops, each with the highest °C that trips nothing at rest.
+    """List monitors' and loops' sensors, with the highest steady °C at which no rule trips.
 
     without -- the name of a loop that is left out.
     """

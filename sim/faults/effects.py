@@ -27,17 +27,17 @@ def leaking(share: float) -> Heat:
 
 @dataclass(frozen=True)
 class Heated:
-    """Change a load's power. Equal changes compare equal, as one cause of a fault."""
+    """Change a load's power. Equal changes compare equal: they are the same cause of a fault."""
 
     load: str
     heat: Heat
 
     def __call__(self, world: World) -> None:
-        """Break it."""
+        """Begin the change."""
         world.wiring.heat[self.load] = self.heat
 
     def mend(self, world: World) -> None:
-        """Repair it."""
+        """End the change."""
         world.wiring.heat.pop(self.load)
 
 
@@ -48,13 +48,13 @@ Change = Callable[[World], Feel]
 
 @dataclass(frozen=True, eq=False)
 class Felt:
-    """Change what a sensor's tip feels; change -- is asked for that when the fault begins."""
+    """Change a sensor's tip; change -- is called when the fault begins, and returns the change."""
 
     sensor: str
     change: Change
 
     def __call__(self, world: World) -> None:
-        """Begin."""
+        """Begin the change."""
         world.wiring.feel[self.sensor] = self.change(world)
 
     def mend(self, world: World) -> None:

@@ -31,9 +31,9 @@ def no_complaint(world: World) -> str:
 class Trip:
     """A trip that must come, whatever the machine does meanwhile.
 
-    rules -- ids of the rules of which one must trip; empty: the one that the reference model names
-    first; allowed_s -- bound on the time from when `due` is met, without a gap, to the trip;
-    due_within_s -- how long `due` may take to be met; certain -- whether every machine meets `due`.
+    rules -- ids of the rules of which one must trip; empty: the one that trips first in the model;
+    allowed_s -- longest time from when `due` is true, without a gap, to the trip; due_within_s --
+    longest time until `due` is true; certain -- whether `due` becomes true on every machine.
     """
 
     rules: tuple[str, ...]
@@ -47,18 +47,18 @@ class Trip:
 class Fault:
     """One way to fail: its cause, its cure, and how long the machine is watched.
 
-    The expected trip is not written here: the reference model takes the same readings and says
-    which rule trips first, and when. The plant gives the limits of the machine's temperatures.
+    The expected trip is not given here: the reference model gets the same readings and determines
+    which rule trips first, and when. The plant has the limits of the machine's temperatures.
 
     make -- creates a world in the state in which the fault occurs; cause, cure -- begin and end
-    the fault. watch_s -- how long to watch if nothing trips. calm -- no rule may trip but those of
-    `may`, which may be latched before, too. trip -- the trip that must come and its bound, where
-    these do not depend on the machine: no reading comes any more, the processor is reset.
+    the fault. watch_s -- how long to watch if nothing trips. calm -- only the rules of `may` may
+    trip, also before the cause. trip -- the trip that must come and its bound, if these do not
+    depend on the machine: there are no more readings, or the processor is reset.
     off_within_s -- bound on the time from the cause to heater off, if the heater must be off
     before the trip; all_off -- the heaters of all other loops, too. sensor_lies -- the reading of
     the loop's sensor may differ from its tip; others_lie -- other loops whose sensors may, and
     monitors, as monitor_NAME; current_lies -- a measured current may differ from the real one.
-    again -- acknowledge while the cause lasts; insisted -- do so at every trip and ask for heat,
+    again -- acknowledge while the cause lasts; insisted -- do so at each trip and command heat,
     until the lock-out. floats -- heaters' pins may be left undriven; resistors keep them off.
     judge -- checks the world at the end; returns what is wrong, or "".
     """

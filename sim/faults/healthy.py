@@ -19,7 +19,7 @@ from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork
 
 AMBIENTS_C = (10.0, WARM_DAY_C)
-"""A workshop in winter and in summer; limited to where a machine at rest trips no rule."""
+"""A workshop in winter and in summer; limited so that no rule trips in the steady state."""
 HOLD_S = 200.0
 """Longer than rules usually take to trip, except `frozen`, which restarts at each switching."""
 HOLD_PERIODS = 1000

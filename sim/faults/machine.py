@@ -213,7 +213,7 @@ def sensor_step_k(site: Place) -> float:
 
 
 def blur_k(controller: Controller, name: str, temperature_c: float) -> float:
-    """Return how far a sensor's analog reading may be from its tip, K; 0 for a sensor chip."""
+    """Return the largest error of a sensor's analog reading, K; 0 for a sensor chip."""
     sensor = controller.thermometers[name]
     if not sensor.on_adc:
         return 0.0

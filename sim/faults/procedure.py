@@ -133,13 +133,13 @@ class _Trial:
             self.first = trips[0]
             self._wrong(f"{_name(trips[0].code)} tripped for no reason")
 
-    # -- a rule trips, if the machine breaks one -----------------------------------------------
+    # -- a rule trips, if its condition is met ---------------------------------------------------
 
     def _may_trip(self) -> None:
         self.first = self._wait(self.cause_s, "")
         self.counting = witness.counting(self.world)
         self._judge_heater()
-        self._judge_peaks()  # not later: a dead switch heats on
+        self._judge_peaks()  # not later: a switch that has failed closed continues to heat
         if self.first is None:
             return
         self._holds(self.first, "after the trip")
@@ -400,7 +400,7 @@ _is_latched = OfState(lambda now: now.fault != 0)
 
 
 def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
-    """Whether a trip came after the trips that had to lock out; `within` counts 1 s shorter."""
+    """Whether a trip came after those that had to lock out, with a `within` shorter by 1 s."""
     soon, last_s = 0, -math.inf
     for trip in trips:
         if soon == lockout.trips:

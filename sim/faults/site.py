@@ -104,7 +104,7 @@ class State(Protocol):
 
 @dataclass(frozen=True)
 class OfState:
-    """A condition on variables only: it can change only when one that it has read changes."""
+    """A condition on variables only: it changes only if one of the variables changes."""
 
     met: Callable[[State], bool]
 

@@ -63,7 +63,7 @@ def permitted_c(site: Place, start_c: float) -> float:
     for sensor, most_c in limits_c:
         node_c = nodes_c.get(str(site.network.sense[sensor].node), around_c)
         if node_c > most_c > around_c:
-            share = (most_c - around_c) / (node_c - around_c)  # all rise in proportion
+            share = (most_c - around_c) / (node_c - around_c)  # the rises are proportional
             permitted = min(permitted, around_c + share * (start_c - around_c))
     return permitted
 

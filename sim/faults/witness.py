@@ -1,9 +1,9 @@
 """Check a trial of the firmware against the reference model and the simulated machine.
 
-The reference model takes the firmware's readings of every control step and must reach the same
-state, bit for bit. So the first rule that it names is the one whose condition was met first, and
-the firmware has latched it in the same step. The readings must also equal the temperatures of the
-sensors' tips, and the currents that flowed, unless the sensor itself is faulty.
+The reference model gets the firmware's readings of every control step and must reach the same
+state, bit for bit. So the first rule that trips in the model is the one whose condition was met
+first, and the firmware has latched its fault in the same step. The readings must also equal the
+temperatures of the sensors' tips, and the currents that flowed, unless the sensor is faulty.
 """
 
 from collections.abc import Collection, Iterator
@@ -109,7 +109,7 @@ def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
 
 
 def _spans(times_s: Numbers, since_s: Numbers, until_s: Numbers) -> NDArray[np.intp]:
-    """Return the indices from the last value before each time span to behind the first after it."""
+    """Return for each time span the indices from the last value before it to the first after it."""
     first, last = np.searchsorted(times_s, since_s), np.searchsorted(times_s, until_s)
     return np.stack((np.maximum(0, first - 1), np.minimum(last + 1, len(times_s))), axis=1)
 

@@ -53,7 +53,7 @@ Condition = Callable[["World"], bool]
 
 @dataclass(frozen=True)
 class Known:
-    """A condition that C can test, too: `stop` makes the `Stop` that ends a run when it is met."""
+    """A condition that C can test, too: `stop` returns the `Stop` that ends a run if it is met."""
 
     holds: Condition
     stop: Callable[[World], Stop]
@@ -72,13 +72,13 @@ def below(limit_c: float) -> Known:
 
 
 SPREAD = Known(lambda world: not world.peaks.spreads, lambda _: Stop(spread=True))
-"""No node becomes hotter any more while no heater gives power."""
+"""Without power from any heater, no node becomes hotter any more."""
 
 
 def given(site: Site) -> Known:
     """Return whether the loop's heater has an on-time above 0.
 
-    A duty below the shortest pulse gives none.
+    A duty below the shortest pulse results in no on-time.
     """
     heater = site.loop.heater
     members = heater_of(site.controller, heater).members
@@ -190,7 +190,7 @@ class World:
             seed=weather.seed,
             starts_c=begins_c,
         )
-        assert isinstance(plant, Plant)  # noqa: S101 - the one kind there is
+        assert isinstance(plant, Plant)  # noqa: S101 - the only kind of plant
         return plant
 
     # -- the machine ---------------------------------------------------------------------------

@@ -164,7 +164,7 @@ class Host:
         return found
 
     def number(self, value: float, decimals: int) -> str:
-        """Return the text that `text_number` makes of a value.
+        """Return the text that `text_number` writes for a value.
 
         Raises ValueError: it wrote outside its buffer, or returned a wrong length.
         """

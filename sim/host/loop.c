@@ -24,7 +24,7 @@ extern struct host_loop SELF;
 
 /* ---- sensors ---- */
 
-static bool asked; /* whether a reading was requested: without a request there is none */
+static bool asked; /* whether a reading was requested: without a request there is no reading */
 
 uint8_t JOIN(sensor_, SENSOR, _take)(RAW *raw)
 {
@@ -98,7 +98,7 @@ MONITORS
 void PWM_INTERRUPT(void);
 
 static bool pulses;
-static uint16_t count; /* of the timer, for this output: other outputs may have other periods */
+static uint16_t count; /* the timer's count for this output: other outputs may have other periods */
 
 /* Returns the counts of one period for which the pin is on: the timer counts, and its interrupt
  * comes at each match. */

@@ -63,7 +63,7 @@ def monitor_readings(controller: Controller, name: str) -> tuple[int, ...]:
         *(monitor.limit_c + step_k * steps for steps in (-1, 0, 1)),
     )
     found = [ideal.read(min(max(each_c, low_c), high_c)) for each_c in wished]
-    assert not any(status for status, _ in found)  # noqa: S101 - the language sees to it
+    assert not any(status for status, _ in found)  # noqa: S101 - the checks ensure it
     return tuple(raw for _, raw in found)
 
 

@@ -21,7 +21,7 @@ enum { LOOP_COUNT = sizeof loops / sizeof *loops };
 
 extern char _end[] __attribute__((visibility("hidden")));
 
-static char first = 1; /* of the firmware's memory; not 0, otherwise it would not be in .data */
+static char first = 1; /* first byte of the firmware's memory; not 0, so that it is in .data */
 static char *image;    /* a copy of that memory at power-up */
 static struct host_world *world;
 static struct host_course *courses; /* those that run now, one for each loop */
@@ -132,8 +132,8 @@ void eeprom_write_byte(uint8_t *place, uint8_t value)
 /* ---- pins ---- */
 
 #ifdef PROOFS
-/* Whether a line with a pull-up is held to ground. A pulse is high in its second half; with an odd
- * length it is low for longer. */
+/* Whether a line with a pull-up is held to ground. A pulse is high in its second half; a pulse of odd
+ * length is low for one read longer. */
 static bool is_grounded(uint16_t healthy)
 {
     const uint16_t line = world->proof_line == HOST_PROVES ? healthy : world->proof_line;
@@ -198,7 +198,7 @@ static void look_at_lines(void)
     }
 }
 
-/* Start the proofs as if they had been counted for a whole window. */
+/* Start the proofs as if pulses had been counted for a whole window. */
 static void begin_proofs(void)
 {
     world->looks = 0;
@@ -376,7 +376,7 @@ uint32_t host_state(uint8_t loop, uint8_t *to)
     return loops[loop]->state(to);
 }
 
-/* Whether any course is left; each continues with its next input after all loops have run in the
+/* Whether a course is not done; each continues with its next input after all loops have run in the
  * tick. */
 static bool go_on(void)
 {

@@ -22,7 +22,7 @@ struct host_input {
     uint16_t silent_ticks; /* since the last message of the master or host */
     uint8_t order; /* command to the program: PROGRAM_* of program.order */
     uint8_t argument;
-    uint8_t open_inputs; /* the machine's, by bits; the first loop's count, until its next step */
+    uint8_t open_inputs; /* the machine's open inputs, by bits: only those of the first loop are used */
     uint8_t monitored; /* index of the monitors' readings, or HOST_BAD + a status;
                         * HOST_ONLY * n: for the n-th only, others have their first reading */
 };
@@ -79,7 +79,7 @@ struct host_course {
     uint32_t waited_ticks; /* ticks waited for the next step; 0 at the start */
 };
 
-/* Survives a reset of the firmware. What concerns heaters and coolers is summed over all loops. */
+/* Survives a reset of the firmware. Numbers of heaters and coolers are sums over all loops. */
 struct host_world {
     uint8_t main_hangs;       /* only the timer interrupt still runs */
     uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
@@ -128,7 +128,7 @@ uint32_t host_state(uint8_t loop, uint8_t *to);
  * come. */
 void host_run(struct host_course *courses);
 
-/* Runs what writes to the EEPROM until everything is written, for at most 2000 ticks. */
+/* Runs the parts that write to the EEPROM until everything is written, for at most 2000 ticks. */
 void host_settle(void);
 
 #endif

@@ -147,7 +147,7 @@ def _entry(
         return None, None
     if role not in ROLES:
         raise Unusable(
-            f"has no use for a column {role}; there are {', '.join(ROLES)} and - for none"
+            f"cannot have a column {role}; write {', '.join(ROLES)}, or - to ignore a column"
         )
     if not given:
         if place >= width:

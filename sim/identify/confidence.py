@@ -15,8 +15,8 @@ def half_widths(solution: Solution) -> Series:
     """Return half of each parameter's 95 % interval, in the units of the fit; 0 if it was given.
 
     Linearised about the solution (Seber & Wild, Nonlinear Regression, 1989, chapter 5). Correlated
-    residuals count less: the covariance is that of independent ones, times the number of rows over
-    which they are correlated.
+    residuals contain less information: the covariance is that of independent residuals, multiplied
+    by the number of rows over which they are correlated.
     """
     residuals_k = solution.residuals_k
     count, unknowns = solution.jacobian.shape

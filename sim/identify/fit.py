@@ -132,7 +132,7 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
     for before_w in (0.0,) if cold else sorted({0.0, first_w}):
         for rest in (True,) if cold else (True, False):
             if before_w > 0 and rest and not moves:
-                continue  # in the steady state of a constant power nothing would ever move
+                continue  # in the steady state of a constant power no temperature would ever change
             each = replace(setting, before_w=before_w, rest=rest)
             for start in beginnings(each):
                 yield each, start
@@ -172,6 +172,6 @@ def _left_out(wrong: NDArray[np.bool_]) -> tuple[str, ...]:
     if not wrong.any():
         return ()
     return (
-        "readings that stand out alone are taken for garbled and left out of the fit: "
+        "single readings far from their neighbours are left out of the fit as damaged: "
         f"{int(wrong.sum())}",
     )

@@ -140,7 +140,7 @@ def _powers(values: Series, roles: Roles, scales: Scales, notes: list[str]) -> S
         if factor is None:
             raise Unusable(f"has a power in {roles.power.unit}; W, mW and kW can be read")
         return _not_negative(values[:, roles.power.place] * factor, "power")
-    assert roles.duty is not None  # noqa: S101 - columns.py sees to one of both
+    assert roles.duty is not None  # noqa: S101 - columns.py requires one of both
     if scales.power_w is None:
         raise Unusable("has the duty, not the power; say what full duty is, such as --power 40W")
     duty = values[:, roles.duty.place]

@@ -102,5 +102,5 @@ def _untold(each: Found) -> str:
         return "this record does not show the ambient; measure it and give it: --ambient 20C"
     remedy = "record until the temperature hardly rises, or give the ambient (--ambient)"
     if each.parameter.key.startswith("capacity"):
-        remedy = "record a step from a temperature at rest, with more lines while it rises"
+        remedy = "record a step from a constant temperature, with more lines while it rises"
     return f"this record does not show the {title}; {remedy}"

@@ -1,7 +1,7 @@
-"""How often a part that waits for the board's message looks for it.
+"""How often a part that waits for a message of the board looks for it.
 
-A look without a message changes nothing. So C looks instead, and returns to Python when there is
-a message (native/machine.c).
+A look that finds no message changes nothing. So C looks in place of the part, and returns to Python
+only when there is a message (native/machine.c).
 """
 
 from typing import NamedTuple
@@ -12,7 +12,7 @@ class Look(NamedTuple):
 
     at -- the next look; every -- from one look to the next, or from the end of a look if it drifts;
     latest -- from here on it acts even without a message; uart, silence -- it waits until this UART
-    has sent something and then been silent for so long; 0: it waits for anything from any UART.
+    has sent something and was then silent for this time; 0: it waits for anything from any UART.
     """
 
     at: int

@@ -1,8 +1,8 @@
 """Figures of merit of a program's run: how close the temperature followed the setpoint.
 
 Ramps and holds are judged separately. On a ramp the heater needs a while to reach the duty for the
-slope, so the first minute is left out, also after a pause. Left out, too, is all the time in which
-the heater is at an end of its range: the machine then follows as fast as it can, and no controller
+slope, so the first minute is left out, also after a pause. The time in which the heater is at an
+end of its range is left out, too: the machine then follows as fast as it can, and no controller
 could do better.
 """
 

@@ -66,7 +66,7 @@ def _left(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
         return Missing("step", "No control step with a reading has renewed the loop's permit.")
     duty_percent = float(device.read(f"loop_{loop_name}.duty_percent"))
     if not duty_percent > 0:
-        return Missing("duty", "The control asks for no heat: every permit is there.")
+        return Missing("duty", "The control asks for no heat; no permit is missing.")
     if device.relay is not None and not device.relay.closed:
         return Missing("relay", f"The safety relay {controller.safety.relay} is open.")
     return Missing("pause", f"The duty is {duty_percent:.0f} %: the heater is between two pulses.")

@@ -67,7 +67,7 @@ class Adc:
         self._lib.hw_adc_known(self._hw, code, voltage_mv)
 
     def fail(self, *, hung: bool = False, stuck: bool = False) -> None:
-        """Let the ADC fail from the next conversion on, or repair it.
+        """Let the ADC fail from the next conversion on, or repair the ADC.
 
         hung -- no conversion ends; stuck -- each ends with the last code of its channel.
         """

@@ -5,7 +5,7 @@ typedef struct hw hw;
 /* Results of hw_run. */
 enum {
     HW_DONE = 0,     /* the requested cycle is reached */
-    HW_YIELD = 1,    /* some wall time has passed, or a log is to be emptied: call again */
+    HW_YIELD = 1,    /* some wall time has passed, or a log must be emptied: call again */
     HW_CRASHED = 2,  /* the CPU left its flash or RAM: see hw_message */
     HW_LIMIT = 3,    /* the firmware uses a feature that simavr does not model: see hw_message */
 };
@@ -17,7 +17,7 @@ enum {
     HW_LOGGED = 6,   /* the log is full */
     HW_WAKE = 7,     /* a part outside has to act within this step */
     HW_FEED = 8,     /* a step has ended, and a part outside needs the records */
-    HW_STOPPED = 9,  /* a step has ended, and the stop condition may be met */
+    HW_STOPPED = 9,  /* a step has ended, and the stop condition may be true */
     HW_NEWS = 10,    /* the board has sent something, and the part that waits for it looks now */
 };
 

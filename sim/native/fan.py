@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class Fan:
     """A motor on a pin, and on another pin an open collector that pulses to ground."""
 
-    def __init__(  # noqa: PLR0913 - a fan, said once
+    def __init__(  # noqa: PLR0913 - all properties of a fan
         self,
         avr: Avr,
         motor: str,

@@ -45,7 +45,7 @@ class Checked:
 
 
 def callback(ffi: Any, name: str, act: Callable[..., None]) -> None:
-    """Register a function of callbacks.h: act -- gets the chip, and what C says."""
+    """Register a function of callbacks.h: act -- gets the chip, and the arguments from C."""
 
     def call(handle: Any, *told: Any) -> None:
         chip, errors = ffi.from_handle(handle)

@@ -8,7 +8,7 @@ from heatwright.sim.native.master import Checked, callback
 
 PHASES = ("reset_low", "reset_high", "slot", "recovery", "one_low", "zero_low", "read_at")
 """Checked times of the master: the low of a reset and the high after it, a slot's length, the high
-between slots, the low of a 1 (or a read) and of a 0, and when it samples a bit that it reads."""
+between slots, the low of a 1 (or a read) and of a 0, and the time at which it samples a bit."""
 
 
 @dataclass(frozen=True)

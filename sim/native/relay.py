@@ -36,7 +36,7 @@ class Relay:
     pointer -- in the shim.
     """
 
-    def __init__(  # noqa: PLR0913 - a relay, said once
+    def __init__(  # noqa: PLR0913 - all properties of a relay
         self,
         avr: Avr,
         coil: str,

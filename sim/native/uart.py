@@ -57,7 +57,7 @@ class Uart:
 
     @property
     def frame_s(self) -> float:
-        """Duration of a character in the firmware's settings, start to stop bit, s."""
+        """Duration of a character with the firmware's settings, from start to stop bit, s."""
         return float(self._lib.hw_uart_frame_cycles(self._hw, self._number)) / self._clock_hz
 
     @property

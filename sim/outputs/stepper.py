@@ -1,8 +1,8 @@
 """A stepper motor behind a driver with STEP, DIR and ENABLE.
 
 The driver counts rising edges of STEP, as an A4988 or DRV8825 does. Times between edges are checked
-against the stricter of their data sheets: a step that it could miss or take in the wrong direction
-is a violation. A step while it is not enabled moves nothing.
+against the stricter of their data sheets: a step that the driver could miss, or make in the wrong
+direction, is a violation. A step while the driver is not enabled does not move the motor.
 """
 
 from typing import Any, NamedTuple

@@ -15,7 +15,7 @@ NOISE_BLOCK = 4096
 class Feeler:
     """One sensor's tip."""
 
-    def __init__(  # noqa: PLR0913, PLR0917 - what a tip is
+    def __init__(  # noqa: PLR0913, PLR0917 - a tip's properties
         self,
         state: int,
         sense: Sense,
@@ -24,7 +24,7 @@ class Feeler:
         seed: tuple[int, int],
         error_k: float = 0.0,
     ) -> None:
-        """Start at rest.
+        """Start in the steady state.
 
         Args:
             state: index of the plant's state that the sensor follows.

@@ -8,8 +8,8 @@ plus radiation between surfaces (heatwright.sim.plants.radiation).
 Ambient is a node of fixed temperature. A sensor follows its node with a first-order lag,
 τ · dy/dt = T − y, a dead time and Gaussian noise. A current sensor has the mean over a step behind
 a first-order filter. A fan multiplies the conductance of a link by a factor; at an active fraction
-f by 1 + (factor − 1)·f. Filament that is fed at v mm/s takes heat · (T − T_ambient) · v from its
-node: a conductance to ambient of heat · v.
+f by 1 + (factor − 1)·f. Filament that is fed at v mm/s removes heat · (T − T_ambient) · v from its
+node, like a conductance to ambient of heat · v.
 
 The step is exact for heat that is constant over it: [x; u] goes through the matrix exponential of
 the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, chapter 2).

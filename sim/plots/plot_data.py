@@ -23,7 +23,7 @@ COOL = "#56b4e9"
 FAULT = "#c00000"
 SHARED = "#909090"
 LOOPS = (READING, "#d55e00", "#009e73", "#cc79a7", "#b0a000", "#56b4e9")
-"""Colours that the colour-blind can tell apart (Okabe & Ito, Color Universal Design, 2008).
+"""Colours that colour-blind people can distinguish (Okabe & Ito, Color Universal Design, 2008).
 
 LOOPS are the colours of several loops, one for all curves of a loop."""
 

@@ -59,7 +59,7 @@ class Steering:
     """The algorithm of a loop, or the manual duty or tuning that replaces it."""
 
     def __init__(self, controller: Controller, loop: str) -> None:
-        """Create the loop's algorithm, and what can be commanded."""
+        """Create the loop's algorithm, manual duty and tuning."""
         spec = controller.loops[loop]
         self._facts = facts = facts_of(controller, loop)
         self._gains = gains_of(spec.algorithm)

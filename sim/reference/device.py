@@ -274,7 +274,7 @@ class ReferenceDevice:
         return self._loops[loop].steps()
 
     def _after_step(self, loop: ModelledLoop) -> None:
-        """Pass a step's decisions on to the outputs."""
+        """Set the outputs by the decisions of a step."""
         self._driven[loop.spec.heater].take(loop.reference.output.counts)
         if loop.spec.cooler is not None:
             self._driven[loop.spec.cooler].set(FULL if loop.reference.cooling else ZERO)

@@ -29,7 +29,7 @@ class Kept:
 
 @cache
 def _reader(attributes: tuple[str, ...]) -> Callable[[object], tuple[Value, ...]]:
-    """Return what reads these attributes of an object; `attrgetter` gives a tuple from two on."""
+    """Return a reader of attributes; for a single one `attrgetter` would not return a tuple."""
     if len(attributes) > 1:
         return attrgetter(*attributes)
     return lambda of: tuple(getattr(of, name) for name in attributes)

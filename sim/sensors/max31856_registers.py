@@ -24,8 +24,8 @@ TYPES: tuple[Type, ...] = ("B", "E", "J", "K", "N", "R", "S", "T")
 SETTINGS_BITS = tuple(range(8 * (SR - CJTO), 8 * (SR + 1)))
 """The bits of the registers that the program writes; bit 0 is the last of all registers."""
 UNSAID_LTCBL, UNSAID_CJTL = 0x1F, 0x03
-"""Bits below the temperatures', which the data sheet does not define: here ones, so that a program
-that uses them by mistake is noticed."""
+"""Bits below those of the temperatures, which the data sheet does not define: here ones, so that a
+test fails if a program uses them by mistake."""
 
 FIRST_S = {50.0: (0.185, 2 / 50), 60.0: (0.155, 2 / 60)}
 NEXT_S = {50.0: (0.11, 1 / 50), 60.0: (0.09, 1 / 60)}

@@ -19,7 +19,7 @@ def _wire(letter: Type) -> Thermocouple:
 def millivolts(letter: Type, tip_c: float, junction_c: float) -> float:
     """Return a thermocouple's voltage for its tip and its cold junction, mV.
 
-    Beyond the ends of NIST's function it goes on linearly, so that it differs from the end.
+    Beyond the ends of NIST's function it is extrapolated linearly, so that it differs from the end.
     """
     return _emf(letter, tip_c) - _at_junction(letter, junction_c)
 

@@ -21,7 +21,7 @@ ALLOWED_K = 1e-3
 FIRST_TWO_MORE = 3
 """Start-ups that define a period; the first one, at power-on, is slower than the others."""
 WRITES_OF_A_BYTE = 2
-"""Falls of E for an address or a character; more between two characters are a start-up."""
+"""Falls of E for an address or a character; more than this between characters is a start-up."""
 
 
 def button_to_display(pressed: Sequence[Press], history: Sequence[Screen]) -> Figure:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 BUTTON_MS = 50.0
-"""A key must react at once: a person notices a tenth of a second, and this is half."""
+"""A key must react at once: this is half of the tenth of a second that a person notices."""
 JITTER_US = 1000.0
 """A thousandth of the usual control period of 1 s. It is allowed once per loop, as a loop's step
 may come after those of all others."""

@@ -39,8 +39,8 @@ def measure(
 ) -> Timing:
     """Measure an unmodified binary.
 
-    Code before main, such as the clearing of RAM, is left out, and so is the start-up that ends
-    with the watchdog's reset: nothing waits there.
+    Code before main, such as the clearing of RAM, is not measured, and neither is the start-up that
+    ends with the watchdog's reset, because no interrupt or display waits then.
 
     static_stack_bytes -- worst case from the code's analysis, which the used stack must not exceed.
 

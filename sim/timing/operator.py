@@ -7,7 +7,7 @@ from heatwright.sim.timing.stage import resting_c
 from heatwright.spec import Controller, LcdKeypad
 
 GOLDEN = 0.6180339887498949
-"""The fractional parts of its multiples are spread evenly, for any number of them."""
+"""The fractional parts of its multiples are evenly spread, however many multiples are used."""
 HELD_S = 0.06
 """How long a key is held: longer than the debouncing, shorter than by a person."""
 SETTLED_S = 0.3

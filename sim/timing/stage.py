@@ -22,8 +22,8 @@ SWING_K = 0.1
 
 
 SLOWER, DEEPER, BOTTOM_S, DIPS = 4.0, 1.25, 1.0, 3
-"""A dip of the reading: how much slower than `rise_rate`, how much deeper than what counts as
-steady, the time at its bottom, and the number of dips in the time of the effort rules."""
+"""A dip of the reading: how much slower than `rise_rate`, how much deeper than a steady reading may
+vary, the time at its bottom, and the number of dips in the time of the effort rules."""
 
 STARTED_S = 1.5
 """When a loop is switched on: program and display have started by then."""
@@ -35,7 +35,7 @@ ABOVE_MINIMUM_K = 1.0
 
 @dataclass
 class Beat:
-    """An action, when it is next due, and after how long again (inf: never)."""
+    """An action, the time when it is next due, and its interval (inf: never again)."""
 
     due_s: float
     every_s: float
@@ -106,7 +106,7 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
 def _swing(
     device: AvrDevice, sensor: str, middle_c: float, dips_k: Sequence[float]
 ) -> Callable[[], None]:
-    """Return what sets a sensor's next reading: the readings alternate, with dips."""
+    """Return a function that sets a sensor's next reading: the readings alternate, with dips."""
     sides, dip_k = cycle((SWING_K, -SWING_K)), cycle(dips_k)
 
     def swing() -> None:
@@ -165,7 +165,7 @@ def _current(controller: Controller, device: AvrDevice, loop: Loop) -> list[Beat
 
 
 def _beat(loop: Loop, share: float, act: Callable[[], object]) -> Beat:
-    """Do something in each period of a loop, when a share of it has gone by."""
+    """Return a Beat that acts in each period of a loop, after a share of the period."""
     return Beat(loop.periods_s(share), loop.periods_s(1), act)
 
 

@@ -1,9 +1,9 @@
-/* Progress of the program in EEPROM: a ring of slots, so that every cell wears alike.
+/* Progress of the program in EEPROM: a ring of slots, so that all cells wear equally.
  *
- * Each save goes to the oldest slot; the newest valid slot counts. A slot begins and ends with the
- * lowest byte of its sequence number, and is written from its first byte to its last: an interrupted
- * write leaves two different numbers, or, if it ends in the first or last byte, a wrong CRC or a
- * whole slot. So after a loss of power at any byte, the record before or the new one counts. A slot
+ * Each save goes to the oldest slot; the newest valid slot is used. A slot begins and ends with the
+ * lowest byte of its sequence number, and is written from its first byte to its last. If the write
+ * is interrupted, these two bytes differ; in the first or last byte, the CRC is wrong or the slot
+ * is complete. So after a loss of power at any byte, the old or the new record is used. A slot
  * written for another spec has a wrong CRC.
  */
 #include "progress.h"
@@ -97,7 +97,7 @@ static void begin(void)
 void progress_tick(void)
 {
     if (!eeprom_is_ready()) {
-        return; /* settings are written first; the record is filled only afterwards, to be up to date */
+        return; /* settings are written first; the record is filled later, to be up to date */
     }
     if (next_byte < sizeof newest) {
         eeprom_write_byte(address(place, next_byte), ((const uint8_t *)&newest)[next_byte]);

@@ -6,7 +6,7 @@ enum { FAULT_LOG_SIZE = 8 };
 
 struct fault_log_entry {
     uint8_t code;        /* the rule that tripped */
-    float temperature_c; /* of the loop or monitor that tripped, 0 if neither did */
+    float temperature_c; /* of the loop or monitor that tripped; 0 if another part tripped */
     uint32_t time_s;     /* since reset; 0 if it was latched before the reset */
 };
 

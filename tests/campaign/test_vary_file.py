@@ -27,7 +27,7 @@ ambient: ± 5 %  #ambient: '5 %' does not have the unit of a temperature differe
 supply: ± 100 %  #supply: ± 100 % goes down to 0 %. Let it stay at 1 % or above.
 errors: {air: ± 2 %}  #errors.air: ± 2 % is a share, and an error of a temperature has the unit K. Write it in K, such as ± 0.5 K.
 noise: {air: ± 0.1 K}  #noise.air: ± 0.1 K goes down to -0.1 K. Let it stay at 0 K or above.
-late: ± 5 s  #late: ± 5 s is about nothing: there is no value of its own here. Write both ends, such as 1 s .. 1 s.
+late: ± 5 s  #late: ± 5 s is relative, but the spec has no value for it. Write both ends, such as 1 s .. 1 s.
 asks: [{loop: sky, at: 1 s, setpoint: 30 °C}]  #asks[0].loop: there is no loop sky in the spec. Use air.
 asks: [{loop: air, at: 1 h, setpoint: 30 °C}]  #asks[0].at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.
 asks: [{loop: air, at: 1 s, setpoint: 80 °C}]  #asks[0].setpoint: 80 °C exceeds the loop's range of setpoints, 10 °C .. 70 °C. Stay within them.
@@ -39,7 +39,7 @@ faults: {chance: 120 %}  #faults.chance: 120 % is too large. Use at most 100 %.
 faults: {chance: 20 %, at: 1 h}  #faults.at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.
 faults: {chance: 20 %, of: [heater_opn]}  #faults.of[0]: there is no fault heater_opn. Did you mean heater_open?
 faults: {chance: 20 %, of: [fan_stalled]}  #faults.of[0]: no loop of the spec has the part that fan_stalled breaks. Delete it.
-faults: {}  #faults.chance: this key is missing. Add it: share of the runs with it.
+faults: {}  #faults.chance: this key is missing. Add it: share of the runs with a fault.
 colour: red  #colour: there is no such key here. Use capacities, resistances, ambient, supply, errors, noise, late, asks, upsets or faults.
 """  # noqa: E501 - whole messages
 

@@ -343,7 +343,7 @@ SCENARIOS = {
         ("identify step.csv --power 40", "40 has no unit"),
         ("identify step.csv --power 0W", "--power: must be above 0"),
         ("identify step.csv --power 40W --plot x.gif", "the name must end with .png or .svg"),
-        ("identify step.csv --power 40W --columns time,x", "has no use for a column x"),
+        ("identify step.csv --power 40W --columns time,x", "cannot have a column x"),
         ("identify step.csv --loop air", "--loop names a loop of a spec"),
         ("identify step.csv --spec oven.yaml --loop x", "oven.yaml: has no loop x; there are air"),
         ("identify step.csv --spec step.csv", "step.csv:1:"),

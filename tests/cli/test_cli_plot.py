@@ -222,7 +222,7 @@ def test_a_line_that_never_ends_does_not_hold_a_recording_up(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("--columns time,heat", "has no use for a column heat"),
+        ("--columns time,heat", "cannot have a column heat"),
         ("--columns temperature=air", "has no column air; it has time_s, temperature_c,"),
         ("--loop door", "has no loop door; there are air."),
     ],

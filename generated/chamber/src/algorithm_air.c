@@ -16,11 +16,11 @@ void algorithm_air_reset(void)
 float algorithm_air_step(float change_k, uint16_t gap)
 {
     const float setpoint_c = loop_air.setpoint_c;
-    /* The expected temperature in 12 s, at the present slope. */
-    if (gap == 1) { /* a change over several periods says little about the present slope */
+    /* The temperature expected after 12 s, if the slope stays as it is now. */
+    if (gap == 1) { /* after a gap, the mean slope of several periods is not the present slope */
         const float slope = change_k * LOOP_AIR_PER_PERIOD;
         algorithm_air.rate_k_per_s += LOOP_AIR_RATE_WEIGHT * (slope - algorithm_air.rate_k_per_s);
-        /* A tiny slope becomes 0: avr-libc rounds the smallest numbers in its own way. */
+        /* A tiny slope becomes 0: avr-libc rounds denormal numbers differently from IEEE 754. */
         if (algorithm_air.rate_k_per_s < LOOP_AIR_LEAST_SLOPE && algorithm_air.rate_k_per_s > -LOOP_AIR_LEAST_SLOPE) {
             algorithm_air.rate_k_per_s = 0.0f;
         }

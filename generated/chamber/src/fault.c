@@ -21,9 +21,9 @@ void fault_restore(const struct fault_state *latched)
 {
     fault = *latched;
     fault.acknowledgements = 0;
-    /* Without a latched fault, the complement says "no fault" since the start and is not written.
-     * A code and its complement are never stored from one register: if the processor jumps here
-     * by an error, the two do not match, and fault_judge trips. */
+    /* Without a latched fault, the complement already means "no fault" and is not written. Code and
+     * complement are never written from one register: if the processor jumps here by an error, the
+     * two do not match, and fault_judge trips. */
     if (fault.code > FAULT_LAST) {
         fault.code = FAULT_SETTINGS_CORRUPT;
         fault_complement = (uint8_t)~FAULT_SETTINGS_CORRUPT;

@@ -11,8 +11,8 @@
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
 
-#define EFFORT_NOWHERE_C -1000.0f     /* every reading is far from it */
-#define EFFORT_FLOOR_PERCENT 1e-12f /* negligible; keeps the fading mean from getting denormal */
+#define EFFORT_NOWHERE_C -1000.0f     /* far from every reading */
+#define EFFORT_FLOOR_PERCENT 1e-12f /* negligible; keeps the decaying mean from becoming denormal */
 
 struct guard_air_state guard_air;
 
@@ -35,7 +35,7 @@ static bool jumped(float change_k, uint16_t gap)
     return fabsf(change_k) > allowed_k;
 }
 
-/* After a new setpoint or a reset of the guard, old observations no longer count. */
+/* After a new setpoint or a reset of the guard, forgets older observations. */
 static void start_afresh_if_needed(void)
 {
     const float t = loop_air.temperature_c;
@@ -53,7 +53,7 @@ static void start_afresh_if_needed(void)
 }
 
 /* chamber.yaml:30 loops.air.protection.runaway
- * Active once the temperature was in the band, so that a new setpoint gives no false alarm. */
+ * Active only after the temperature was in the band: after a new setpoint it may be outside. */
 static uint8_t runaway(void)
 {
     if (!loop_air_regulates()) {
@@ -106,7 +106,7 @@ static bool frozen(void)
         return false;
     }
     if (loop_air.asked_percent <= LOOP_AIR_FROZEN_HOLDING_PERCENT) {
-        return false; /* holding the temperature needs that much, and changes no reading */
+        return false; /* so little heat only holds the temperature: the reading need not change */
     }
     guard_air.frozen_steps++;
     return guard_air.frozen_steps >= LOOP_AIR_FROZEN_STEPS;
@@ -134,7 +134,7 @@ static bool rising_while_off(void)
 }
 
 /* chamber.yaml:25 loops.air.protection.effort (default)
- * A constant reading needs neither more nor less power than on a healthy machine. */
+ * To hold a constant reading, a healthy machine needs a power between these two limits. */
 static uint8_t effort(void)
 {
     const float t = loop_air.temperature_c;
@@ -150,7 +150,7 @@ static uint8_t effort(void)
             guard_air.effort_steps++;
             return guard_air.effort_steps >= LOOP_AIR_EFFORT_STEPS ? code : FAULT_NONE;
         }
-        guard_air.effort_percent = limit_percent; /* the reading moves: begin again at the limit */
+        guard_air.effort_percent = limit_percent; /* the reading moves: start again at the limit */
     }
     guard_air.effort_from_c = t;
     guard_air.effort_steps = 0;

@@ -6,24 +6,24 @@
 #include <stdint.h> /* uint8_t, uint16_t, int16_t */
 
 struct guard_air_state {
-    uint8_t fresh; /* forget the past at the next good reading */
+    uint8_t fresh; /* 1: at the next good reading, forget all older observations */
     float setpoint_last_c;
     uint8_t in_band;        /* MET_*: limits of this setpoint's band that the temperature has met */
-    uint16_t runaway_steps; /* outside the band since then */
-    uint16_t heating_steps; /* with full heat, without the expected rise */
+    uint16_t runaway_steps; /* steps outside the band since then */
+    uint16_t heating_steps; /* steps with full heat, but without the expected rise */
     float heating_from_c;
-    uint16_t frozen_steps; /* with heat beyond holding and exactly the same reading */
+    uint16_t frozen_steps; /* steps with heat beyond holding and exactly the same reading */
     int16_t frozen_raw;
-    uint16_t off_steps; /* without heat, up to the settling time */
+    uint16_t off_steps; /* steps without heat; it stops counting at the settling time */
     float off_lowest_c;
-    float effort_percent; /* mean of past duties, fading as fast as the plant cools */
-    float effort_from_c;  /* the reading from which a move is measured */
-    uint16_t effort_steps; /* in a row with a power that does not fit the reading */
+    float effort_percent; /* mean of past duties; their weights decay as fast as the plant cools */
+    float effort_from_c;  /* the reading from which a change of the reading is measured */
+    uint16_t effort_steps; /* steps in a row with a power that does not fit the reading */
 };
 
 extern struct guard_air_state guard_air;
 
-/* Forget the past: at reset, and after an acknowledgement. */
+/* Forget all observations: at reset, and after an acknowledgement. */
 void guard_air_reset(void);
 
 /* Judge the reading that the loop has just taken; trips at most one fault.

@@ -17,16 +17,16 @@ enum {
     SELECT_BELOW = 900 / 4
 };
 
-/* State after a reset: a key that is down then counts only after all keys were up. */
+/* State after a reset: a key that is down during the reset has no effect until all keys were up. */
 enum { KEY_UNKNOWN = 0xFF };
 
 static uint8_t sampled; /* key in the last sample */
 static uint8_t held = KEY_UNKNOWN; /* key that was reported last */
 
-/* A press of SELECT acknowledges a fault only if no key was down before it for REST_TICKS, and if it
- * is neither as short as a flicker nor as long as that of a stuck key. */
+/* SELECT acknowledges a fault only if no key was down for REST_TICKS before, and if the press lasts
+ * from PRESS_TICKS to LONGEST_PRESS_TICKS: a shorter one is noise, a longer one is a stuck key. */
 enum { REST_TICKS = 100, PRESS_TICKS = 8, LONGEST_PRESS_TICKS = 200 };
-static uint16_t steady_ticks; /* number of equal samples; UINT16_MAX: this press does not count */
+static uint16_t steady_ticks; /* number of equal samples; UINT16_MAX: this press is not valid */
 
 void keypad_start(void)
 {
@@ -50,7 +50,7 @@ static uint8_t key_of(uint8_t level)
     return level >= RIGHT_BELOW ? KEY_UP : KEY_RIGHT;
 }
 
-/* In the tick in which a press of SELECT ends: KEY_LET_GO or KEY_HELD if it counts. */
+/* Returns KEY_LET_GO or KEY_HELD in the tick in which a valid press of SELECT ends. */
 static uint8_t let_go(uint8_t key)
 {
     const uint16_t ticks = steady_ticks;

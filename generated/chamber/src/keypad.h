@@ -10,8 +10,8 @@ enum { KEY_NONE, KEY_RIGHT, KEY_UP, KEY_DOWN, KEY_LEFT, KEY_SELECT, KEY_LET_GO, 
 void keypad_start(void);
 
 /* Once per tick: the key that has just gone down, else KEY_NONE.
- * KEY_LET_GO: a press of SELECT has ended, and was not that of a key that is stuck or flickers;
- * KEY_HELD: it was as long as a lock-out requires. */
+ * KEY_LET_GO: a press of SELECT has ended, and was neither noise nor a stuck key;
+ * KEY_HELD: the press was as long as a lock-out requires. */
 uint8_t keypad_tick(void);
 
 #endif

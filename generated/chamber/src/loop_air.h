@@ -13,7 +13,7 @@ struct loop_air_state {
     uint8_t reading_status; /* READING_OK or the rule that the reading broke */
     int16_t reading_raw;    /* last good reading, in steps of the sensor */
     uint8_t missing;        /* steps since the last good reading */
-    uint8_t has_reading;    /* a good reading was taken since reset */
+    uint8_t has_reading;    /* 1: there was a good reading since the reset */
     float setpoint_c;
     float temperature_c;
     float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
@@ -28,7 +28,7 @@ void loop_air_start(void);
 /* Once per tick: run the control step when its period is over. */
 void loop_air_tick(void);
 
-/* False, once, after a step that has not done all its tasks in their order (chamber.yaml:33 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in order (chamber.yaml:33 safety.self_checks (default)). */
 bool loop_air_is_in_order(void);
 
 /* True while the loop is on and no fault is latched. */
@@ -58,7 +58,7 @@ bool loop_air_is_enabled(void);
 /* Switch off without a command: after a fault. */
 void loop_air_switch_off(void);
 
-/* False while the loop is off: then the band around the setpoint means nothing. */
+/* False while the loop is off: then the temperature may leave the band around the setpoint. */
 bool loop_air_regulates(void);
 
 #endif

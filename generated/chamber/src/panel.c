@@ -49,8 +49,8 @@ static const uint8_t RULES[RULES_TOLD] PROGMEM = {
     FAULT_FLASH_UNSEALED,
     FAULT_PIN_HELD,
 };
-/* The texts of the rules, one behind the other, each with its closing 0. A code of damaged memory that
- * is no rule of this machine gets the last text. */
+/* The texts of the rules, one behind the other, each with its closing 0. A code that belongs to no
+ * rule of this machine, from damaged memory, gets the last text. */
 static const char FAULT_TEXTS[] PROGMEM =
     "E01 NO SENSOR\0"
     "E02 SENSOR SHORT\0"

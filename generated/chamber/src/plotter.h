@@ -3,7 +3,7 @@
 #ifndef PLOTTER_H
 #define PLOTTER_H
 
-/* Begin a line; if the last one is still being sent, it continues instead. */
+/* Begin a line; if the last line is still being sent, do nothing. */
 void plotter_send(void);
 
 /* Once per tick: send the next field. */

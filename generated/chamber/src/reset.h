@@ -9,11 +9,11 @@
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
 extern uint8_t reset_cause;
 
-/* RESET_HANG_MARK after the main loop outlasts its permit, or an unused interrupt comes. */
+/* RESET_HANG_MARK after the main loop's permit has expired, or after an interrupt not in use. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 
-/* chamber.yaml:33 safety.self_checks (default): the watchdog resets, after the right time by this clock. */
+/* chamber.yaml:33 safety.self_checks (default): true if the watchdog's time was right by this clock. */
 extern bool reset_clock_is_right;
 
 /* Let the watchdog reset, and measure its time: returns after that reset, or if none came. */

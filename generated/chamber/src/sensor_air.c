@@ -11,12 +11,12 @@
 /* DS18B20 data sheet, DS18B20 function commands. */
 enum { CONVERT = 0x44, WRITE_SCRATCHPAD = 0x4E, READ_SCRATCHPAD = 0xBE };
 
-/* After CONVERT the chip answers 0 while it converts and 1 afterwards, until the next reset: one
- * byte of this is read after the command, and one when the conversion must have ended. */
+/* After CONVERT the chip sends zeros while it converts and ones afterwards, until the next reset:
+ * one byte is read right after the command, and one when the conversion must have ended. */
 enum { AT_START = 2, AT_END = 3 };
 
-/* Bytes of the scratchpad. The alarm registers contain a mark: a chip that has lost its supply since
- * it was set up has lost the mark too, and its power-on value of 85 degC is no temperature. */
+/* Bytes of the scratchpad. The set-up writes a mark into the alarm registers: if it is missing, the
+ * chip has lost its supply since then, and its power-on value of 85 degC is no temperature. */
 enum { RAW_LOW = 0, RAW_HIGH = 1, ALARM_HIGH = 2, ALARM_LOW = 3, SETTINGS = 4, SCRATCHPAD_SIZE = 9 };
 enum { MARK_HIGH = 0x55, MARK_LOW = 0xAA };
 enum { POWER_ON = 0x0550 }; /* 85 degC */
@@ -25,7 +25,7 @@ enum { FINISHED, WAITING, SETTING_UP, CONVERTING, ENDING, READING };
 
 static uint8_t phase = FINISHED;
 static uint16_t ticks_left;
-static bool has_converted; /* since the set-up: before, it may return its power-on value */
+static bool has_converted; /* since the set-up; before, the chip may return its power-on value */
 static uint8_t status = FAULT_SENSOR_STALE;
 static int16_t reading;
 
@@ -44,7 +44,7 @@ static void send_set_up(void)
     phase = SETTING_UP;
 }
 
-/* Writing ones gives the slots in which the chip sends: so the bytes to read are 0xFF. */
+/* The chip sends in the slots of written ones: so the bytes to be read are sent as 0xFF. */
 static void send_convert(void)
 {
     one_wire_air.data[AT_START] = 0xFF;
@@ -141,6 +141,6 @@ uint8_t sensor_air_take(int16_t *raw)
     if (taken == READING_OK) {
         *raw = reading;
     }
-    status = FAULT_SENSOR_STALE; /* for the next step, if no new reading comes in time */
+    status = FAULT_SENSOR_STALE; /* the result for the next step, if no new reading comes in time */
     return taken;
 }

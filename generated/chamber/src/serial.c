@@ -22,7 +22,7 @@ ISR(USART_UDRE_vect)
         sent = next;
     }
     if (next >= size || next >= sizeof to_send) {
-        /* disabled with the last byte: it must not interrupt the copying of the next text */
+        /* the last byte disables this interrupt: it must not come while the next text is copied */
         UCSR0B &= (uint8_t)~(1u << UDRIE0);
     }
 }

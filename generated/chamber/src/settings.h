@@ -25,7 +25,7 @@ bool settings_are_sound(void);
 /* Write a record soon, in the background. */
 void settings_save(void);
 
-/* Write two records, with the latched fault: if one is damaged later, the other still has it. */
+/* Write two records with the latched fault: if one is damaged later, the other one is read. */
 void settings_save_fault(void);
 
 /* Once per tick: write one byte. */

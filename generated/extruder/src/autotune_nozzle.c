@@ -18,8 +18,8 @@ static const float SLOPE_K = 10.0f;     /* below the target: the slope is measur
 static const float RELAY_FROM_K = 1.0f; /* below the target: the first overshoot is over */
 static const float LEAST_HYSTERESIS_K = 1.0f;
 static const float MOST_HYSTERESIS_K = 5.0f;
-static const float BELOW_HOLD_PERCENT = 12.0f; /* integral's minimum: this far below the holding duty */
-static const float PER_HOLD = 1.5f;            /* integral's maximum, as a multiple of the holding duty */
+static const float BELOW_HOLD_PERCENT = 12.0f; /* integral's minimum: the holding duty minus this */
+static const float PER_HOLD = 1.5f;            /* integral's maximum: the holding duty times this */
 static const float LEAST_RATIO = 10.0f;        /* integral time / time constant of the closed loop */
 static const float MOST_RATIO = 40.0f;
 static const float LEAST_LACK_PERCENT = 0.01f;
@@ -61,7 +61,7 @@ void autotune_nozzle_stop(void)
     }
 }
 
-/* Ends the tuning: the loop goes off; gains that were found are used and kept from now on. */
+/* Ends the tuning and switches the loop off; if gains were found, the loop uses and stores them. */
 static void end(uint8_t result)
 {
     autotune_nozzle.result = result;
@@ -85,7 +85,7 @@ static float integral_ratio(float gain)
     return lack > LEAST_LACK_PERCENT ? limit(way / lack, LEAST_RATIO, MOST_RATIO) : MOST_RATIO;
 }
 
-/* Skogestad's rule for an integrator with a lag: `both` is its slope at full swing, K/s. */
+/* Skogestad's rule for an integrator with a lag; `both`: rise + fall; `late`: lag + dead time. */
 static void find_gains(float both, float late)
 {
     float quick = 0.35f * late; /* time constant of the closed loop, s */
@@ -104,7 +104,7 @@ static void find_gains(float both, float late)
     autotune_nozzle.ki = gain / slow;
 }
 
-/* Proposes limits for the integral, around the duty that holds the target, within the spec's. */
+/* Proposes limits for the integral, around the holding duty, and within the spec's limits. */
 static void propose_limits(void)
 {
     const float hold = autotune_nozzle.hold_percent;
@@ -135,13 +135,13 @@ static void judge(void)
     const float both = rise + fall;
 
     autotune_nozzle.hold_percent = (loop_nozzle.output_maximum_percent * LOOP_NOZZLE_TUNING_SWING_SHARE) * on / (on + off);
-    /* Lag and dead time together, s; at most the harmonic mean of `on` and `off`. */
+    /* Lag + dead time, s; at most the harmonic mean of `on` and `off`. */
     const float late = limit(rise * on - swing, 0.0f, 2.0f * rise * on) / both;
     const float share = 3.0f / (4.0f + 6.0f * on / off); /* overshoot by a lag, divided by rise x lag */
-    const float carried = rise * (1.0f - share); /* K of overshoot that 1 s of dead time adds beyond that of 1 s of lag */
-    autotune_nozzle.dead_s = limit(peak - share * rise * late, 0.0f, carried * late) / carried;
-    const float lag = late - autotune_nozzle.dead_s;
+    const float carried = rise * (1.0f - share); /* overshoot per second of dead time - per second of lag */
+    const float lag = late - limit(peak - share * rise * late, 0.0f, carried * late) / carried;
     autotune_nozzle.lag_s = lag < 0.0f ? 0.0f : lag; /* rounding can make it negative */
+    autotune_nozzle.dead_s = late - autotune_nozzle.lag_s;
     find_gains(both, late);
     propose_limits();
     if (autotune_nozzle.kp <= GAIN_MAXIMUM && autotune_nozzle.ki <= GAIN_MAXIMUM
@@ -160,9 +160,9 @@ static void switch_on(float middle_c)
         autotune_nozzle.off_sum = (uint16_t)(autotune_nozzle.off_sum + autotune_nozzle.half_steps);
         autotune_nozzle.swing_sum += autotune_nozzle.high_c - middle_c;
         autotune_nozzle.peak_sum += autotune_nozzle.peak_c - autotune_nozzle.high_c;
-    }
-    if (autotune_nozzle.switches == autotune_nozzle.cycles) {
-        judge();
+        if (autotune_nozzle.switches == autotune_nozzle.cycles) {
+            judge();
+        }
     }
     autotune_nozzle.switches++;
     autotune_nozzle.phase = RELAY_ON;
@@ -185,7 +185,7 @@ static void watch_top(void)
     }
 }
 
-/* Until the first overshoot is over: measures the slope at full heat and the relay's width.
+/* Until the first overshoot is over: measures the slope at full heat, and chooses the hysteresis.
  * `middle_c` is the mean of the last two readings. */
 static void heat_up(float t, float target_c, float middle_c)
 {

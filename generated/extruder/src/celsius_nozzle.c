@@ -3,7 +3,7 @@
  *
  * A table of 24 points, with straight lines between them: the fewest points whose error is at
  * most half a step of the ADC, everywhere in the range (extruder.yaml:15 sensors.nozzle.range).
- * A reading is a sum of 4 codes; a code means the middle of its step.
+ * A reading is a sum of 4 codes; a code stands for the middle of its step.
  */
 #include "sensor_nozzle.h"
 

@@ -2,8 +2,6 @@
 /* Tools and fans by their numbers in G-code (extruder.yaml:53 interfaces[0]). */
 #include "gcode_tools.h"
 
-#include <stddef.h> /* NULL */
-
 #include "autotune_nozzle.h" /* autotune_nozzle */
 #include "loop_nozzle.h" /* loop_nozzle_set */
 #include "output_part_fan.h" /* output_part_fan_set */

@@ -30,8 +30,8 @@ static bool is_off(void)
 }
 
 /* extruder.yaml:49 safety.self_checks (default)
- * The tasks of a step, each of which sets its mark after the mark of the one before: if the processor
- * jumps over one, there is no permit, and the next tick finds it. */
+ * The tasks of a step. Each task sets its mark, and only if the mark of the task before it is set:
+ * if the processor skips a task, the gate gets no permit, and the next tick detects the error. */
 enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 

@@ -13,7 +13,7 @@ struct loop_nozzle_state {
     uint8_t reading_status; /* READING_OK or the rule that the reading broke */
     int16_t reading_raw;    /* last good reading, in steps of the sensor */
     uint8_t missing;        /* steps since the last good reading */
-    uint8_t has_reading;    /* a good reading was taken since reset */
+    uint8_t has_reading;    /* 1: there was a good reading since the reset */
     float setpoint_c;
     float temperature_c;
     float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
@@ -33,7 +33,7 @@ void loop_nozzle_start(void);
 /* Once per tick: run the control step when its period is over. */
 void loop_nozzle_tick(void);
 
-/* False, once, after a step that has not done all its tasks in their order (extruder.yaml:49 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in order (extruder.yaml:49 safety.self_checks (default)). */
 bool loop_nozzle_is_in_order(void);
 
 /* The commands: each takes effect in the next step. One that returns false was refused and has
@@ -42,7 +42,7 @@ bool loop_nozzle_is_in_order(void);
 /* Hold a setpoint; 0 switches off. Refused outside the setpoint's range. */
 bool loop_nozzle_set(float setpoint_c);
 
-/* False while the loop is off, in manual mode, or heating up for a tuning: then the band around the setpoint means nothing. */
+/* False while the loop is off, in manual mode, or heating up for a tuning: then the temperature may leave the band around the setpoint. */
 bool loop_nozzle_regulates(void);
 
 /* True if the last step used the newest setpoint, and the temperature is within 1 K of it. */

@@ -2,8 +2,8 @@
 /* Output heater: pulse width by interrupts of timer 5, channel A (extruder.yaml:20 outputs.heater).
  *
  * Timer 2, to which D10 = PB4 belongs, cannot make 30 Hz.
- * So timer 5 runs free, and interrupts set the pin. An interrupt sets the level from the count: if
- * it comes late, the pin is right for that time, and later pulses do not get longer.
+ * So timer 5 counts without a reset, and interrupts set the pin. An interrupt reads the count,
+ * and sets the level that is right at that time: a late one does not make later pulses longer.
  */
 #include "output_heater.h"
 
@@ -22,7 +22,7 @@ static uint16_t period_start; /* count of the timer at the period's start */
 static uint16_t pulse_counts; /* of the present period */
 static uint16_t next_counts;  /* of the next period */
 
-enum { MOST_LOOKS = 4 }; /* a late interrupt needs a second look */
+enum { MOST_LOOKS = 4 }; /* maximum number of tries; a late interrupt needs a second one */
 
 /* Sets the pin's level for now, and the time of the next change. Called with interrupts off. */
 static void set_pin(void)
@@ -43,8 +43,8 @@ static void set_pin(void)
             pin_output_heater_off();
         }
         OCR5A = (uint16_t)(period_start + change);
-        /* If the count has already passed that time, the match would come one whole turn later: look
-         * again, but not endlessly, or damaged memory could block the checks that find the damage. */
+        /* If that time is already over, the match would come one timer overflow later: try again,
+         * but not endlessly, or damaged memory could block the checks that find the damage. */
         if ((uint16_t)(TCNT5 - period_start) < change) {
             return;
         }

@@ -16,7 +16,7 @@ uint8_t reset_cause __attribute__((section(".noinit")));
 volatile uint16_t reset_hang_mark __attribute__((section(".noinit")));
 uint16_t reset_power_mark __attribute__((section(".noinit")));
 bool reset_clock_is_right;
-/* The reset that `awaited` stands for: BEGINS + 1 for the watchdog's first reset, and so on. */
+/* `awaited` is BEGINS + n while the n-th try waits for the watchdog's reset; n is 1 to TRIES. */
 enum { BEGINS = 0x2D86, TRIES = 3 };
 static volatile uint16_t awaited __attribute__((section(".noinit")));
 static volatile uint8_t waited __attribute__((section(".noinit"))); /* tenths of a millisecond */
@@ -28,8 +28,8 @@ __attribute__((naked, used, section(".init1"))) static void heaters_off(void)
     pin_output_heater_drive();
 }
 
-/* In .init3 the stack is set up, the variables are not. A watchdog that fired is still running.
- * A boot loader may have cleared MCUSR; then only `reset_hang_mark` tells of a hang. */
+/* In .init3 the stack is set up, the variables are not. The watchdog still runs after its reset. A
+ * boot loader may have cleared MCUSR; then only `reset_hang_mark` shows a hang. */
 __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
 {
     /* extruder.yaml:49 safety.self_checks (default): an awaited watchdog reset does not replace the first cause. */
@@ -41,8 +41,8 @@ __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
     wdt_disable();
 }
 
-/* An interrupt that is not in use means a damaged register. avr-libc's jump to the start would leave
- * it damaged; the watchdog's reset initialises all registers. */
+/* An interrupt that is not in use comes only if a register is damaged. avr-libc would jump to the
+ * start and leave it damaged; the watchdog's reset initialises all registers. */
 ISR(BADISR_vect)
 {
     reset_hang_mark = RESET_HANG_MARK; /* remains if a boot loader clears MCUSR */
@@ -51,9 +51,9 @@ ISR(BADISR_vect)
     }
 }
 
-/* Compares two clocks: the watchdog resets some 16 ms after it was switched on, by an oscillator of
- * its own. Where a boot loader clears MCUSR, another reset looks like the watchdog's but comes
- * too soon: so there are several tries. */
+/* Compares two clocks: the watchdog has its own oscillator, and resets some 16 ms after it was
+ * switched on. If a boot loader clears MCUSR, any other reset looks like the watchdog's, but
+ * comes too soon: so there are several tries. */
 void reset_prove_watchdog(void)
 {
     const uint8_t took = waited;

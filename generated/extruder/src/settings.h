@@ -31,7 +31,7 @@ bool settings_are_sound(void);
 /* Write a record soon, in the background, with the gains that settings_keep_* has kept. */
 void settings_save(void);
 
-/* Write two records, with the latched fault: if one is damaged later, the other still has it. */
+/* Write two records with the latched fault: if one is damaged later, the other one is read. */
 void settings_save_fault(void);
 
 /* Keep the present gains through a loss of power: those of a loop, or all, with the limits. */
@@ -42,7 +42,7 @@ void settings_keep(void);
 void settings_reload(void);
 void settings_defaults(void);
 
-/* True if these may be the limits of nozzle, %: in order, and within those of the spec. */
+/* True if these limits of nozzle, %, are in order, and within the limits of the spec. */
 bool settings_may_limit_nozzle(float integral_minimum, float integral_maximum, float output_maximum);
 
 /* Once per tick: write one byte. */

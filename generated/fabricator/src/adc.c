@@ -2,7 +2,7 @@
 /* The ADC: a scan converts each channel once per tick; the end of one conversion starts the next.
  *
  * A scan that does not end within its tick is aborted. Its readings are then missing: the codes of
- * an older scan are never used in their place.
+ * an older scan never replace them.
  */
 #include "adc.h"
 

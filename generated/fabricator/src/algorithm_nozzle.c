@@ -17,18 +17,18 @@ void algorithm_nozzle_reset(void)
 float algorithm_nozzle_step(float change_k, uint16_t gap)
 {
     const float setpoint_c = loop_nozzle.setpoint_c;
-    /* The expected temperature in 2.2 s, at the present slope. */
-    if (gap == 1) { /* a change over several periods says little about the present slope */
+    /* The temperature expected after 2.2 s, if the slope stays as it is now. */
+    if (gap == 1) { /* after a gap, the mean slope of several periods is not the present slope */
         const float slope = change_k * LOOP_NOZZLE_PER_PERIOD;
         algorithm_nozzle.rate_k_per_s += LOOP_NOZZLE_RATE_WEIGHT * (slope - algorithm_nozzle.rate_k_per_s);
-        /* A tiny slope becomes 0: avr-libc rounds the smallest numbers in its own way. */
+        /* A tiny slope becomes 0: avr-libc rounds denormal numbers differently from IEEE 754. */
         if (algorithm_nozzle.rate_k_per_s < LOOP_NOZZLE_LEAST_SLOPE && algorithm_nozzle.rate_k_per_s > -LOOP_NOZZLE_LEAST_SLOPE) {
             algorithm_nozzle.rate_k_per_s = 0.0f;
         }
     }
     const float expected_c = loop_nozzle.temperature_c + LOOP_NOZZLE_LEAD_S * algorithm_nozzle.rate_k_per_s;
 
-    /* An output that is on stays on for 1.5 K inside the band. */
+    /* An output that is on stays on until the temperature is 1.5 K inside the dead band. */
     if (expected_c < setpoint_c - LOOP_NOZZLE_DEAD_BAND_K) {
         algorithm_nozzle.heating = 1;
     } else if (expected_c >= setpoint_c - LOOP_NOZZLE_INSIDE_K) {

@@ -3,7 +3,7 @@
  *
  * A table of 7 points, with straight lines between them: the fewest points whose error is at
  * most half a step of the ADC, everywhere in the range (fabricator.yaml:12 sensors.nozzle.range).
- * A reading is a sum of 16 codes; a code means the middle of its step.
+ * A reading is a sum of 16 codes; a code stands for the middle of its step.
  */
 #include "sensor_nozzle.h"
 

@@ -12,11 +12,11 @@
 struct current_heater_state current_heater;
 
 /* fabricator.yaml:17 outputs.heater.current.limit
- * Computes the highest permitted duty from the current at the present duty. CURRENT_HEATER_LIMIT_A
- * is the mean current, at full duty, of a heater whose root mean square is the limit; the square of
- * the root mean square is proportional to the duty. After off, the limit starts small and rises by
- * the same amount per step, so that a wire of far too low resistance is noticed before it gets full
- * current. It is that small again while the current is too low to be told from zero. */
+ * Computes the highest permitted duty from the current at the present duty.
+ * CURRENT_HEATER_LIMIT_A is the mean current at full duty if the rms current is at its limit; the
+ * square of the rms current is proportional to the duty. When the heater goes on, the permitted
+ * duty starts small and rises by the same amount per step: so a far too low resistance is noticed
+ * before full current flows. It stays small while the current is too small to be measured. */
 static void limit(void)
 {
     if (!(current_heater.applied_percent > 0.0f)) {
@@ -41,7 +41,7 @@ static void limit(void)
     current_heater.limit_percent = percent;
 }
 
-/* Counts the steps in a row in which `so` is true. */
+/* Counts the steps in a row in which the condition `so` is true. */
 static uint16_t counted(uint16_t steps, bool so)
 {
     return so ? (uint16_t)(steps + 1u) : 0;
@@ -71,7 +71,7 @@ static uint8_t judge(void)
 
 void current_heater_step(void)
 {
-    /* If the ADC's scan did not end, the last reading stays. */
+    /* If the ADC's scan has not ended, keep the last reading. */
     (void)sensor_current_take(&current_heater.raw);
     sensor_current_begin();
     current_heater.amperes = sensor_current_amperes(current_heater.raw);

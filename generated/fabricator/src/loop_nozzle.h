@@ -13,12 +13,12 @@ struct loop_nozzle_state {
     uint8_t reading_status; /* READING_OK or the rule that the reading broke */
     int16_t reading_raw;    /* last good reading, in steps of the sensor */
     uint8_t missing;        /* steps since the last good reading */
-    uint8_t has_reading;    /* a good reading was taken since reset */
+    uint8_t has_reading;    /* 1: there was a good reading since the reset */
     float setpoint_c;
     float temperature_c;
     float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
     float asked_percent;    /* before its limit by current: duty of the last step with a reading or fault */
-    uint8_t cooling;        /* 1: the cooler is wanted on */
+    uint8_t cooling;        /* 1: the cooler must run */
     uint8_t enabled;        /* 1: switched on, in this step */
 };
 
@@ -29,7 +29,7 @@ void loop_nozzle_start(void);
 /* Once per tick: run the control step when its period is over. */
 void loop_nozzle_tick(void);
 
-/* False, once, after a step that has not done all its tasks in their order (fabricator.yaml:39 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in order (fabricator.yaml:39 safety.self_checks (default)). */
 bool loop_nozzle_is_in_order(void);
 
 /* True while the loop is on and no fault is latched. */
@@ -46,8 +46,8 @@ uint8_t loop_nozzle_state(void);
 bool loop_nozzle_may_set(float setpoint_c);
 bool loop_nozzle_set(float setpoint_c);
 
-/* Switch on. Refused while a fault is latched; also until `disable` was called after the reset and the
- * last fault: a repeated "on" does not restart a heater. `may_enable` only tests. */
+/* Switch on. Refused while a fault is latched; and after the reset, a fault, until `disable`
+ * was called: a repeated "on" must not restart a heater. `may_enable` only tests. */
 bool loop_nozzle_may_enable(void);
 bool loop_nozzle_enable(void);
 
@@ -63,7 +63,7 @@ void loop_nozzle_demand_release(void);
 /* Switch off without a command: after a fault. */
 void loop_nozzle_switch_off(void);
 
-/* False while the loop is off: then the band around the setpoint means nothing. */
+/* False while the loop is off: then the temperature may leave the band around the setpoint. */
 bool loop_nozzle_regulates(void);
 
 #endif

@@ -20,7 +20,7 @@ void modbus_tick(void);
 /* Ticks since the last request to this slave or to all, or since reset. Stays at its largest value. */
 uint16_t modbus_silent_ticks(void);
 
-/* True if there was such a request since the reset. */
+/* True if there was a request to this slave or to all since the reset. */
 bool modbus_was_heard(void);
 
 #endif

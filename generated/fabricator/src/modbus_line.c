@@ -2,8 +2,8 @@
 /* The line of the Modbus slave (fabricator.yaml:45 interfaces[0]).
  *
  * A frame ends with 2.00521 ms of silence, measured by timer 0. Request and answer share one buffer:
- * from the end of a request to the end of its answer, nothing is received. Each received byte costs
- * a bounded number of cycles and no memory, whatever arrives and however fast.
+ * from the end of a request to the end of its answer, nothing is received. Each received byte takes
+ * a limited number of cycles, and no memory is allocated, whatever comes.
  */
 #include "modbus_line.h"
 
@@ -96,7 +96,7 @@ ISR(TIMER0_COMP_vect)
 ISR(USART_TXC_vect)
 {
     if (phase != ANSWERING) {
-        return; /* nothing was sent: keep the frame, its request may wait for its answer */
+        return; /* nothing was sent: keep the frame, a request in it may wait for an answer */
     }
     if (sent != answer_size) {
         UDR = modbus_frame[sent];

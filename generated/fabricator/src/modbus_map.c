@@ -22,7 +22,7 @@ static struct {
 } seen;
 
 static uint8_t coils; /* the controller's coils, as last written */
-static uint8_t rested; /* of these, the ones last written 0 since the reset */
+static uint8_t rested; /* mask of the coils that were last written 0 since the reset */
 
 const struct map_entry map_coils[MAP_COILS] PROGMEM = {
     { 0, 0x01, { .place = &coils } }, /* acknowledge */
@@ -102,8 +102,8 @@ bool map_write(uint16_t first, uint8_t count, const uint8_t *words)
     return false;
 }
 
-/* A coil of the controller acts when 1 is written after a written 0: so a coil that a master always
- * writes as 1 acknowledges neither every new fault nor the one latched at power-up. */
+/* A coil of the controller acts when 1 is written after 0: so a master that always writes 1
+ * acknowledges neither each new fault nor a fault that was latched before power-up. */
 static bool switch_controller(uint8_t named, uint8_t on)
 {
     const uint8_t risen = (uint8_t)(on & rested);

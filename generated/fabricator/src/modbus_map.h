@@ -42,8 +42,8 @@ extern const struct map_entry map_inputs[MAP_INPUTS];
 /* Before a request is executed: update the values that must be computed. */
 void map_look(void);
 
-/* Write coils or registers that exist: all of a request; or return false and write none. Bit 0 is
- * the first coil; words begin with their high byte. */
+/* Write all coils or registers of a request; or write none of them, and return false. The addresses
+ * must exist. Bit 0 is the first coil; the high byte of a word comes first. */
 bool map_switch(uint16_t first, uint8_t count, uint8_t bits);
 bool map_write(uint16_t first, uint8_t count, const uint8_t *words);
 

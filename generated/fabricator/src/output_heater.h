@@ -20,7 +20,7 @@ void output_heater_set(float duty_percent);
 /* Once per tick, from the gate: apply the duty, or off without a permit. */
 void output_heater_tick(bool permitted);
 
-/* True if the last tick has left it on: in pulses, or continuously. */
+/* True if the last tick has left the output on: in pulses, or continuously. */
 bool output_heater_is_on(void);
 
 #endif

@@ -9,15 +9,15 @@
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
 extern uint8_t reset_cause;
 
-/* RESET_HANG_MARK after the main loop outlasts its permit, or an unused interrupt comes. */
+/* RESET_HANG_MARK after the main loop's permit has expired, or after an interrupt not in use. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 
-/* RESET_POWER_MARK from the start of a lock-out until a loss of power. */
+/* RESET_POWER_MARK from the start of a lock-out until the next loss of power. */
 enum { RESET_POWER_MARK = 0x3CA5 };
 extern uint16_t reset_power_mark;
 
-/* fabricator.yaml:39 safety.self_checks (default): the watchdog resets, after the right time by this clock. */
+/* fabricator.yaml:39 safety.self_checks (default): true if the watchdog's time was right by this clock. */
 extern bool reset_clock_is_right;
 
 /* Let the watchdog reset, and measure its time: returns after that reset, or if none came. */

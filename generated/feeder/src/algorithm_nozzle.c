@@ -33,13 +33,13 @@ static void differentiate(float error_k, uint16_t gap)
     const float now = loop_nozzle.temperature_c;
 
     (void)error_k;
-    if (gap == 1) { /* a change over several periods says little about the present slope */
+    if (gap == 1) { /* after a gap, the mean slope of several periods is not the present slope */
         float slope = 0.0f;
         if (algorithm_nozzle.started) {
             slope = -(now - algorithm_nozzle.last) * LOOP_NOZZLE_PER_PERIOD;
         }
         algorithm_nozzle.derivative += LOOP_NOZZLE_SLOPE_WEIGHT * (slope - algorithm_nozzle.derivative);
-        /* A tiny slope becomes 0: avr-libc rounds the smallest numbers in its own way. */
+        /* A tiny slope becomes 0: avr-libc rounds denormal numbers differently from IEEE 754. */
         if (algorithm_nozzle.derivative < LOOP_NOZZLE_LEAST_SLOPE && algorithm_nozzle.derivative > -LOOP_NOZZLE_LEAST_SLOPE) {
             algorithm_nozzle.derivative = 0.0f;
         }
@@ -74,7 +74,7 @@ static float integrate(float error_k)
     return sum;
 }
 
-/* Uses new gains. The integral takes up the change of the other terms: the duty does not jump. */
+/* Takes over new gains, and changes the integral so that the sum of the terms stays equal. */
 static void take_gains(float error_k)
 {
     const float kp_old = algorithm_nozzle.kp;
@@ -90,7 +90,7 @@ static void take_gains(float error_k)
     }
 }
 
-/* Returns the operator's duty; sets the integral so that the return to automatic does not jump. */
+/* Returns the operator's duty; sets the integral so that automatic mode begins with this duty. */
 static float follow(void)
 {
     const float duty = limit(loop_nozzle.manual_percent, LOOP_NOZZLE_OUTPUT_MINIMUM, LOOP_NOZZLE_OUTPUT_MAXIMUM);

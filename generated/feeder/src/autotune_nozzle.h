@@ -17,17 +17,17 @@ struct autotune_nozzle_state {
     uint16_t steps;      /* since the start */
     uint16_t half_steps; /* since the relay switched, or the slope's measurement began */
     uint16_t on_steps;   /* length of the relay's last on time */
-    uint16_t on_sum;     /* over the swings that count, like the sums below */
+    uint16_t on_sum;     /* over all swings but the first, like the sums below */
     uint16_t off_sum;
     float from_c;        /* temperature at the start of the slope's measurement */
     float rise;          /* slope with the heater on, K/s */
     float peak_c;        /* highest reading since the heater went off */
-    float hysteresis_k;  /* half the relay's width */
+    float hysteresis_k;  /* the relay switches at the target minus and plus this */
     float high_c;        /* temperature when the relay last switched off */
-    float swing_sum;     /* K, fall from each switching off to the next switching on */
-    float peak_sum;      /* K, from switching off to the peak */
+    float swing_sum;     /* K, temperature at switching off minus that at the next switching on */
+    float peak_sum;      /* K, peak minus temperature at switching off */
     float hold_percent;  /* duty that holds the target */
-    float lag_s;         /* lag and dead time that explain the swings */
+    float lag_s;         /* lag and dead time of the machine, computed from the swings */
     float dead_s;
     float kp; /* the gains found, %/K */
     float ki; /* %/(K*s) */
@@ -38,20 +38,20 @@ struct autotune_nozzle_state {
 
 extern struct autotune_nozzle_state autotune_nozzle;
 
-/* Start a tuning with this number of swings, limited to 3 to 20. */
+/* Start a tuning with this number of swings; a number outside 3 to 20 is limited to that range. */
 void autotune_nozzle_start(uint8_t cycles);
 
 /* End the tuning without a result, if it runs. */
 void autotune_nozzle_stop(void);
 
 /* Once per control step in tuning mode, while no fault is latched. `has_reading`: this step has a
- * reading; `last_c`: the reading before it, not needed in the first step. */
+ * reading; `last_c`: the reading before that; the first step ignores it. */
 void autotune_nozzle_step(bool has_reading, float last_c);
 
 /* The duty from this step on, in percent. */
 float autotune_nozzle_duty(void);
 
-/* True until the target is first reached: until then the band around it means nothing. */
+/* True until the target is first reached: before, no rule may expect the temperature near it. */
 bool autotune_nozzle_is_heating_up(void);
 
 #endif

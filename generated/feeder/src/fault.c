@@ -23,9 +23,9 @@ void fault_restore(const struct fault_state *latched)
 {
     fault = *latched;
     fault.acknowledgements = 0;
-    /* Without a latched fault, the complement says "no fault" since the start and is not written.
-     * A code and its complement are never stored from one register: if the processor jumps here
-     * by an error, the two do not match, and fault_judge trips. */
+    /* Without a latched fault, the complement already means "no fault" and is not written. Code and
+     * complement are never written from one register: if the processor jumps here by an error, the
+     * two do not match, and fault_judge trips. */
     if (fault.code > FAULT_LAST) {
         fault.code = FAULT_SETTINGS_CORRUPT;
         fault_complement = (uint8_t)~FAULT_SETTINGS_CORRUPT;
@@ -59,7 +59,7 @@ static void count(uint8_t code)
     tripped_s = (uint16_t)fault.time_s;
     fault.trips++;
     if (fault.trips >= LOCKOUT_TRIPS) {
-        reset_power_mark = RESET_POWER_MARK; /* only a loss of power clears it */
+        reset_power_mark = RESET_POWER_MARK; /* only a loss of power clears this mark */
     }
 }
 

@@ -44,15 +44,15 @@ enum {
 struct fault_state {
     uint8_t code;             /* FAULT_NONE or the code of the rule that tripped */
     uint8_t acknowledgements; /* since reset, wraps */
-    uint8_t trips;            /* trips, each soon after the last, that count for the lock-out */
-    float temperature_c;      /* of the loop or monitor that tripped, 0 if neither did */
+    uint8_t trips;            /* trips for the lock-out: each came soon after the one before */
+    float temperature_c;      /* of the loop or monitor that tripped; 0 if another part tripped */
     uint32_t time_s;          /* since reset */
 };
 
 extern struct fault_state fault;
 extern uint8_t fault_complement; /* complement of fault.code: a flipped bit in one of the two is found */
 
-/* Take over the fault that was latched before the reset. */
+/* Latch again the fault that was latched before the reset. */
 void fault_restore(const struct fault_state *latched);
 
 /* In each control step: a flipped bit in RAM that could change the heat becomes a fault.
@@ -62,14 +62,14 @@ void fault_judge(bool settings_sound, float temperature_c);
 /* Latch `code`, unless an earlier fault is still unacknowledged. */
 void fault_trip(uint8_t code, float temperature_c);
 
-/* The operator has seen the fault; all rules start again without a past. No effect during a lock-out. */
+/* Clear the latched fault; all rules forget what they have counted. No effect during a lock-out. */
 void fault_acknowledge(void);
 
 /* True during a lock-out: after too many trips within a time, only a person at the machine can
  * acknowledge. */
 bool fault_is_locked(void);
 
-/* Once per tick: forget trips for the lock-out that are long past. */
+/* Once per tick: forget trips that are too old to count for the lock-out. */
 void fault_tick(void);
 
 #endif

@@ -12,7 +12,7 @@ void flash_start(void);
 /* Test a few more bytes. Returns the rule that the last round found broken, or FAULT_NONE. */
 uint8_t flash_tick(void);
 
-/* True if the last round ended well; found in another way than flash_tick finds it. */
+/* True if the last round was good; this is decided in another way than in flash_tick. */
 bool flash_is_sound(void);
 
 #endif

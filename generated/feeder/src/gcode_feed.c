@@ -15,7 +15,7 @@ static const float SECONDS_PER_MINUTE = 60.0f;
 static bool places = true;   /* true: lengths are positions (M82); false: distances (M83) */
 static int32_t origin_steps; /* where length 0 is */
 static int32_t target_steps; /* where the moves given so far end */
-static float rest_steps;     /* rounding error of distances, for the next move */
+static float rest_steps;     /* rounding error of the distances so far: the next move includes it */
 static float mm_per_s = OUTPUT_FEED_MAXIMUM_MM_PER_S;
 
 static bool move_waits;
@@ -24,7 +24,7 @@ static bool end_waits;
 static bool disable_then;
 static bool resting; /* M410 has ended the moves; the feed is still slowing down */
 
-/* Positions wrap after 4 thousand million steps; their difference stays right. */
+/* Positions wrap after 2^32 steps; their difference stays right. */
 static int32_t difference(int32_t a, int32_t b)
 {
     return (int32_t)((uint32_t)a - (uint32_t)b);
@@ -35,7 +35,7 @@ static int32_t rounded(float steps)
     return (int32_t)(steps < 0.0f ? steps - 0.5f : steps + 0.5f);
 }
 
-/* The feed runs only while these loops are ready: with one off it would never start. */
+/* The feed runs only while these loops are ready: if one is off, the feed would never start. */
 static bool is_heater_off(void)
 {
     if (settings.nozzle_setpoint_c == 0.0f) {
@@ -72,7 +72,7 @@ static bool is_reachable(float steps)
     return steps > -MOST_STEPS && steps < MOST_STEPS;
 }
 
-/* A move that M410 or a fault has stopped has its target where the feed stops. */
+/* Once M410 or a fault has ended the moves, the target is the position where the feed stops. */
 static void follow_feed(void)
 {
     if (!output_feed_is_busy()) {
@@ -83,30 +83,36 @@ static void follow_feed(void)
     }
 }
 
-/* True if the move can be added now: the feed rests, or it moves in the same direction and ends
- * within a second. Otherwise a host could give commands for hours ahead. */
+/* True if the move can be added now: the feed is at rest, or it moves in the same direction and
+ * ends within a second. Without this limit a host could send moves for hours ahead. */
 static bool is_taken_now(int32_t steps)
 {
     if (!output_feed_is_busy()) {
         return true;
     }
-    const int32_t left = difference(target_steps, output_feed_position());
+    const float left = (float)difference(target_steps, output_feed_position());
     const float ahead = OUTPUT_FEED_STEPS_PER_MM * mm_per_s; /* steps in one second */
-    if (resting || (left < 0) != (steps < 0)) {
+    if (resting || (left < 0.0f) != (steps < 0)) {
         return false;
     }
-    return (float)(left < 0 ? -left : left) < ahead;
+    return (left < 0.0f ? -left : left) < ahead;
 }
 
 static bool try_move(void)
 {
     const float wanted = waiting_mm * OUTPUT_FEED_STEPS_PER_MM + rest_steps;
+
+    if (!is_reachable(wanted)) { /* damaged memory: a length that no line has given */
+        rest_steps = 0.0f;
+        move_waits = false;
+        return true;
+    }
     int32_t steps = rounded(wanted);
     const float rest = wanted - (float)steps;
 
     follow_feed();
     if (places) {
-        steps = difference(difference(steps, target_steps), -origin_steps);
+        steps = difference((int32_t)((uint32_t)steps + (uint32_t)origin_steps), target_steps);
     }
     if ((steps != 0 || resting) && !is_taken_now(steps)) {
         return false; /* while the feed slows down, its final position is not known */
@@ -160,7 +166,7 @@ bool feed_rename_place(void)
         if (names_others()) {
             return true;
         }
-        break; /* G92 without a number: this position is 0 */
+        break; /* G92 without a number: the present position becomes 0 */
     case WORD_NUMBER:
         break;
     default:

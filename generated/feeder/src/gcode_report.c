@@ -73,8 +73,8 @@ static const uint8_t RULES[RULES_TOLD] PROGMEM = {
     FAULT_STACK_OVERRUN,
     FAULT_FLASH_UNSEALED,
 };
-/* The texts of the rules, one behind the other, each with its closing 0. A code of damaged memory that
- * is no rule of this machine gets the last text. */
+/* The texts of the rules, one behind the other, each with its closing 0. A code that belongs to no
+ * rule of this machine, from damaged memory, gets the last text. */
 static const char FAULT_TEXTS[] PROGMEM =
     "Error:E01 NO SENSOR\0"
     "Error:E02 SENSOR SHORT\0"
@@ -120,8 +120,8 @@ static const char *text_of_fault(uint8_t code)
     return found;
 }
 
-/* Sends a piece, a text in flash and one behind it, if there is room for the longest one. Returns true,
- * as all that say something do: there is a piece, though it may have nothing to say. */
+/* Sends a piece, a text in flash and one in RAM, if the ring has room for the longest piece.
+ * Returns true like all functions of pieces: the piece exists, even if its text is empty. */
 static bool say_both(const char *in_flash, const char *more)
 {
     if (host_room() < LONGEST_PIECE) {
@@ -222,8 +222,8 @@ static bool waited(void)
     return say_number(PSTR(" W:"), (float)report_wait_s, 0);
 }
 
-/* "Resend" alone makes the host resend. These texts begin with "echo:", not "Error:": hosts treat an
- * unknown error as fatal, so one damaged byte in a known text would end a print. */
+/* The word "Resend" alone makes the host resend. These texts begin with "echo:", not "Error:":
+ * hosts end a print after an unknown error, and one damaged byte makes a known text unknown. */
 static bool say_line_problem(void)
 {
     switch (report_detail) {

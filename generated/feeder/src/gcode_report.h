@@ -37,10 +37,10 @@ enum {
     REFUSED_NUMBER, /* a number is missing or invalid */
     REFUSED_LIMITS,
     REFUSED_FAULT,
-    REFUSED_STOP,   /* acknowledgement in a line that was sent before the stop */
+    REFUSED_STOP,   /* acknowledgement in a line that was sent before the stop, M112 */
     REFUSED_LOCKED, /* acknowledgement by a host during a lock-out */
     REFUSED_UNABLE, /* this loop does not support the command */
-    REFUSED_HEATER, /* the heater is named in a way that hosts use differently */
+    REFUSED_HEATER, /* the parameter means a heater for some hosts, and a power for others */
     REFUSED_OFF     /* feed while the heater is off */
 };
 

@@ -7,7 +7,7 @@
 char words_letter;
 uint16_t words_command;
 
-static char text[WORDS_SIZE]; /* reached by its places only: no bit that flips leads beyond it */
+static char text[WORDS_SIZE]; /* no pointer to it is stored, so a flipped bit cannot lead outside */
 static uint8_t parameters; /* place behind the command */
 
 static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };
@@ -15,10 +15,10 @@ static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 10
 /* Further decimals are read, but ignored. */
 enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1 };
 
-/* A number has up to seven digits before its point: more are refused. */
+/* A number may have up to seven digits before its point; one with more is refused. */
 static const uint32_t MOST_WHOLE = 9999999;
 
-/* With one more digit, a command number has four: the most allowed. */
+/* A command number up to this one may have one more digit; the maximum is four digits. */
 enum { MOST_BEFORE_DIGIT = 999 };
 
 static bool is_digit(char character)
@@ -103,7 +103,7 @@ bool words_take(uint8_t first)
         }
     }
     if (next == '.') {
-        words_command = WORDS_NO_COMMAND; /* a variant, such as M105.5: not supported */
+        words_command = WORDS_NO_COMMAND; /* fractions, such as M105.5, are not supported */
     }
     parameters = rest;
     return true;
@@ -146,7 +146,7 @@ static uint8_t read_number(uint8_t place, float *number)
     if (!any || (next != '\0' && !is_letter(next))) {
         return WORD_BAD;
     }
-    /* With up to seven digits there is only this one rounding, as in any other reader of decimals. */
+    /* Seven digits are exact in a float: only this division rounds, to the nearest float. */
     *number = (float)digits / pgm_read_float(&TENS[decimals]);
     if (negative) {
         *number = -*number;

@@ -12,8 +12,8 @@
 
 enum { MET_ABOVE = 1, MET_BELOW = 2 };
 
-#define EFFORT_NOWHERE_C -1000.0f     /* every reading is far from it */
-#define EFFORT_FLOOR_PERCENT 1e-12f /* negligible; keeps the fading mean from getting denormal */
+#define EFFORT_NOWHERE_C -1000.0f     /* far from every reading */
+#define EFFORT_FLOOR_PERCENT 1e-12f /* negligible; keeps the decaying mean from becoming denormal */
 
 struct guard_nozzle_state guard_nozzle;
 
@@ -36,7 +36,7 @@ static bool jumped(float change_k, uint16_t gap)
     return fabsf(change_k) > allowed_k;
 }
 
-/* After a new setpoint or a reset of the guard, old observations no longer count. */
+/* After a new setpoint or a reset of the guard, forgets older observations. */
 static void start_afresh_if_needed(void)
 {
     const float t = loop_nozzle.temperature_c;
@@ -54,7 +54,7 @@ static void start_afresh_if_needed(void)
 }
 
 /* feeder.yaml:40 loops.nozzle.protection.runaway
- * Active once the temperature was in the band, so that a new setpoint gives no false alarm. */
+ * Active only after the temperature was in the band: after a new setpoint it may be outside. */
 static uint8_t runaway(void)
 {
     if (!loop_nozzle_regulates()) {
@@ -113,7 +113,7 @@ static bool frozen(void)
         return false;
     }
     if (loop_nozzle.asked_percent <= LOOP_NOZZLE_FROZEN_HOLDING_PERCENT) {
-        return false; /* holding the temperature needs that much, and changes no reading */
+        return false; /* so little heat only holds the temperature: the reading need not change */
     }
     guard_nozzle.frozen_steps++;
     return guard_nozzle.frozen_steps >= LOOP_NOZZLE_FROZEN_STEPS;
@@ -141,7 +141,7 @@ static bool rising_while_off(void)
 }
 
 /* feeder.yaml:35 loops.nozzle.protection.effort (default)
- * A constant reading needs neither more nor less power than on a healthy machine. */
+ * To hold a constant reading, a healthy machine needs a power between these two limits. */
 static uint8_t effort(void)
 {
     const float t = loop_nozzle.temperature_c;
@@ -157,7 +157,7 @@ static uint8_t effort(void)
             guard_nozzle.effort_steps++;
             return guard_nozzle.effort_steps >= LOOP_NOZZLE_EFFORT_STEPS ? code : FAULT_NONE;
         }
-        guard_nozzle.effort_percent = limit_percent; /* the reading moves: begin again at the limit */
+        guard_nozzle.effort_percent = limit_percent; /* the reading moves: start again at the limit */
     }
     guard_nozzle.effort_from_c = t;
     guard_nozzle.effort_steps = 0;
@@ -194,7 +194,7 @@ static uint8_t judge(float change_k, uint16_t gap)
 }
 
 /* feeder.yaml:35 loops.nozzle.protection.master_lost_after (default)
- * Without the host, nothing could switch the loop off any more. */
+ * If the host is silent, nothing could switch the loop off. */
 void guard_nozzle_master(bool is_on)
 {
     if (is_on && gcode_silent_ticks() >= LOOP_NOZZLE_MASTER_LOST_TICKS) {

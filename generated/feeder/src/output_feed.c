@@ -20,11 +20,11 @@
 static volatile uint32_t steps_left;
 static uint32_t goal; /* position at the end of the move, as an unsigned number */
 static bool backward;
-static bool ending; /* slow down, and cancel the rest of the move */
+static bool ending; /* true: the motor slows down, and the rest of the move is cancelled */
 static float wanted_steps_per_s;
 static float steps_per_s; /* present speed; 0 while at rest */
 
-/* Set for the interrupt: number of parts of an interval; length of a part in counts and 1/256 counts. */
+/* Set for the interrupt: an interval's number of parts; their length in counts and 1/256 counts. */
 static uint16_t parts;
 static uint16_t part_counts;
 static uint8_t part_rest;
@@ -44,7 +44,7 @@ static void set_compare(void)
     }
     OCR0A = (uint8_t)(counts - 1u);
     if (TCNT0 >= OCR0A) {
-        TCNT0 = 0; /* too late: otherwise the count would go all the way round */
+        TCNT0 = 0; /* too late: the match would come one timer overflow later */
     }
 }
 
@@ -197,7 +197,7 @@ static void run(void)
     }
 }
 
-/* feeder.yaml:34 loops.nozzle.ready_within: cold filament would be ground away, not fed. */
+/* feeder.yaml:34 loops.nozzle.ready_within: the motor would grind cold filament, not feed it. */
 static bool may_run(void)
 {
     if (!loop_nozzle_is_ready()) {
@@ -223,10 +223,10 @@ static bool can_stop_from(float speed, uint32_t left)
     return speed * (speed * OUTPUT_FEED_PER_TWICE_ACCELERATION + OUTPUT_FEED_HALF_TICK_S) <= (float)left;
 }
 
-/* The speed in the next tick; 0: at rest. */
+/* The speed in the next tick; below the slowest speed: at rest. */
 static float next_speed(uint32_t left)
 {
-    /* The speed that needs no acceleration: at the start, and at the end of the move. */
+    /* The speed that the motor reaches without acceleration, at the start and the end of a move. */
     const float start = wanted_steps_per_s < OUTPUT_FEED_START_STEPS_PER_S
         ? wanted_steps_per_s : OUTPUT_FEED_START_STEPS_PER_S;
     float next;
@@ -253,7 +253,8 @@ void output_feed_tick(void)
         return;
     }
     steps_per_s = next_speed(left);
-    if (steps_per_s == 0.0f) {
+    if (!(steps_per_s >= OUTPUT_FEED_SLOWEST_STEPS_PER_S)) { /* NaN is rest, too */
+        steps_per_s = 0.0f;
         ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
         {
             pause();

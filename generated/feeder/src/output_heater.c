@@ -26,7 +26,7 @@ void output_heater_start(void)
 /* Called with interrupts off: the timer's other outputs share the registers. */
 static void apply(uint16_t counts)
 {
-    /* Off and full use the port, not the timer: no spike, and no pulse left running. */
+    /* The port makes 0 % and 100 %: the timer would add spikes, or end the last pulse late. */
     if (counts == 0) {
         TCCR1A &= (uint8_t)~((1u << COM1A1) | (1u << COM1A0));
         pin_output_heater_off();

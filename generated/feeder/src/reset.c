@@ -24,8 +24,8 @@ __attribute__((naked, used, section(".init1"))) static void heaters_off(void)
     pin_output_feed_enable_drive();
 }
 
-/* In .init3 the stack is set up, the variables are not. A watchdog that fired is still running.
- * A boot loader may have cleared MCUSR; then only `reset_hang_mark` tells of a hang. */
+/* In .init3 the stack is set up, the variables are not. The watchdog still runs after its reset. A
+ * boot loader may have cleared MCUSR; then only `reset_hang_mark` shows a hang. */
 __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
 {
     reset_cause = MCUSR;
@@ -33,8 +33,8 @@ __attribute__((naked, used, section(".init3"))) static void keep_cause(void)
     wdt_disable();
 }
 
-/* An interrupt that is not in use means a damaged register. avr-libc's jump to the start would leave
- * it damaged; the watchdog's reset initialises all registers. */
+/* An interrupt that is not in use comes only if a register is damaged. avr-libc would jump to the
+ * start and leave it damaged; the watchdog's reset initialises all registers. */
 ISR(BADISR_vect)
 {
     reset_hang_mark = RESET_HANG_MARK; /* remains if a boot loader clears MCUSR */

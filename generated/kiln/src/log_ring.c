@@ -6,7 +6,7 @@
 
 static struct log_entry ring[LOG_ENTRIES];
 static uint32_t end;
-static uint16_t place; /* of the entry that comes next */
+static uint16_t place; /* index of the next entry */
 
 uint32_t log_ring_first(void)
 {

@@ -21,8 +21,8 @@ struct log_entry {
     uint8_t place; /* program * LOG_SEGMENTS + segment; 0: none */
 };
 
-/* Entries are numbered from 0 since the log began. Number of the first that may still exist, and of
- * the next one, which is behind the newest. */
+/* Entries are numbered from 0 since the log began. log_ring_first: the oldest entry that may still
+ * exist; log_ring_end: the number that the next entry will get. */
 uint32_t log_ring_first(void);
 uint32_t log_ring_end(void);
 

@@ -2,7 +2,7 @@
 /* Answers the commands that read the log over a serial port (kiln.yaml:74 interfaces[1]).
  *
  * At most one line of the log is prepared per tick, after the line before has been sent: a computer
- * that does not read, or sends without end, delays nothing.
+ * that does not read, or that sends without a pause, delays nothing else.
  */
 #include "log_talk.h"
 
@@ -67,8 +67,8 @@ static char command[COMMAND_SIZE + 1];
 static uint8_t length;
 static bool unreadable; /* the command is too long or damaged */
 
-/* The text still to be sent, by its place in TEXTS; NO_WORDS: none. Compared with the end wherever
- * it is used: damaged RAM must not make it read beyond. */
+/* Offset in TEXTS of the text that is still to be sent; NO_WORDS: none. Each use compares it with
+ * the end of TEXTS: damaged RAM must not cause a read beyond it. */
 static uint16_t words = NO_WORDS;
 static bool sending;      /* the log is to be sent, after `words` */
 static uint32_t next;     /* number of the entry that is sent next */

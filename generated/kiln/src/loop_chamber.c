@@ -51,7 +51,7 @@ static float mean_celsius(void)
 
     loop_chamber.reading_c = sensor_chamber_celsius(loop_chamber.reading_raw);
     for (uint8_t i = 0; i < LOOP_CHAMBER_READINGS; i++) {
-        if (i == slot || guard_chamber.fresh) { /* after a reset or a fault, older readings do not count */
+        if (i == slot || guard_chamber.fresh) { /* after a reset or fault, forget older readings */
             window_c[i] = loop_chamber.reading_c;
         }
         sum_c += window_c[i];
@@ -60,8 +60,8 @@ static float mean_celsius(void)
     return sum_c * LOOP_CHAMBER_SHARE;
 }
 
-/* The program decides setpoint and switch: kiln.yaml:51 programs.loop. The loop's own switch is off
- * meanwhile, so the loop is off when the program has ended. */
+/* The program decides the setpoint and whether the loop is on: kiln.yaml:51 programs.loop.
+ * The loop's own switch is off meanwhile, so that the loop is off when the program has ended. */
 static void follow_program(void)
 {
     if (program.state == PROGRAM_IDLE) {
@@ -75,8 +75,8 @@ static void follow_program(void)
 }
 
 /* kiln.yaml:67 safety.self_checks (default)
- * The tasks of a step, each of which sets its mark after the mark of the one before: if the processor
- * jumps over one, there is no permit, and the next tick finds it. */
+ * The tasks of a step. Each task sets its mark, and only if the mark of the task before it is set:
+ * if the processor skips a task, the gate gets no permit, and the next tick detects the error. */
 enum { NOTHING = 0, READ = 1, DECIDED = GUARD_JUDGED + 1, OUT_OF_ORDER = 0xFF };
 static volatile uint8_t done;
 

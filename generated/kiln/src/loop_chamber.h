@@ -15,7 +15,7 @@ struct loop_chamber_state {
     uint8_t reading_status; /* READING_OK or the rule that the reading broke */
     int32_t reading_raw;    /* last good reading, in steps of the sensor */
     uint8_t missing;        /* steps since the last good reading */
-    uint8_t has_reading;    /* a good reading was taken since reset */
+    uint8_t has_reading;    /* 1: there was a good reading since the reset */
     float setpoint_c;
     float reading_c;        /* last good reading */
     float temperature_c;    /* the mean of the last 5 */
@@ -33,7 +33,7 @@ void loop_chamber_start(void);
 /* Once per tick: run the control step when its period is over. */
 void loop_chamber_tick(void);
 
-/* False, once, after a step that has not done all its tasks in their order (kiln.yaml:67 safety.self_checks (default)). */
+/* False, once, after a step that has not done all its tasks in order (kiln.yaml:67 safety.self_checks (default)). */
 bool loop_chamber_is_in_order(void);
 
 /* True while the loop is on and no fault is latched. */
@@ -63,13 +63,13 @@ bool loop_chamber_is_enabled(void);
 /* Switch off without a command: after a fault. */
 void loop_chamber_switch_off(void);
 
-/* False while the loop is off, in manual mode: then the band around the setpoint means nothing. */
+/* False while the loop is off, in manual mode: then the temperature may leave the band around the setpoint. */
 bool loop_chamber_regulates(void);
 
 /* Heat with this duty, 0..100 %, in manual mode. */
 bool loop_chamber_set_manual(float percent);
 
-/* Set the duty of manual mode; return to automatic; the duty and the mode from the next step on. */
+/* Set the duty of manual mode; return to automatic mode; get duty and mode of the next step. */
 bool loop_chamber_set_manual_percent(float percent);
 void loop_chamber_set_automatic(void);
 float loop_chamber_manual_percent(void);

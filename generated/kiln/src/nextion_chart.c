@@ -2,8 +2,8 @@
 /* The charts of a touch display (kiln.yaml:73 interfaces[0]).
  *
  * Channel 0 is the temperature, channel 1 the setpoint, in pixels of the chart's height; its upper
- * edge is 1200 degC. A display forgets a chart when another page is shown, so the chart of
- * the firing is kept here.
+ * edge is 1200 degC. A display clears its chart when another page is shown, so the columns of
+ * the firing's chart are stored here.
  */
 #include "nextion_chart.h"
 

@@ -41,7 +41,7 @@ uint8_t points_marked;
 uint8_t points_revision;
 
 static bool write_wanted;
-static uint8_t next_number; /* program to show once the last change is being written; 0: none */
+static uint8_t next_number; /* program to show when the last change is being stored; 0: none */
 
 static void read_program(uint8_t number)
 {
@@ -84,7 +84,7 @@ bool points_are_waiting(void)
     return write_wanted;
 }
 
-/* Uses a changed program from now on, and has it stored. */
+/* Takes over a changed program, and orders its storage in the EEPROM. */
 static bool keep(const struct stored_program *changed)
 {
     if (next_number != 0 || !programs_are_sound(changed)) {
@@ -156,7 +156,7 @@ static bool has_target(uint8_t kind)
     return kind == PROGRAM_OVER || kind == PROGRAM_RATE || kind == PROGRAM_FAST;
 }
 
-/* True if the last target before segment `number` is the temperature `tenths`. */
+/* True if the last target before segment `number` is this temperature, in tenths of a degree. */
 static bool is_there_already(const struct stored_program *in, uint8_t number, int32_t tenths)
 {
     for (uint8_t i = (uint8_t)(number - 1u); i-- != 0;) {

@@ -30,7 +30,7 @@ bool points_are_waiting(void);
 /* Convert the time of a segment to hundredths of a minute. */
 int32_t points_minutes(uint32_t seconds);
 
-/* In each turn: have a change written; then show the program that was requested meanwhile. */
+/* In each turn: start to store a change; then show the program that was requested meanwhile. */
 void points_turn(void);
 
 #endif

@@ -2,7 +2,7 @@
 /* The serial line to the touch display: a ring of received bytes, and one instruction being sent,
  * both by interrupt (kiln.yaml:73 interfaces[0]).
  *
- * Each received byte costs a bounded number of cycles and no memory, whatever arrives and however fast.
+ * Each received byte takes a limited number of cycles, and no memory is allocated, whatever comes.
  */
 #include "nextion_port.h"
 

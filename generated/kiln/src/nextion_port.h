@@ -11,7 +11,7 @@ enum { NEXTION_PORT_DAMAGED = 0x15 };
 
 void nextion_port_start(void);
 
-/* Set the line's baud rate; only one turn after the port is free. */
+/* Set the line's baud rate. The port must have been free for a turn: then the last byte is sent. */
 void nextion_port_divide(uint16_t divisor);
 
 /* True while no received byte waits. */

@@ -31,7 +31,7 @@ static const uint16_t DIVISORS[] PROGMEM = {
 enum { SPEEDS = sizeof DIVISORS / sizeof DIVISORS[0], IDLE, END = 0xFF, ENDS = 3 };
 
 static uint8_t next = IDLE;
-static bool resting; /* a turn of rest: the transmitter sends its last two bytes */
+static bool resting; /* this turn sends nothing: the transmitter still sends its last two bytes */
 
 void search_begin(void)
 {

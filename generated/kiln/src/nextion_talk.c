@@ -69,7 +69,7 @@ void talk_hear(void)
             break;
         case FRAME_ORDER:
             (void)orders_do(frame_text);
-            show_anew(); /* a button shows what was pressed: send the real state */
+            show_anew(); /* a touched button has changed by itself: send the real state */
             return;
         case FRAME_PAGE:
             take_page(frame_page);

@@ -236,7 +236,7 @@ static bool has_reached(void)
     return is_near(program.to_c);
 }
 
-/* No setpoint lies beyond the protection's limits, but by damaged RAM; also for NaN. */
+/* Limits a setpoint, also NaN, to the protection's limits: damaged RAM may make it leave them. */
 static float bounded(float c)
 {
     if (!(c >= LOOP_CHAMBER_MINIMUM_C)) {
@@ -276,8 +276,8 @@ static void arrive(void)
     }
 }
 
-/* Counts the steps in which a segment waits for a machine that is too cold: in total, since for a
- * machine that is too slow the setpoint waits and moves by turns. */
+/* Counts all steps in which the segment has waited for a machine that is too cold, not only steps
+ * in a row: if the machine is too slow, the setpoint waits and moves by turns. */
 static void watch_lag(void)
 {
     const float t = loop_chamber.temperature_c;
@@ -335,7 +335,7 @@ static void go_on(bool ok)
     }
 }
 
-/* kiln.yaml:54 programs.on_fault: a fault keeps the program where it is, as a loss of power does, until it is resumed. */
+/* kiln.yaml:54 programs.on_fault: like a loss of power, a fault stops the program until it is resumed. */
 static void interrupt(void)
 {
     if (is_at_work() || program.state == PROGRAM_RESTORING) {
@@ -387,7 +387,7 @@ void program_fail(void)
 
 /* ---- commands of the operator ---- */
 
-/* Accepts a command; none after a stop or a pause that no step has taken yet: off must stay off. */
+/* Accepts a command, unless a stop or a pause still waits for the next step: off must stay off. */
 static bool give(uint8_t order, uint8_t argument)
 {
     if (fault.code != FAULT_NONE || next_order == PROGRAM_STOP

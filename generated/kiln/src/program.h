@@ -15,9 +15,9 @@ enum {
     PROGRAM_IDLE = 0,
     PROGRAM_RUNNING = 1,
     PROGRAM_PAUSED = 2,
-    PROGRAM_RETURNING = 3, /* the temperature returns to the setpoint; the clocks are stopped */
+    PROGRAM_RETURNING = 3, /* the temperature returns to the setpoint after a break; clocks stopped */
     PROGRAM_RESTORING = 4, /* after a power cut: the first reading decides whether it continues */
-    PROGRAM_INTERRUPTED = 5 /* by a fault: kept until it is resumed */
+    PROGRAM_INTERRUPTED = 5 /* by a fault: the program waits until the operator resumes it */
 };
 
 /* program.waiting */
@@ -71,7 +71,7 @@ struct program_state {
     float rate_k_per_s; /* of the setpoint */
     uint32_t length;  /* of the segment, steps */
     uint32_t elapsed; /* steps of progress in the segment */
-    uint16_t waited;  /* steps in the segment of waiting for a temperature below the setpoint */
+    uint16_t waited;  /* steps in which the segment waited, because the machine was too cold */
     uint32_t clock;   /* steps in the program without pauses */
     uint32_t segment_clock; /* steps in the segment without pauses */
     uint32_t energy;  /* sum over the steps of the heater's duty in tenths of a percent */

@@ -19,7 +19,7 @@ enum {
     PROGRAM_RATE = 2, /* to a temperature, at `amount` tenths of a kelvin per hour */
     PROGRAM_FAST = 3, /* to a temperature, as fast as the machine can */
     PROGRAM_HOLD = 4, /* for `amount` seconds, at the temperature reached before */
-    PROGRAM_UNTIL = 5 /* the same, until the operator continues */
+    PROGRAM_UNTIL = 5 /* hold the temperature reached before, until the operator continues */
 };
 
 struct program_segment {
@@ -34,12 +34,12 @@ struct stored_program {
     struct program_segment segment[PROGRAM_POINTS];
 };
 
-/* Copy the program at place `number`, also one that is being written; false if there is none: then
- * the copy means nothing. Call it in a tick, when the EEPROM has finished its byte. */
+/* Copy the program at place `number`, also one that is being written. False: there is none, and the
+ * copy is not valid. Call it in a tick, when the EEPROM has finished its byte. */
 bool programs_read(uint8_t number, struct stored_program *into);
 
 /* Store a program at place `number`, in the background; one without segments empties the place.
- * False: the program is not sound, or the last one is not written yet. */
+ * False: the program is not valid, or the last one is not written yet. */
 bool programs_write(uint8_t number, const struct stored_program *from);
 
 /* True if no write is going on. */

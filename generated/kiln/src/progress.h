@@ -26,7 +26,7 @@ struct progress_record {
 /* After a reset: find the newest record. */
 void progress_start(void);
 
-/* Copy the record that `progress_start` found; false: there was none, and the copy means nothing.
+/* Copy the record that `progress_start` found. False: there was none, and the copy is not valid.
  * Call it before anything is saved. */
 bool progress_found(struct progress_record *into);
 

@@ -8,8 +8,8 @@
 /* Before the first tick: switch on the contact's pull-up. */
 void relay_start(void);
 
-/* Once per tick, from the gate, before the heaters: true if the relay has been closed for so long
- * that a heater may be on. */
+/* Once per tick, from the gate, before the heaters: true if the relay has been closed long enough
+ * for a heater to go on. */
 bool relay_look(void);
 
 /* Once per tick, from the gate, after the heaters: close the relay if `wanted`, else open it. */

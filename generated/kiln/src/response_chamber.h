@@ -8,7 +8,7 @@
 
 struct response_chamber_state {
     uint8_t state;     /* of the measurement: 0 none, 1 outside the band, 2 inside, 3 settled */
-    uint8_t rising;    /* 1: the setpoint is approached from below */
+    uint8_t rising;    /* 1: the temperature comes from below the setpoint */
     uint8_t measured;  /* results since the reset, wraps */
     uint16_t steps;    /* since the setpoint changed */
     uint16_t entered;  /* `steps` when the temperature came into the band */

@@ -9,7 +9,7 @@
 #include "config.h" /* SENSOR_CHAMBER_STEP_C */
 
 /* Use another type of thermocouple from the next reading on, also after a reset. Codes as in
- * settings.chamber_thermocouple. False, and no change: the spec does not allow the type
+ * settings.chamber_thermocouple. False, and nothing has changed: the spec does not allow the type
  * (kiln.yaml:17 sensors.chamber.selectable), or a loop or program uses the readings now. */
 bool sensor_chamber_choose(uint8_t type);
 

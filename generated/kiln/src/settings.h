@@ -31,7 +31,7 @@ bool settings_are_sound(void);
 /* Write a record soon, in the background, with the gains that settings_keep_* has kept. */
 void settings_save(void);
 
-/* Write two records, with the latched fault: if one is damaged later, the other still has it. */
+/* Write two records with the latched fault: if one is damaged later, the other one is read. */
 void settings_save_fault(void);
 
 /* Write one record, once nothing has changed for 10 s. */

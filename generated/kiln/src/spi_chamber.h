@@ -11,7 +11,7 @@ void spi_chamber_start(void);
 /* True if the answers' line is high while nothing drives it, as the pull-up makes it. */
 bool spi_chamber_is_idle(void);
 
-/* Select the converter, and send the first register's address. The chip waits without a limit. */
+/* Select the converter, and send the first register's address. The chip has no time limit. */
 void spi_chamber_begin(uint8_t address);
 
 /* Transfer one register, and the next one with the next call; some 10 us at 16 MHz. */

@@ -108,7 +108,7 @@ def flip_flash(world: World) -> None:
 
 
 def leave_out_duty(world: World) -> None:
-    """Flip a bit of what a control step has done so far: a part seems done before it begins."""
+    """Flip a bit of the mark of a control step's tasks: one seems done before it begins."""
     world.device.avr.flip(_place(world, f"loop_{world.site.loop_name}.c:done"), LOWEST_BIT)
 
 
@@ -161,7 +161,7 @@ def _held_pins(site: Site) -> Iterator[Fault]:
 
 
 def _asked_within_s(output: Any) -> float:
-    """Return how long an output takes to ask for one level in LOOKS ticks, not in a row, s."""
+    """Return the time in which an output commands one level in LOOKS ticks, not in a row, s."""
     if not output.is_windowed:
         return 0.0
     pulse_ticks = round(output.resolution_s / TICK_S) if output.distribution == "spread" else LOOKS

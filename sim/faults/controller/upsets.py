@@ -41,7 +41,7 @@ HEATS, TOO_HOT, FORGETS = "heats", "too hot", "forgets"
 longer latched although nobody acknowledged it."""
 BAD = (HEATS, TOO_HOT, FORGETS)
 RESULTS = ("nothing", "told", "reset", "unknown", *BAD)
-"""All outcomes; told -- a fault was latched; unknown -- the program did what is not simulated."""
+"""All outcomes; told -- a fault was latched; unknown -- it did something that is not simulated."""
 
 
 class Upset(NamedTuple):

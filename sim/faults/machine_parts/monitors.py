@@ -58,7 +58,7 @@ def faults(site: Site) -> Iterator[Fault]:
     for name, monitor in controller.monitors.items():
         sensor = controller.thermometers[monitor.sensor]
         loop = watching_loop(controller, name)
-        assert loop is not None  # noqa: S101 - the language sees to it
+        assert loop is not None  # noqa: S101 - the checks ensure it
         step_k = sensor.step_at_k(monitor.warning_c, controller.board.mcu)
         watched = Watched(name, monitor, sensor, controller.loops[loop], step_k)
         yield from _broken(site, watched)

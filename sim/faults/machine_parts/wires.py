@@ -24,7 +24,7 @@ def faults(site: Site) -> Iterator[Fault]:
     limit_a = heater.limit_a
     if limit_a is None:
         return
-    # By this factor a wire's current may grow and still be held by the limit at once.
+    # If a wire's current is larger by this factor, the limit still reduces it at once.
     growth = (limit_a + heater.over_a) / 2 / heater.mean_a
     if SOFT_START * growth < 1:
         yield _part_shorted(site, heater, limit_a)

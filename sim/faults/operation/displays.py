@@ -93,7 +93,7 @@ def _unmoved(world: World) -> str:
 
 def _play(world: World) -> None:
     """Touch the screen at random places."""
-    chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
+    chance = random.Random(SEED)  # noqa: S311 - random touches, not a secret
     for _ in range(TOUCHES):
         world.device.display.display.touch(chance.randrange(WIDTH), chance.randrange(HEIGHT))
         world.device.display.release()

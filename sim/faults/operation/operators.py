@@ -116,7 +116,7 @@ def _one_step(world: World) -> str:
 
 def _play(world: World) -> None:
     """Press keys at random."""
-    chance = random.Random(SEED)  # noqa: S311 - a hand, not a secret
+    chance = random.Random(SEED)  # noqa: S311 - random touches, not a secret
     keys = tuple(key for key in CODES if key)
     for _ in range(PRESSES):
         world.press(chance.choice(keys))

@@ -29,7 +29,7 @@ def slow_conversions(site: Site, act: Act, watch_s: float) -> Fault:
 
 
 LACKS_HEAT = ("heating_failed", "runaway_below")
-"""Rules that may trip without readings: without them there is no heat."""
+"""Rules that may trip while there are no readings, because then there is no heat."""
 
 CURRENT_RULES = tuple(RULES[code].id for code in (20, 21, 22))
 """Rules that may trip when a current is no longer measured."""
@@ -49,7 +49,7 @@ def bursts(site: Site, name: str, act: Act, cure: Act, watch_s: float) -> Fault:
 def bursts_of_damage(
     site: Site, chip_of: Callable[[World], Ds18b20 | SpiChip], most: int, periods: int, for_s: float
 ) -> Fault:
-    """Return the fault of a chip of whose answers so many in a row are damaged, again and again.
+    """Return the fault of a chip that damages some answers in a row, again and again.
 
     periods -- from one burst to the next; for_s -- how long it is watched, s.
     """

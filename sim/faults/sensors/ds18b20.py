@@ -79,7 +79,9 @@ def _never_converts(site: Site) -> Fault:
 
 def _harmless(site: Site) -> Iterator[Fault]:
     """Yield disturbances as on a long cable, which must not trip a rule of the sensor."""
-    most = steps(site.loop.protection.stale_after_s, site.loop) - 1  # which it just tolerates
+    most = (
+        steps(site.loop.protection.stale_after_s, site.loop) - 1
+    )  # the controller just tolerates so many
     yield bursts_of_damage(site, _chip, most, most + 2, WATCH_S)
     interrupt = on_chip(Ds18b20.brown_out)
     yield harmless(site, "supply_interrupted_once", interrupt, WATCH_S, _never_believed)

@@ -148,7 +148,7 @@ _RULES = {
 
 
 def _changes(bits: NDArray[np.int64], levels: NDArray[np.bool_], bus: int) -> NDArray[np.int64]:
-    """Return each event's change of the bus levels; 0 if only the source of a level changed."""
+    """Return each event's change of the bus levels; 0 if only the source of a level has changed."""
     change = np.zeros(len(bits), np.int64)
     for bit in (1, 2, 4, 8, _RS, _ENABLE):
         mine = np.flatnonzero(bits == bit)

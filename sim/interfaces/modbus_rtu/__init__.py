@@ -163,9 +163,9 @@ class ModbusMaster:
 
     @property
     def look(self) -> Look | None:
-        """How it looks for an answer of which no byte has come yet.
+        """How C may look for an answer of which no byte has come yet.
 
-        With a driver on the line it looks itself, as the driver may hide bytes that are sent.
+        With a driver on the line the master looks itself, as the driver may hide sent bytes.
         """
         waits, at = self._current, self.wake_cycle
         if waits is None or at is None or self.bus.has_heard or self.bus.is_driven:

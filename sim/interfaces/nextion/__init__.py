@@ -153,7 +153,7 @@ class Nextion:
 
     @property
     def look(self) -> Look | None:
-        """How it looks, if only a touch or the board's bytes can make it act; None: otherwise."""
+        """How C may look for it, if only a touch or the board's bytes make it act; else None."""
         at = self.wake_cycle
         if at is None or self.is_busy:
             return None
@@ -194,7 +194,7 @@ class Nextion:
                 self._begins_s = cycles[start] / self._avr.clock_hz
             end = data.find(END[:1], start) + 1 or len(data)
             if end - 1 > start and data.startswith(END, end - 1):
-                end += len(END) - 1  # what does not begin with it may end one that came before
+                end += len(END) - 1  # bytes before it may be the end of an earlier instruction
             for text in self.display.receive(data[start:end]):
                 self._note(text, cycles[end - 1] / self._avr.clock_hz)
             if self.display.memory.variables["baud"] != self.line.baud:

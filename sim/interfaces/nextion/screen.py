@@ -97,7 +97,7 @@ class _Canvas:
 
     def _number(self, part: Part) -> None:
         self._ground(part, _colour(part, "bco", WHITE))
-        digits = int(part.values.get("lenth", 0))  # at least so many
+        digits = int(part.values.get("lenth", 0))  # minimum number of digits
         self._write(part, f"{int(part.values['val']):0{digits}d}", _colour(part, "pco", 0))
 
     def _waveform(self, part: Part) -> None:

@@ -49,7 +49,7 @@ static void show(struct hw_fan *f) {
 }
 
 /* Cycles until this share of a pulse is reached; negative: never. Newton's method starts on the side
-   without overshoot: from above while the fan accelerates, from below while it slows down. */
+   from which it does not overshoot: above while the fan accelerates, below while it slows down. */
 static double until(const struct hw_fan *f, double part) {
     double to = target(f);
     if (f->noise > 0.0)

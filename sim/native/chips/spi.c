@@ -23,7 +23,7 @@ struct hw_spi {
     hw_spi_timing timing;
     int connected, selected, rests_high;
     uint8_t word[16];
-    int driven, position;       /* bits to send, and bits sent so far; then it floats */
+    int driven, position;       /* bits to send, and bits sent so far; after them the line floats */
     int shown;                  /* its level on the data line: HW_NONE, HW_LOW, HW_HIGH */
     uint8_t told[TOLD_BYTES];
     int heard;                  /* bits received since it was selected */

@@ -3,9 +3,9 @@
 
 #include <stdint.h>
 
-/* Fields of a decoded instruction: d, r registers (or an I/O address and a mask); k a value, data
-   address or target; n the cycles when taken or skipped, the first register of a pointer, or how many
-   of the same kind are in a row. */
+/* Fields of a decoded instruction: d, r: registers (or an I/O address and a mask); k: a value, data
+   address or target; n: the cycles when taken or skipped, the first register of a pointer, or the
+   number of equal instructions in a row. */
 #define OPERATIONS(X) \
     X(UNDECODED) X(SLOW) X(NOP) X(MOVW) X(MULS) X(MUL) X(ADD) X(ADC) X(SUB) X(SBC) X(AND) X(OR) \
     X(EOR) X(MOV) X(CP) X(CPC) X(CPSE) X(CPI) X(SBCI) X(SUBI) X(ORI) X(ANDI) X(LDI) X(ADIW) \

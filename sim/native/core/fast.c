@@ -1,10 +1,10 @@
 /* The processor's core: instructions decoded once, run from a table.
 
-   simavr decodes each instruction each time; this core takes a third of that time. It does the same
-   as simavr's core, flag by flag and cycle by cycle (a test runs both on random code), and leaves
-   rare instructions to it; it calls the handlers of peripheral registers as simavr does. In three
-   cases it follows the part, and simavr does not: SBI on a PIN register toggles only that bit, SBI
-   and CBI of a port's bit that already has the value change no pin, and a skip over ADIW or SBIW
+   simavr decodes an instruction each time it runs; this core takes a third of that time. It does the
+   same as simavr's core, flag by flag and cycle by cycle (a test runs both on random code), leaves
+   rare instructions to it, and calls the handlers of peripheral registers as simavr does. In three
+   cases it follows the real chip, and simavr does not: SBI on a PIN register toggles only that bit,
+   SBI and CBI of a port's bit that already has the value change no pin, and a skip over ADIW or SBIW
    skips one word. */
 #include <stdlib.h>
 #include <string.h>
@@ -102,7 +102,7 @@ static inline unsigned packed(const struct flags *f) {
            (f->h << 1 & 32);
 }
 
-/* The eight flags, each a byte of 0 or 1, as one byte: the product moves them side by side. */
+/* The eight flags, each a byte of 0 or 1, as one byte: the multiplication moves them side by side. */
 static inline struct flags flags_from(const uint8_t *S) {
     uint64_t flags;
     memcpy(&flags, S, sizeof flags);

@@ -1,4 +1,4 @@
-/* One processor in the shim, and what all its parts use: logs, timers, taps, limits. */
+/* One processor in the shim, and the tools of all its parts: logs, timers, taps, limits. */
 #pragma once
 
 #include <stddef.h>

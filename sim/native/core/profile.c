@@ -164,7 +164,7 @@ static void returned(hw *h) {
         pop(h);
 }
 
-/* A jump to another function ends one that was itself jumped to; a called one stays running. */
+/* A jump to another function ends a function that was itself jumped to; a called one continues. */
 static void jumped(hw *h, uint32_t pc, uint16_t sp) {
     struct profile *p = h->profile;
     struct frame *top = p->depth ? &p->frames[p->depth - 1] : NULL;
@@ -189,8 +189,8 @@ static int is_call(uint16_t op) {
     return (op & 0xf000) == 0xd000 || (op & 0xfe0e) == 0x940e || op == 0x9509 || op == 0x9519;
 }
 
-/* A jump to the start of another function is a call that returns to the caller's caller. Vectors
-   are such jumps, too, but their handlers have already been entered. */
+/* A jump to the start of another function is a call that returns to the caller's caller. Interrupt
+   vectors are such jumps, too, but their handlers are already recorded as entered. */
 static int is_tail_call(struct profile *p, uint16_t from, uint32_t pc) {
     uint16_t to = function_at(p, pc);
     return from != to && to != NO_FUNCTION && p->starts[to] == pc &&
@@ -250,7 +250,7 @@ void profile_count(hw *h) {
     p->counted = h->avr->cycle;
 }
 
-/* The code has been left by a jump or straight on; calls and returns are reported separately. */
+/* A jump or the end of its range has left the code; calls and returns are reported separately. */
 void profile_leave(hw *h, uint32_t pc) {
     struct profile *p = h->profile;
     profile_count(h);

@@ -1,8 +1,8 @@
 /* Timer outputs: the pins that timers drive, with the cases that simavr gets wrong.
 
    A pin driven by a timer no longer follows PORT. Fast PWM with a compare value of TOP or above is
-   constant; simavr inverts it at TOP and ignores it above. With ICR as TOP, simavr takes compare
-   value and TOP only when the timer is set up; here they apply from the next period, as on the part.
+   constant; simavr inverts it at TOP and ignores it above. With ICR as TOP, simavr reads compare
+   value and TOP only when the timer is set up; here they apply from the next period, as on the chip.
    Phase-correct PWM has no edges in simavr: the run ends with a message. */
 #include <stdlib.h>
 #include <simavr/avr_timer.h>

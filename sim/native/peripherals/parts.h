@@ -1,4 +1,4 @@
-/* What processor.c asks of each peripheral: set up once, put right after every reset, freed. */
+/* The functions of each peripheral for processor.c: set up once, correct after a reset, free. */
 #pragma once
 #include "core/hw.h"
 

@@ -60,7 +60,7 @@ static void record(hw *h, int number, struct pin *pin) {
     e->state = pin->state;
 }
 
-/* Tell the chips on a pin about levels that others than the chip itself cause. */
+/* Tell the chips on a pin about levels that do not come from the chip itself. */
 static void tell(struct port *p, struct pin *pin, int bit) {
     int driven_low = (p->ddr >> bit & 1) && !(p->port >> bit & 1);
     uint8_t low = pin->drive ? pin->drive == HW_LOW : driven_low;

@@ -1,4 +1,4 @@
-/* What other peripherals and the chips at the pins ask of pins. */
+/* The functions of pins for other peripherals, and for the chips at the pins. */
 #pragma once
 #include "core/hw.h"
 

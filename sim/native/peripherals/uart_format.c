@@ -1,4 +1,4 @@
-/* What a UART's registers say of its format, and its flags. */
+/* The format that a UART's registers define, and its flags. */
 #include "uart.h"
 
 struct uart_format uart_format(const struct uart *u) {

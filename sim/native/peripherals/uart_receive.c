@@ -76,7 +76,7 @@ static struct received decoded(const struct uart *u) {
     return c;
 }
 
-/* At the last sample of the stop bit, which may already be the first of the next start bit. */
+/* Called at the last sample of the stop bit, which may already be the next start bit's first one. */
 static void on_character(hw *h, void *param, uint64_t when) {
     struct uart *u = param;
     struct receiver *r = &u->receiver;
@@ -118,7 +118,7 @@ void receiver_switch(struct uart *u, int on) {
     seek(u, (double)u->h->avr->cycle);
 }
 
-/* The settings or the line have changed: a character that has begun to arrive goes on. If none has
+/* The settings or the line have changed: a character that has begun to arrive continues. If none has
    begun, there was no start bit up to now. */
 void receiver_again(struct uart *u) {
     struct receiver *r = &u->receiver;

@@ -120,7 +120,7 @@ class PidControl(Kept):
         """Keep the sum of the terms when the gains have changed; here they are constant."""
 
     def _integrated(self, error: Single) -> Single:
-        """Integrate, unless that pushes further into a limit, and return the sum."""
+        """Integrate, unless the sum would go further beyond a limit, and return the sum."""
         if not self._integrates:
             return self._sum(ZERO)
         candidate = clamp(self._integral + self._ki_step * error, *self._integral_limits)

@@ -47,7 +47,7 @@ class TunablePid(PidControl):
         *self._integral_limits, self.full_percent = self.limits
 
     def follow(self, temperature_c: Single, gap: int, setpoint_c: Single, manual: Single) -> Single:
-        """Use the operator's manual duty, and set the terms for a bumpless return to control."""
+        """Use the manual duty; set the terms so that the duty does not jump at the return."""
         error = self._begin(temperature_c, gap, setpoint_c)
         duty_percent = self._limited(manual)
         self._integral = clamp(

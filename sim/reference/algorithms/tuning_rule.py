@@ -55,7 +55,7 @@ class Constants(NamedTuple):
 
 
 class Swings(NamedTuple):
-    """The measurements: sums over the swings that count, and the slope."""
+    """The measurements: sums over all swings but the first, and the slope."""
 
     number: Single
     on_sum: Single

@@ -165,7 +165,7 @@ class Operator:
             self.gains = tuner.gains
 
     def see_fault(self) -> None:
-        """React to a new fault; nothing to do here."""
+        """React to a new fault; a loop without a switch need not."""
 
     def _may(self, setpoint_c: Single) -> bool:
         if setpoint_c == ZERO:

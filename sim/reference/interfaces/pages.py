@@ -21,7 +21,7 @@ class Pages:
         self.values = given(numbers)
 
     def take(self, key: str | None) -> bool:
-        """Process a key press; return whether the pages, not the loop, used it."""
+        """Process a key press; return False if the loop must process it instead."""
         if key == "right":
             self.page = self._pages[(self._pages.index(self.page) + 1) % len(self._pages)]
             return True

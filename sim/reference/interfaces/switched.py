@@ -22,7 +22,7 @@ class SwitchedOperator(Operator):
 
     @property
     def orders(self) -> Orders:
-        """The commands that the next step takes over; *off* comes first, whatever followed it."""
+        """The commands that the next step takes over; *off* is first, whatever came after it."""
         enabled = self._enabled and not self._off_is_due
         return super().orders._replace(enabled=int(enabled))
 
@@ -73,7 +73,7 @@ class SwitchedOperator(Operator):
             self.enable()
 
     def set_manual_percent(self, percent: float) -> bool:
-        """Set the duty that holds in manual mode; return whether that is allowed."""
+        """Set the duty of manual mode; return whether that is allowed."""
         if self.gains is None or not ZERO <= Single(percent) <= FULL:
             return False
         self._manual_percent = Single(percent)

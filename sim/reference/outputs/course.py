@@ -111,8 +111,8 @@ class SpreadCourse(WindowCourse):
     def _on_until(self, time_us: float) -> float:
         """Return the on-time from the start of the window to a time, with the present counts.
 
-        Of its first n steps 1 + (n - 1) · on // window are on: each brings its number · on past
-        the next multiple of the window.
+        Of the first n steps, 1 + (n - 1) · on // window are on: step s is on if s · on has passed
+        another multiple of the window.
         """
         if not self._on_steps:
             return 0

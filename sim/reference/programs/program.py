@@ -72,7 +72,7 @@ class ProgramRun:
 
     @property
     def moves(self) -> bool:
-        """Whether a program runs whose setpoint did not leap in this step."""
+        """Whether a program runs whose setpoint did not jump in this step."""
         return self.now.state == RUNNING and not self.now.leap
 
     @property
@@ -192,7 +192,7 @@ class ProgramRun:
     # -- commands --------------------------------------------------------------------------------
 
     def _obeyed(self, temperature_c: Single | None) -> bool:
-        """Execute the command, if it is allowed; return whether the setpoint rests in this step."""
+        """Execute the command, if allowed; return whether the setpoint stays in this step."""
         now = self.now
         if now.order == STOP and self.is_active:
             self._end(STOPPED)

@@ -41,7 +41,7 @@ class Lockout:
         return counts
 
     def age(self, now_us: int) -> None:
-        """Forget trips that are long past, after the steps of the tick."""
+        """Forget trips that are too old, after the steps of the tick."""
         since_s = now_us // SECOND_US - self._tripped_s
         if self._spec is not None and not self.is_locked and since_s >= int(self._spec.within_s):
             self.trips = 0
@@ -49,7 +49,7 @@ class Lockout:
     def take(self, trips: int, at_us: int) -> None:
         """Take over a reported count of earlier trips, and the time of the last one.
 
-        The same count means a new trip, if the old one would have been forgotten by then.
+        An equal count means a new trip, if the earlier trips would have been forgotten by then.
         """
         at_s = at_us // SECOND_US
         within_s = self._spec.within_s if self._spec else 0.0
@@ -58,7 +58,7 @@ class Lockout:
             self.trips = trips
 
     def count(self, code: int, now_us: int) -> None:
-        """Count a trip; trips that were long past by the tick before are forgotten first."""
+        """Count a trip; first forget trips that were too old in the tick before."""
         if self.counts(code):
             self.age(now_us - TICK_US)
             self._tripped_s = now_us // SECOND_US

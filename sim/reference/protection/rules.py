@@ -49,7 +49,7 @@ class Look(NamedTuple):
     full_percent: Single
     """The highest duty of the loop in its present mode."""
     bandless: bool = False
-    """Whether there is no band around the setpoint: off, manual, or heating up for a tuning."""
+    """Whether no band applies: the loop is off, in manual mode, or heats up for a tuning."""
     by_hand: bool = False
     """Whether the operator sets the duty."""
     also_c: Single = ZERO
@@ -68,7 +68,7 @@ class GuardRule(Kept, ABC):
         self._steps = 0
 
     def start(self, look: Look) -> None:
-        """Store the first reading since the reset, if it is to be compared with."""
+        """Store the first reading since the reset, if the rule compares with it."""
 
     def feel(self, duty_percent: Single) -> None:
         """Take over the duty of the step before, with or without a reading, if it is used."""
@@ -174,7 +174,7 @@ class RunawayRule(GuardRule):
 
 
 class HeatingRule(GuardRule):
-    """10: full power for long, and the temperature did not rise."""
+    """10: full power for a long time did not raise the temperature."""
 
     def __init__(self, heating: Heating, loop: Loop) -> None:
         self.keep(("heating_steps", "u2", "_steps"), ("heating_from_c", "f4", "_from_c"))

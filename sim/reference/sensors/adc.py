@@ -72,7 +72,7 @@ class IdealSensor:
         return VALID
 
     def _code(self, temperature_c: float) -> int:
-        """Return the code of a temperature; one between two that have the same code has it, too."""
+        """Return the code of a temperature, without computation between two with equal codes."""
         low_c, high_c, known = self._known
         if low_c <= temperature_c <= high_c:
             return known

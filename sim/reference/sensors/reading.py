@@ -32,7 +32,7 @@ class Average:
         self._share = Single(1 / number)
 
     def take(self, reading_c: Single, *, anew: bool) -> Single:
-        """Add a reading, after clearing if `anew`, and return the mean."""
+        """Add a reading, if `anew` to an empty window, and return the mean."""
         if anew or self._is_empty:
             self._window = [reading_c] * len(self._window)
             self._is_empty = False

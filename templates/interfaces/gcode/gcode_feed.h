@@ -8,7 +8,7 @@ enum { FEED_DONE, FEED_WAITS, FEED_BAD_NUMBER, FEED_LIMITS, FEED_HEATER_OFF };
 /* G0, G1: make the line's move; FEED_WAITS if it must wait for the moves before it. */
 uint8_t feed_move(void);
 
-/* G92: give the present position the line's number. False if that is invalid or too large. */
+/* G92: the present position becomes the line's number. False: it is invalid or too large. */
 bool feed_rename_place(void);
 
 /* M82, M83: a length is a position (`yes`), or a distance from the present position. */
@@ -25,7 +25,7 @@ void feed_forget_waiting(void);
 /* M410: slow down, stop, and cancel the rest of the moves. */
 void feed_rest(void);
 
-/* The same, if a loop that must be ready for the feed is off. */
+/* Do the same as feed_rest(), but only if a loop that must be ready for the feed is off. */
 void feed_rest_if_off(void);
 
 float feed_position_mm(void);

@@ -26,7 +26,7 @@ static bool damaged;
 static uint8_t sum;         /* of all bytes so far */
 static uint8_t star;        /* place of the last star, WORDS_SIZE if behind the longest line, or NO_STAR */
 static uint8_t sum_at_star; /* of the bytes before it */
-static int32_t claimed_sum; /* the number behind the star; -1 if there is none */
+static int32_t claimed_sum; /* the checksum behind the star, as the host sent it; -1: none */
 static bool behind_claim;
 
 static bool skipping;  /* true: ignore bytes up to the next end of line */
@@ -153,7 +153,7 @@ static uint8_t judge_number(int32_t number)
         return too_long ? LINE_TOO_LONG : LINE_COMMAND;
     }
     if (repeats_left != 0 && number <= line_last && number > line_last - MOST_REPEATED) {
-        return LINE_REPEATED; /* the host sends it twice: our request and its line crossed */
+        return LINE_REPEATED; /* sent twice: the host had not yet received our answer */
     }
     return LINE_OUT_OF_ORDER;
 }
@@ -215,10 +215,10 @@ static bool is_m110(uint8_t from)
     return true;
 }
 
-/* A damaged line may have been M110: it contains M110, it ends with its own number, as OctoPrint's
- * `N0 M110 N0`, or its number is -1, as Printrun's. Then the host restarts its numbers, and cannot
- * repeat older lines: a request for one makes OctoPrint end the print. So set the number now, and
- * accept any next one. Hosts restart at 0: of two numbers the smaller one is right. */
+/* A damaged line may have been M110 if it contains M110, if it ends with its own number, as in
+ * OctoPrint's `N0 M110 N0`, or if its number is -1, as Printrun's. After M110 the host restarts its
+ * numbers and cannot repeat older lines: a request for one makes OctoPrint end the print. So set the
+ * number now, and accept any next one. Hosts restart at 0: of two numbers use the smaller one. */
 static void save_renumbering(void)
 {
     int32_t own = UNKNOWN;

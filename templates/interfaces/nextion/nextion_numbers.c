@@ -104,7 +104,7 @@ bool number_float(const char **text, float *number)
     if (!read(text, MOST_DECIMALS, &written)) {
         return false;
     }
-    /* With up to seven digits there is only this one rounding, as in any other reader of decimals. */
+    /* Seven digits are exact in a float: only this division rounds, to the nearest float. */
     *number = (float)written.digits / pgm_read_float(&TENS[written.decimals]);
     if (written.negative) {
         *number = -*number;

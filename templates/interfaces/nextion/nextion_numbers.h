@@ -4,7 +4,7 @@
 #include <stdint.h>  /* uint8_t, int32_t */
 
 /* Each function reads a number at `*text`, and moves `*text` behind it. False: there is no number, or
- * it is too large; then the result means nothing. */
+ * it is too large; then the result is not valid. */
 
 /* A whole number from 0 to `most`. */
 bool number_whole(const char **text, uint8_t most, uint8_t *number);

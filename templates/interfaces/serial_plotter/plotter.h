@@ -1,6 +1,6 @@
 /* Sends one line per control step to the program Serial Port Plotter: `$` fields `;`. */
 
-/* Begin a line; if the last one is still being sent, it continues instead. */
+/* Begin a line; if the last line is still being sent, do nothing. */
 void plotter_send(void);
 
 /* Once per tick: send the next field. */
