@@ -49,7 +49,7 @@ class Number(NamedTuple):
 
     @property
     def decimals(self) -> int:
-        """Decimals that show each value the keypad can set; MOST_DECIMALS + 1 if none suffice."""
+        """Fewest decimals that show all values the keypad can set; MOST_DECIMALS + 1: too few."""
         reached = (self.value, self.minimum, self.maximum, self.step)
         able = (
             each

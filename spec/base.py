@@ -69,7 +69,9 @@ def _plain_text(value: object) -> str:
     if len(value) > LONGEST_TITLE:
         raise refuse(f"this text has {len(value)} characters", f"Use at most {LONGEST_TITLE}")
     if not value.isprintable():
-        raise refuse("this text has characters that cannot be printed", "Retype it on one line")
+        raise refuse(
+            "this text has a line break or another unprintable character", "Retype it on one line"
+        )
     return value
 
 

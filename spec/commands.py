@@ -113,7 +113,7 @@ def plotted(controller: Controller, loop_name: str) -> bool:
 
 
 def countdown_of(controller: Controller, loop_name: str) -> Countdown | None:
-    """Find the countdown with which the operator sets a time after which a loop goes off."""
+    """Find the keypad's countdown of a loop: it switches the loop off after a time set by keys."""
     keypad = keypad_of(controller)
     return keypad.countdown if keypad is not None and keypad.loop == loop_name else None
 

@@ -1,4 +1,4 @@
-"""Quantities: text with a unit on one side, a number in the base unit on the other.
+"""Quantities: conversion between text with a unit and a number in the base unit.
 
 Base units are s, °C, K, W, Ω, V, A, Hz, mm, % (0..100) and bit, and J/K, K/W, K/s, V/K, m², W/m²K,
 mm/s, mm/s², J/(K·mm), ppm/K, rpm.

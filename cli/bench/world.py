@@ -68,7 +68,7 @@ class LiveWorld(World):
 
     @property
     def taken_w(self) -> dict[str, float]:
-        """Heat flow that is removed, by heater, W."""
+        """Removed heat flow of each heater, W."""
         taken = self.wiring.taken
         return {name: taken.get(name, 0.0) * power_w for name, power_w in self.heaters_w}
 

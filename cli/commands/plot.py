@@ -1,4 +1,4 @@
-"""`heatwright plot`: draws the course of a loop, from a serial line or a recorded log."""
+"""`heatwright plot`: draws a loop's signals over time, from a serial line or a recorded log."""
 
 from __future__ import annotations
 

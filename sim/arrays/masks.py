@@ -213,7 +213,7 @@ class While:
         return bool(stay.any())
 
     def end(self) -> None:
-        """Make active all lanes that have left the loop but not the function."""
+        """Reactivate the lanes that left the loop, except those that returned from the function."""
         if self._left is None:
             return
         left = self._left if NOW.active is None else self._left | NOW.active

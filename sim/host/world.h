@@ -46,7 +46,7 @@ enum {
     HOST_PERCENT = 12, /* manual duty of `value`, now or later */
     HOST_AUTOMATIC = 13,
     HOST_MAXIMUM = 14, /* set the critical temperature to `value` */
-    HOST_NUMBERS = 15, /* the numbers that keys set, in `gains`: unchecked, as by a RAM fault */
+    HOST_NUMBERS = 15, /* write `gains` to the keypad's numbers without a check, like a fault of the RAM */
     HOST_LIMITS = 16   /* set the limits of integral and output */
 };
 

@@ -48,7 +48,7 @@ class Orders(NamedTuple):
     program: tuple[int, int] = (0, 0)
     """The waiting command to the program, and its argument; (0, 0): none."""
     maximum_c: Single | None = None
-    """The operator's critical temperature; needed if it is adjustable."""
+    """The critical temperature that the operator has set; needed if it is adjustable."""
     watch_fault: int = 0
     """Code of the fault found at the safety relay, a fan, or the machine's inputs; 0: none."""
     paused: int = 0

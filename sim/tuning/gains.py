@@ -29,8 +29,8 @@ class Series(NamedTuple):
     def parallel(self, filter_s: float) -> Gains:
         """Return the same controller in parallel form.
 
-        gain·(Ti·s + 1)·(Td·s + 1) / (Ti·s·(Tf·s + 1)) in partial fractions. A derivative time below
-        the filter's would need a negative kd: such a derivative is left out.
+        kp, ki and kd: partial fractions of gain·(Ti·s + 1)·(Td·s + 1) / (Ti·s·(Tf·s + 1)). If Td is
+        less than Tf, kd would be negative: the derivative is then left out.
         """
         ki = self.gain / self.integral_s
         if self.derivative_s <= filter_s:

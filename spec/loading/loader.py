@@ -131,9 +131,15 @@ def _validated(tree: Tree, problems: dict[Path, Problem]) -> Controller | None:
 
 
 def problem_of(tree: Tree, finding: Finding) -> Problem:
-    """Make a problem of a finding: add its position, and "by default" if the file lacks the key."""
-    default = "" if finding.path in tree.positions else "by default, "
-    return tree.problem(finding.path, default + finding.reason, finding.remedy)
+    """Make a problem of a finding: with its position, and the name of a key to delete.
+
+    The problem says so if it concerns the default value of a key that the file does not contain.
+    """
+    default = "" if finding.path in tree.positions else "with the default value, "
+    key = finding.path[-1] if finding.path else ""
+    name = key if isinstance(key, str) else "it"
+    remedy = finding.remedy.replace("Delete it", f"Delete {name}", 1)
+    return tree.problem(finding.path, default + finding.reason, remedy)
 
 
 def _rests_on(finding: Finding, broken: Collection[Path]) -> bool:

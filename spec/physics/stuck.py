@@ -30,7 +30,7 @@ SPREADING_S = 600.0
 """How long a machine is simulated after the heater went off, s, as in `verify`."""
 
 LONGEST_S = 4 * 3600.0
-"""After this time a machine is in the steady state, or its run in `verify` has ended."""
+"""Longest simulated time, s: by then the machine is steady, or its run in `verify` has ended."""
 
 
 class Times(NamedTuple):

@@ -12,7 +12,7 @@ from itertools import islice, pairwise
 from typing import NamedTuple
 
 FIRST_BENDS = (6, 24, 1 << 16)
-"""Numbers of places to try for each bend, one after the other: few usually suffice; last, all."""
+"""How many places to try for each bend: first 6, which usually suffice, then 24, then all."""
 
 
 class Tube(NamedTuple):

@@ -39,9 +39,10 @@ AVERAGES = (1, 2, 4, 8, 16)
 OPEN_TEST_S = 0.015
 """Longest time that the test for an open thermocouple adds to a conversion, with less than 5 kΩ in
 its wires (data sheet, "Open-Circuit Fault Detection")."""
-READ_TICKS, SET_UP_TICKS = 7, 9
-"""Maximum number of ticks that the firmware takes to read and check all registers; and to set the
-chip up and notice that the first conversion is over."""
+READ_TICKS = 7
+"""Maximum number of ticks in which the firmware reads and checks all registers."""
+SET_UP_TICKS = 9
+"""And in which it sets up the chip and detects the end of the first conversion."""
 
 
 class _Samples(WholeNumber):

@@ -24,7 +24,7 @@ def refused(name: str) -> tuple[SpecError, frozenset[str]]:
         def listen(*told_of: Controller | ThermalNetwork) -> Findings:
             for finding in check(*told_of):
                 words = f": {finding.reason}. "  # the remedy may be that of a stricter check
-                if words in case.expected.replace("by default, ", ""):
+                if words in case.expected.replace("with the default value, ", ""):
                     told.add(check.__name__)
                 yield finding
 
@@ -71,8 +71,8 @@ def test_no_check_without_a_spec_that_needs_it(
 
 
 PHYSICS = """
-never to the highest setpoint, alone heats to, healthy and at full power needs, this current gives,
-healthy and at full power rises by, coasts up to, continues to rise for, swings by,
+never to the highest setpoint, alone heats to, this healthy plant needs, this current gives,
+this healthy plant heats at, coasts up to, continues to rise for, swings by,
 W are too little, on this plant falls by, through the whole band, may jump by
 """
 

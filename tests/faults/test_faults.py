@@ -91,7 +91,7 @@ def test_the_readme_counts_the_trials_of_the_chamber() -> None:
     found = faults_of("chamber").values()
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert f"{len(found)} trials for the chamber" in readme
-    assert f"In {sum(fault.calm for fault in found)} of them nothing may trip" in readme
+    assert f"In {sum(fault.calm for fault in found)} of the trials no rule may trip" in readme
 
 
 def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:

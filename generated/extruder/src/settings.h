@@ -22,7 +22,7 @@ extern struct settings settings;
 /* Read the newest valid record, or take the defaults of the spec. */
 void settings_start(void);
 
-/* Update the checksum: after each change of a setpoint, a maximum or a type. */
+/* Update the checksum. Call this after each change of a setpoint, maximum or thermocouple type. */
 void settings_seal(void);
 
 /* True if the settings with the checksum are unchanged. If a flipped bit changed one, those of the spec are used. */

@@ -21,7 +21,7 @@ enum light { DARK, LIT, BLINKING };
 
 static uint8_t blink_tick; /* position in a blink period */
 
-/* Lit while switched on; blinking while a fault is latched. */
+/* Lit while the loop is switched on; blinking while a fault is latched. */
 static enum light enabled(void)
 {
     if (fault.code != FAULT_NONE) {

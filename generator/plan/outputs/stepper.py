@@ -1,4 +1,4 @@
-"""Steppers: a driver with step, direction and enable; a timer of its own makes each step."""
+"""Steppers: drivers with step, direction and enable inputs; each has a timer for its steps."""
 
 import math
 from dataclasses import dataclass

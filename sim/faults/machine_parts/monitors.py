@@ -68,7 +68,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _broken(site: Site, watched: Watched) -> Iterator[Fault]:
-    """Yield a torn and a shorted sensor: the heaters go off after `stale_after`."""
+    """Yield a broken and a shorted sensor wire: the heaters go off after `stale_after`."""
     allowed_s = lasting_s(watched.monitor.stale_after_s, watched.loop)
     for what in ("torn", "shorted"):
         name, torn = f"monitor_{watched.name}_{what}", _break(watched, what)

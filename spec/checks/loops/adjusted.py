@@ -48,7 +48,8 @@ def numbers_have_a_use(controller: Controller) -> Findings:
             elif each.key in GAINS and tunable(controller, name):
                 yield Finding(
                     (*path, each.key),
-                    f"a host, a master or a touch display sets the gains of the loop {name}",
+                    f"a host, master or touch display sets the gains of loop {name}, so keys "
+                    "cannot",
                     "Delete it",
                     (("interfaces",),),
                 )
@@ -102,9 +103,9 @@ def _steps(at: Path, each: Number, own: Path) -> Findings:
     elif each.decimals > MOST_DECIMALS or _columns(each) > COLUMNS:
         yield Finding(
             at,
-            f"with {each.decimals} decimals {each.kind.key} does not fit into the display's line "
+            f"{each.kind.key} with {each.decimals} decimals does not fit into the display's line "
             f"of {COLUMNS} characters",
-            "Use fewer digits in minimum, maximum, step and in the algorithm's own number",
+            f"Use fewer digits in minimum, maximum, step and in the algorithm's {each.kind.key}",
             (own,),
         )
 

@@ -50,7 +50,7 @@ def monitor_sensors(controller: Controller) -> Findings:
         elif sensor is not None and sensor.moving_average > 1:
             yield Finding(
                 ("sensors", monitor.sensor, "moving_average"),
-                f"the monitor {name} must judge each reading at once, and an average delays it",
+                f"monitor {name} must judge each reading at once, and an average delays readings",
                 "Delete it",
                 (path,),
             )

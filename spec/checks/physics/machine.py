@@ -85,7 +85,7 @@ class Machine:
         said = f"{about(rate_k_per_s)} K/s"
         if self._sensor.free_running_s:
             said += (
-                f" (up to {about(self.seen(rate_k_per_s))} K/s between two readings of a chip that "
+                f" (its readings can show {about(self.seen(rate_k_per_s))} K/s, as the chip "
                 f"converts every {duration(self._sensor.free_running_s)})"
             )
         return said

@@ -149,8 +149,8 @@ def heating_rule_holds(machine: Machine) -> Findings:
     if longest_s > rule.within_s:
         yield machine.finding(
             ("protection", "heating", "within"),
-            f"this plant, healthy and at full power, needs {duration(round(longest_s))} for one of "
-            f"its rises of {number(rule.rise_k)} K on the way to "
+            f"at full power this healthy plant needs {duration(round(longest_s))} for one of its "
+            f"rises of {number(rule.rise_k)} K on the way to "
             f"{celsius(machine.loop.setpoint.maximum_c)}",
             f"Use more than {duration(round(longest_s))}, or a smaller rise",
         )
@@ -208,8 +208,9 @@ def rise_rate_holds(machine: Machine) -> Findings:
     if needed > limit:
         yield machine.finding(
             ("protection", "rise_rate"),
-            f"this plant, healthy and at full power, rises by {machine.told(steepest)}, and a "
-            f"reading may add a step of {about(step_k)} K",
+            f"at full power this healthy plant heats at {machine.told(steepest)}, and a step of "
+            f"{about(step_k)} K between two readings may add "
+            f"{about(machine.loop.rate_k_per_s(step_k))} K/s",
             f"Use at least {rounded_up(needed)} K/s",
         )
 

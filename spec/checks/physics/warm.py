@@ -61,8 +61,8 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
     if longest_s > rule.within_s:
         yield machine.finding(
             ("protection", "heating", "within"),
-            f"after a power cut this plant, healthy, restarts at {about(from_c)} °C with a cold "
-            f"heater, and full power needs {duration(round(longest_s))} for a rise of "
+            f"after a power cut this healthy plant restarts at {about(from_c)} °C with a cold "
+            f"heater, and at full power it needs {duration(round(longest_s))} for a rise of "
             f"{number(rule.rise_k)} K",
             f"Use more than {duration(round(longest_s))}, or a smaller rise",
         )

@@ -78,8 +78,8 @@ def programs_have_room(controller: Controller) -> Findings:
         if len(program.segments) > programs.points:
             yield Finding(
                 (*STORED, index, "segments"),
-                f"this program has {len(program.segments)} segments, and points "
-                f"allows {programs.points}",
+                f"this program has {len(program.segments)} segments, and the key points allows "
+                f"only {programs.points}",
                 f"Join some, or write points: {len(program.segments)}",
                 (("programs", "points"),),
             )
@@ -139,7 +139,7 @@ def slopes_have_a_program(controller: Controller) -> Findings:
         if getattr(loop.algorithm, "feed_forward", 0.0) and not programmed(controller, name):
             yield Finding(
                 ("loops", name, "algorithm", "feed_forward"),
-                "only a program's setpoint has a slope, and no programs set this loop",
+                "it uses the slope of a program's setpoint, and no program sets this loop",
                 "Delete it, or add programs",
                 (("programs",),),
             )
