@@ -15,8 +15,8 @@ from suite import amount
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = (
-    "feeder", "extruder", "chamber", "fabricator", "dryer", "incubator", "barrel", "hotplate", "oven",
-    "press", "kiln_uno", "printer",
+    "feeder", "extruder", "chamber", "fabricator", "dryer", "incubator", "barrel", "hotplate",
+    "oven", "press", "kiln_uno", "printer",
 )[: amount("eva_examples")]  # fmt: skip
 UNREACHED = {"kiln_uno": ("follow",)}  # nobody commands its manual mode
 DAMAGED = ("chamber", "press", "barrel", "fabricator")
