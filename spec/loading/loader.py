@@ -136,7 +136,7 @@ def problem_of(tree: Tree, finding: Finding) -> Problem:
     The problem says so if it concerns the default value of a key that the file does not contain.
     """
     default = "" if finding.path in tree.positions else "with the default value, "
-    key = finding.path[-1] if finding.path else ""
+    key = finding.path[-1] if finding.path else 0
     name = key if isinstance(key, str) else "it"
     remedy = finding.remedy.replace("Delete it", f"Delete {name}", 1)
     return tree.problem(finding.path, default + finding.reason, remedy)

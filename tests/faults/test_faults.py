@@ -90,7 +90,7 @@ def test_the_catalogue_has_each_once_and_no_other(machine: str) -> None:
 def test_the_readme_counts_the_trials_of_the_chamber() -> None:
     found = faults_of("chamber").values()
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert f"{len(found)} trials for the chamber" in readme
+    assert f"{len(found)} trials for the example `chamber`" in readme
     assert f"In {sum(fault.calm for fault in found)} of the trials no rule may trip" in readme
 
 

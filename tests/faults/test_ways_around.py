@@ -24,10 +24,10 @@ SETTLED_S = 6.0
 
 NO_RELAY = (
     ("  supply_relay: {kind: digital, pin: PD7}\n", ""),
-    ("  relay: supply_relay              # a switch that has died would put 217 W on the wire for"
-     " ever\n", ""),
-    ("  relay_feedback: PD3              # its mirror contact, closed to ground while it is open\n",
-     ""),
+    ("  relay: supply_relay              # a shorted switch would put 217 W on the"
+     " wire permanently\n", ""),
+    ("  relay_feedback: PD3              # its mirror contact, closed to ground while"
+     " it is open\n", ""),
 )  # fmt: skip
 WEAK = changed("fabricator", *NO_RELAY, (", rated: 25.57 V", ""))
 """The same power from the whole supply: all that a switch that has died can give."""

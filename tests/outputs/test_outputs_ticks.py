@@ -141,6 +141,27 @@ def test_speed_changes_by_no_more_than_the_acceleration(feed: Feed) -> None:
     assert speeds[-1] <= start + 2 * per_tick  # and so it stops within two ticks' change
 
 
+@pytest.mark.parametrize("feed", [("nano", FEEDER.replace("50 mm", "0.001 mm"))], indirect=True)
+def test_with_little_acceleration_it_begins_at_the_slowest_speed(feed: Feed) -> None:
+    feed.move(4, 5.0)
+    assert float(feed.get("output_feed.c:steps_per_s")) == pytest.approx(1.0, rel=0.01)
+    feed.finish(10.0)
+    assert feed.driver.position == 4
+
+
+def test_it_rests_below_the_slowest_speed(feed: Feed) -> None:
+    """A step of an hour would need more counts than 32 bits hold."""
+    feed.move(30 * STEPS_PER_MM, (10 * 50 * STEPS_PER_MM * TICK_S + 0.01) / STEPS_PER_MM)
+    feed.run(1.0)
+    feed.put("ready", 0)
+    speeds = []
+    while not speeds or speeds[-1] > 0:
+        feed.run(TICK_S)
+        speeds.append(float(feed.get("output_feed.c:steps_per_s")))
+    assert len(speeds) > 5
+    assert min(speeds[:-1]) >= 1.0
+
+
 @on_each("nano", "mega2560")
 @pytest.mark.parametrize("mm_per_s", [0.0001, 0.0079, 0.05, 0.5, 3.0, 17.77])
 def test_any_speed_is_right_in_the_mean(feed: Feed, mm_per_s: float) -> None:

@@ -82,7 +82,7 @@ FORMLESS = (
     "is not possible", "is needed here", "is needed. Write the unit", "does not have the unit",
     "is a temperature, and a difference", "is a bare number", "is a whole number from",
     "an item is missing", "there is no value", "is not a board", "is not a pin", "cannot be a name",
-    "a line to send has", "this text has characters",
+    "a line to send has", "this text has a line break",
     "is no state", "a master cannot write", "is no command", "a program's name has",
 )  # fmt: skip
 """Of a message that a value has not the form that its key asks for, whatever else the spec says."""

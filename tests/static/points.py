@@ -4,10 +4,13 @@ Two accesses conflict if they are to one variable and one of them writes. A stat
 with no interrupt commutes with all of them: an interrupt there does the same as at the next point.
 So there is a point before each statement that conflicts with interrupts, before the condition
 behind `else`, before the second operand of `&&` and `||`, at the end of each block whose last
-statement conflicts, and, for all interrupts, in each turn of an endless loop. Interrupts that
-conflict with one another are a group; at a point come the groups that its statement conflicts with.
-An access by a pointer is one to all that the pointer may lead to. Before what enables or disables
-interrupts there is a point for all groups.
+statement conflicts, before each `return` of a function that conflicts, and, for all interrupts, in
+each turn of an endless loop. Not covered are interrupts between two accesses of one operand, and
+between `continue` or the last part of `for` and the loop's condition.
+
+Interrupts that conflict with one another are a group; at a point come the groups that its statement
+conflicts with. An access by a pointer is one to all that the pointer may lead to. Before what
+enables or disables interrupts there is a point for all groups.
 """
 
 import re
@@ -80,9 +83,9 @@ class Firmware:
             assert set(CAST.findall(sources[name])) <= BYTES, "a pointer is cast"
             for node in everything(tree):
                 self._declare(name, node)
-        for body in [each for bodies in self.functions.values() for each in bodies]:
-            for node in everything(body):
-                key = self._variable(node, self._files[body.id])
+        for name, tree in trees.items():  # addresses are in tables, too
+            for node in everything(tree):
+                key = self._variable(node, name)
                 if key in self.lasting and self._way(node, key)[2]:
                     self.led_to[key] = self.lasting[key]
         self._called: set[str] = set()  # by interrupts
@@ -213,7 +216,7 @@ class Firmware:
         return {
             key
             for key, its in self.led_to.items()
-            if kind and (its == kind or (its.startswith("struct") and kind[:6] != "struct"))
+            if kind and (its == kind or its.startswith("struct"))  # any may be its member
         }
 
     def _way(self, node: Node, key: str) -> tuple[bool, bool, bool]:
@@ -227,7 +230,7 @@ class Firmware:
             if field := parent.child_by_field_name("field"):
                 name, is_element = _text(field), False
             node, parent = parent, parent.parent
-        if parent is None or parent.type == "sizeof_expression":
+        if parent is None or parent.type == "sizeof_expression" or _is_declared(node, parent):
             return False, False, False
         sign = _text(parent.children[0]) if parent.type == "pointer_expression" else ""
         is_array = name in self._arrays and key not in self._stored
@@ -317,15 +320,19 @@ def pointed(file: str, text: str, firmware: Firmware, iterations: int) -> str:
 
     everywhere = "".join(f"POINT({group}) " for group in range(len(firmware.groups)))
     places: dict[int, str] = {}
-    for node in everything(syntax_of(text.encode())):
+    function = root = syntax_of(text.encode())
+    for node in everything(root):
         parent = node.parent or node
+        if node.type == "function_definition":
+            function = node
         if node.type in ("compound_statement", "case_statement"):
             value = node.child_by_field_name("value")
             inner = [each for each in _statements(node) if each != value]
             for each in [] if parent.type == "switch_statement" else inner:
                 is_short = _is_short(each) and not JOINED.match(_text(parent))
                 unrolled = f"/*@ loop unroll {iterations}; */ " if is_short else ""
-                places[each.start_byte] = points(_own(each)) + unrolled
+                whole = each.type == "return_statement"
+                places[each.start_byte] = points([function] if whole else _own(each)) + unrolled
             if node.type == "compound_statement" and parent.type != "switch_statement":
                 last = [parent] if parent.type in LOOPS else inner[-1:]
                 is_endless = _text(parent).startswith("for (;;)")
@@ -403,6 +410,12 @@ def _led_by(node: Node) -> Node | None:
     if node.type == "subscript_expression":
         return node.children[0]
     return None
+
+
+def _is_declared(node: Node, parent: Node) -> bool:
+    return parent.type == "declaration" or (
+        parent.type.endswith("declarator") and parent.children[0] == node
+    )
 
 
 def _is_short(statement: Node) -> bool:

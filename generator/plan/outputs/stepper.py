@@ -114,8 +114,8 @@ def _constants(
         ),
         acceleration.number(
             f"{prefix}_START_STEPS_PER_S",
-            max(per_s2 * TICK_S, math.sqrt(per_s2)),
-            f"{shown}: after half a step from rest, or after a tick",
+            max(SLOWEST_STEPS_PER_S, per_s2 * TICK_S, math.sqrt(per_s2)),
+            f"{shown}: after half a step from rest, or after a tick; at least the slowest speed",
         ),
         acceleration.number(
             f"{prefix}_PER_TWICE_ACCELERATION", 1 / (2 * per_s2), f"1 / (2 x {shown})"

@@ -164,7 +164,7 @@ def heaters_have_power(controller: Controller) -> Findings:
             yield Finding(
                 (*_PLANT, "heat", name),
                 f"{name} is a stepper, which feeds material and cannot heat",
-                "Delete it",
+                "Delete this entry",
                 (("outputs", name),),
             )
         elif output is not None and output.power_w is None:
