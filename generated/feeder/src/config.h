@@ -73,7 +73,7 @@
 #define OUTPUT_FEED_SLOWEST_STEPS_PER_S 1.0f
 /* feeder.yaml:24 outputs.feed.acceleration: 6400 steps/s^2 x 10 ms */
 #define OUTPUT_FEED_STEPS_PER_S_PER_TICK 64.0f
-/* feeder.yaml:24 outputs.feed.acceleration: 6400 steps/s^2: after half a step from rest, or after a tick */
+/* feeder.yaml:24 outputs.feed.acceleration: 6400 steps/s^2: after half a step from rest, or after a tick; at least the slowest speed */
 #define OUTPUT_FEED_START_STEPS_PER_S 80.0f
 /* feeder.yaml:24 outputs.feed.acceleration: 1 / (2 x 6400 steps/s^2) */
 #define OUTPUT_FEED_PER_TWICE_ACCELERATION 0.000078125f
