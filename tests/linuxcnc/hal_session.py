@@ -101,7 +101,9 @@ class Hal:
         self.set_signal(name, 0)
 
     def wait(self, name: str, value: float, within_s: float = WAIT_S) -> None:
-        told = lambda: f"{name}\n{self.command('show', 'sig')}\n{self.log()}"  # noqa: E731
+        def told() -> str:
+            return f"{name}\n{self.command('show', 'sig')}\n{self.log()}"
+
         wait_for(lambda: self.signal(name) == value, told, within_s, POLL_S)
 
     def log(self) -> str:

@@ -63,8 +63,9 @@ def hal(board: MadeUpBoard, place: Path) -> Iterator[Hal]:
 
 
 def until(board: MadeUpBoard, name: str, value: object) -> None:
-    found = lambda: getattr(board, name)  # noqa: E731
-    wait_for(lambda: found() == value, lambda: f"{name} is {found()}", LATE_S)
+    wait_for(
+        lambda: getattr(board, name) == value, lambda: f"{name} is {getattr(board, name)}", LATE_S
+    )
 
 
 def stays_off(hal: Hal, board: MadeUpBoard) -> None:

@@ -87,7 +87,7 @@ def _declared(source: str) -> tuple[tuple[str, str], ...]:
     """Every name that is declared in a file, and the type that it is declared with."""
     return tuple(
         (name, (of.text or b"").decode())
-        for node in _all(syntax_of(source.encode()))
+        for node in everything(syntax_of(source.encode()))
         if node.type in _DECLARING and (of := node.child_by_field_name("type"))
         for declarator in node.children_by_field_name("declarator")
         if (name := name_of(declarator))
@@ -112,10 +112,11 @@ def name_of(declarator: Node | None) -> str:
     return declarator.text.decode() if declarator is not None and declarator.text else ""
 
 
-def _all(node: Node) -> Iterator[Node]:
+def everything(node: Node) -> Iterator[Node]:
+    """The node and all that is in it."""
     yield node
     for child in node.children:
-        yield from _all(child)
+        yield from everything(child)
 
 
 def upwards(node: Node) -> Iterator[Node]:
@@ -203,7 +204,7 @@ def _changes(inside: Node, name: str) -> int:
               "pointer_expression": "argument"}  # fmt: skip
     return sum(
         _text(node.child_by_field_name(fields[node.type])) == name
-        for node in _all(inside) if node.type in fields
+        for node in everything(inside) if node.type in fields
     )  # fmt: skip
 
 

@@ -322,7 +322,7 @@ def on(
 
 
 def board_of(spec: str) -> BoardData:
-    return (spec_of(spec) if "\n" in spec else example(spec)).controller.board
+    return controller_of(spec).board
 
 
 class Board:

@@ -18,17 +18,19 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import NamedTuple
 
-from mutation.known import name_of, syntax_of
+from mutation.known import everything, name_of, syntax_of, upwards
 from tree_sitter import Node
 
 ATOMIC = re.compile(
     r"^( *)ATOMIC_BLOCK\(ATOMIC_RESTORESTATE\)[^\n]*\n\1\{\n(.*?)^\1\}", re.MULTILINE | re.DOTALL
 )
-LATCHED = re.compile(r"PORT[A-L]$|TIMSK\d?$|UCSR\d?B$")
+MASKS = r"(?:TIMSK\d?|UCSR\d?B)"
+MASK = re.compile(rf"{MASKS}$")
+MASK_SET = re.compile(rf"\b({MASKS}) = ")
+LATCHED = re.compile(rf"(PORT[A-L]|{MASKS})$")
 """Registers that hold what was written."""
-MASK = re.compile(r"(?:TIMSK\d?|UCSR\d?B)$")
 MASK_BIT = re.compile(r"(OCIE\d?[A-C]?|ADIE|(?:RXC|TXC|UDR)IE[1-9]?)0?$")
-SWITCHES = re.compile(r"(cli|sei|interrupts_on|TIMSK\d?|UCSR\d?B)$")
+SWITCHES = re.compile(rf"(cli|sei|interrupts_on|{MASKS})$")
 """By what interrupts come or not."""
 LIBRARY = re.compile(r"mem\w+|str\w+|eeprom_read_block")
 """Functions that take pointers and have no points of their own."""
@@ -144,16 +146,17 @@ class Firmware:
     def _declare(self, file: str, node: Node) -> None:
         if node.type == "function_definition":
             self._declare_function(file, node)
-        is_static = _text(node).startswith("static")
-        is_local = any(one.type == "compound_statement" for one in _upwards(node))
-        if node.type == "field_declaration":
+        elif node.type == "field_declaration":
             for each in node.children_by_field_name("declarator"):
                 inside = _types(each)
                 if "array_declarator" in inside:
                     self._arrays.add(name_of(each))
                 if "pointer_declarator" in inside:
                     self._pointers.add(name_of(each))
-        elif node.type == "declaration" and (is_static or not is_local):
+        elif node.type == "declaration" and (
+            _text(node).startswith("static")
+            or not any(each.type == "compound_statement" for each in upwards(node))
+        ):
             for each in node.children_by_field_name("declarator"):
                 self._declare_variable(file, node, each)
 
@@ -275,7 +278,7 @@ class Firmware:
                 reads |= {each for each in found.reads if not MASK.match(each)}
                 writes |= {each for each in found.writes if not MASK.match(each)}
                 writes |= {known[1] for name in names if (known := MASK_BIT.match(name))}
-                writes |= set(re.findall(rf"\b({MASK.pattern[:-1]}) = ", _text(body)))
+                writes |= set(MASK_SET.findall(_text(body)))
                 if (
                     names & self._pointers
                     or {self._variable(each, file) for each in nodes} & self._stored
@@ -356,10 +359,6 @@ def with_places(text: str, puts: Mapping[int, str]) -> str:
     return data.decode()
 
 
-def everything(node: Node) -> list[Node]:
-    return [node, *(each for child in node.children for each in everything(child))]
-
-
 def _types(node: Node) -> set[str]:
     return {each.type for each in everything(node)}
 
@@ -368,17 +367,13 @@ def _text(node: Node) -> str:
     return (node.text or b"").decode()
 
 
-def _upwards(node: Node) -> list[Node]:
-    return [node, *(_upwards(node.parent) if node.parent else [])]
-
-
 def _inner(node: Node | None) -> list[Node]:
     return node.named_children if node else []
 
 
 def _locals(node: Node) -> dict[str, str]:
     """Return a function's own names that last no longer, and to what type its pointers lead."""
-    function = next((each for each in _upwards(node) if each.type == "function_definition"), None)
+    function = next((each for each in upwards(node) if each.type == "function_definition"), None)
     return _locals_of(function) if function else {}
 
 

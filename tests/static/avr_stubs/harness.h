@@ -9,14 +9,6 @@
 extern __volatile__ uint8_t unknown_byte;
 extern uint8_t interrupts_on;
 
-/* Any of a group's interrupts that are enabled, any number of times, in any order. */
-void interrupts_0(void);
-void interrupts_1(void);
-void interrupts_2(void);
-void interrupts_3(void);
-void interrupts_4(void);
-void interrupts_5(void);
-
 /* Where the text that was made or found last ends, by which texts are told apart. */
 extern size_t text_end;
 size_t Frama_C_offset(const void *place);
@@ -37,6 +29,7 @@ float any_finite(void);
     ensures \is_finite(\result) && -1.0e7 < \result < 1.0e7; */
 float seven_digits(float number);
 
+/* Any of a group's interrupts that are enabled, any number of times, in any order. */
 #define POINT(group) if (interrupts_on) { interrupts_##group(); }
 
 #endif
