@@ -72,15 +72,24 @@ def watch_s(site: Place) -> float:
     This is the time that full power takes for 95 % of the way to the maximum, or to where the
     machine levels out, plus twice the times of these rules; at most four hours.
     """
+    return min(MOST_WATCHED_S, _travel_s(site) + 2 * sum(_lasting_s(site)))
+
+
+def longest_rule_s(site: Place) -> float:
+    """Return the time of the slowest of these rules, s: their times run side by side."""
+    return max(_lasting_s(site), default=0.0)
+
+
+def _lasting_s(site: Place) -> list[float]:
+    """Return the times of the rules for heating, frozen, runaway and rising_while_off, s."""
     protection = site.loop.protection
+    rising = protection.rising_while_off
     lasting_s = [
         rule.within_s if isinstance(rule, Heating) else rule.for_s
         for rule in (protection.heating, protection.frozen, protection.runaway)
         if rule is not None
     ]
-    if protection.rising_while_off is not None:
-        lasting_s.append(protection.rising_while_off.settle_s)
-    return min(MOST_WATCHED_S, _travel_s(site) + 2 * sum(lasting_s))
+    return lasting_s if rising is None else [*lasting_s, rising.settle_s]
 
 
 def _travel_s(site: Place) -> float:

@@ -19,9 +19,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from heatwright.sim.faults import witness
 from heatwright.sim.faults.bounds import TICK_S, start_up_s
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip, at_once
+from heatwright.sim.faults.machine import longest_rule_s
 from heatwright.sim.faults.machine_parts import cooling, relays
 from heatwright.sim.faults.operation import notices
 from heatwright.sim.faults.operation.left_on import TOO_LONG
@@ -50,6 +53,9 @@ REFUSED_S = 30.0
 
 SHOWN_S = 0.1
 """Much longer than the gate takes to switch a heater off."""
+
+STILL_K = 0.25
+"""A machine that has moved by less stands still."""
 
 COOLER_K = 5.0
 COOLING_S = 4 * 3600.0
@@ -186,7 +192,7 @@ class _Trial:
         """Wait until a fault is latched; return None if no rule has tripped, which may be right."""
         trip = self.fault.trip
         if trip is None:
-            self.world.until(_is_latched, self.fault.watch_s)
+            self._watch()
             return self._recorded(began_s)
         since_s = self._follow(trip, began_s)
         if since_s is None:
@@ -199,6 +205,21 @@ class _Trial:
         else:
             self._judge_trip(trip, found, since_s, when)
         return found
+
+    def _watch(self) -> None:
+        """Run until a fault is latched, for at most the fault's time.
+
+        After the first trip, a machine that stands still is watched no longer than its rules take.
+        """
+        world, left_s = self.world, self.fault.watch_s
+        span_s = left_s if self.first is None else longest_rule_s(world.site) + LATE_S
+        while left_s > 0:
+            before_c = np.array([world.sensed_c, world.tip_c])
+            if world.until(_is_latched, min(span_s, left_s)):
+                return
+            left_s -= span_s
+            if np.abs([world.sensed_c, world.tip_c] - before_c).max() < STILL_K:
+                return
 
     def _recorded(self, began_s: float) -> Change | None:
         """Return the first trip since `began_s`; it is recorded when the program next sleeps.

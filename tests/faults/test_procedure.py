@@ -17,6 +17,7 @@ from heatwright.sim.faults import Fault, FaultResult, starts, try_fault
 from heatwright.sim.faults.bounds import TICK_S, answer_s, gate_s, reading_s, watchdog_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.processor import hang
+from heatwright.sim.faults.machine import longest_rule_s
 from heatwright.sim.faults.operation import notices
 from heatwright.sim.faults.operation.operators import off_s
 from heatwright.sim.faults.procedure import SHOWN_S
@@ -158,6 +159,19 @@ def test_a_heater_that_is_on_after_the_trip_is_found() -> None:
         world.device.avr.pins.drive("PD3", None)
 
     assert "a heater was on 0." in found(partial(replace, cause=cause)).detail
+
+
+@pytest.mark.parametrize(
+    ("fault", "again"), [("heat_from_elsewhere", False), ("switch_leaking", True)]
+)
+def test_after_a_trip_it_is_watched_as_long_as_it_moves(fault: str, again: bool) -> None:
+    """A leak warms it for 15 minutes until a rule trips again; a constant heat changes nothing."""
+    worlds: list[World] = []
+    tried = making(faults_of("chamber")[fault], worlds.append)
+    assert try_fault(tried).detail == ""
+    slowest_s = longest_rule_s(worlds[0].site)
+    assert (len(worlds[0].trips.since(0.0)) > 1) == again
+    assert slowest_s < worlds[0].now_s < 3 * slowest_s < tried.watch_s
 
 
 def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
