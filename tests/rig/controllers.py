@@ -611,7 +611,7 @@ class _Controller:
         found: list[Part] = [{"acknowledge": True}]
         for loop in self.loops:
             warm_c = text(round((loop.low_c + loop.high_c) / 2, 1), "°C")
-            found += [{f"{loop.name}.setpoint": warm_c}]
+            found += [{f"{loop.name}.setpoint": warm_c, f"{loop.name}.enabled": True}]
             found += [{f"{loop.name}.enabled": each} for each in (True, False)]
             if loop.kind == "pid":
                 found += [{f"{loop.name}.manual": True, f"{loop.name}.manual_duty": "40 %"}]

@@ -6,7 +6,7 @@ from heatwright.spec.checks.finding import Finding, Findings, scenario_events, u
 from heatwright.spec.checks.loops.tenths import fits
 from heatwright.spec.checks.loops.timing import can_be_counted
 from heatwright.spec.checks.references import unknown
-from heatwright.spec.commands import by_host, gcode_of, modbus_of, switched, tunable
+from heatwright.spec.commands import by_hand, by_host, gcode_of, modbus_of, switched, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Gcode, ModbusRtu
 from heatwright.spec.loading.suggest import listed
@@ -159,6 +159,25 @@ def writes_in_range(controller: Controller) -> Findings:
             yield Finding(path, f"{number(write.value)} % is no duty", "Use 0 % to 100 %")
         else:
             yield from fits(path, write.value, "°C" if write.what == "setpoint" else "%")
+
+
+def written_loops_are_on(controller: Controller) -> Findings:
+    """Find loops that get a setpoint in the scenario, although nothing switches them on there."""
+    if modbus_of(controller) is None:
+        return
+    writes = list(_writes(controller))
+    on = {write.loop for _, write in writes if write.what == "enabled" and write.value}
+    for name, loop in controller.loops.items():
+        if name in on or loop.starts == "enabled" or by_hand(controller, name):
+            continue
+        asked = [path for path, each in writes if each.name == f"{name}.setpoint"]
+        if asked:
+            yield Finding(
+                asked[0],
+                f"the loop {name} stays off: it starts disabled, and the scenario never enables it",
+                f"Add {name}.enabled: true to this event",
+                (("loops", name), ("interfaces",)),
+            )
 
 
 def warm_is_once(controller: Controller) -> Findings:
