@@ -45,7 +45,7 @@ class Least(NamedTuple):
 
 
 class ReadOnlyDict(dict[K, V]):
-    """A dict in the order of the file that nothing can change."""
+    """A dict that nothing can change, in the order of the file."""
 
     def _refuse(self, *_: object, **__: object) -> Any:
         raise TypeError("a spec is read-only")
