@@ -94,7 +94,7 @@ def test_runs_of_another_campaign_are_not_mixed(heatwright: Heatwright) -> None:
     told = heatwright(f"{line} --runs 2 --seed 1 --vary few.yaml", status=2).err
     assert told.splitlines()[-1] == (
         "kept: has runs of another vary and another seed, which must not be mixed with new runs. "
-        "Name another folder with --output, or delete this folder."
+        "Name another folder with --output, or delete this one."
     )
     longer = Path("short.yaml").read_text("utf-8").replace("ambient: 20 °C", "ambient: 21 °C")
     Path("short.yaml").write_text(longer, encoding="utf-8")
