@@ -60,6 +60,6 @@ def too_inexact(spec: Spec) -> Iterator[Problem]:
         elif found.untold:
             yield spec.tree.problem(
                 path,
-                f"whether {number(asked.within_k)} K is kept cannot be judged",
+                f"it is unknown whether the error stays within {number(asked.within_k)} K",
                 f"Write tolerances: {', '.join(found.untold)}",
             )

@@ -138,7 +138,7 @@ def _of_example(role: str, kind: str, package: str) -> Iterator[str]:
     where = f"{package.replace('.', '/')}/{EXAMPLE}"
     file = files(package) / EXAMPLE
     if not file.is_file():
-        yield f"{where}: the file is missing: a spec that uses {kind}"
+        yield f"{where}: the file is missing; it must be a spec that uses {kind}"
         return
     try:
         spec = load_text(file.read_text(encoding="utf-8"), where)

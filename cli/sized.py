@@ -104,7 +104,7 @@ def _of_walls(found: Sized) -> Iterator[Row]:
         yield "  heat through it", about(wall.loss_w), "W"
     if found.walls:
         yield "heat through all walls", about(found.loss_w), "W"
-        yield "  the plant needs more by", f"{found.reserve.needed_w - found.loss_w:+.1f}", "W"
+        yield "  the plant's need minus this", f"{found.reserve.needed_w - found.loss_w:+.1f}", "W"
 
 
 def _of_wire(wire: SizedWire, measured_c: float | None) -> Iterator[Row]:

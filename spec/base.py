@@ -45,7 +45,7 @@ class Least(NamedTuple):
 
 
 class ReadOnlyDict(dict[K, V]):
-    """A dict in the order of the file that nothing can change."""
+    """A dict that nothing can change, in the order of the file."""
 
     def _refuse(self, *_: object, **__: object) -> Any:
         raise TypeError("a spec is read-only")
@@ -65,7 +65,7 @@ def _plain_text(value: object) -> str:
     if not isinstance(value, str):
         raise refuse("text is needed here", "Put it between quotation marks")
     if not value.strip():
-        raise refuse("this text is empty", "Write a few words, or leave the key out")
+        raise refuse("this text is empty", "Write a few words, or delete the key")
     if len(value) > LONGEST_TITLE:
         raise refuse(f"this text has {len(value)} characters", f"Use at most {LONGEST_TITLE}")
     if not value.isprintable():

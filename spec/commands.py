@@ -42,7 +42,7 @@ def nextion_of(controller: Controller) -> Nextion | None:
 
 
 def for_display(controller: Controller, line: str) -> bool:
-    """Return whether a line goes to the touch display; if there is a host, only after a `#`."""
+    """Return whether a line is for the touch display: if there is a host, only one with a `#`."""
     if nextion_of(controller) is None:
         return False
     return gcode_of(controller) is None or line.startswith("#")

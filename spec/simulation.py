@@ -96,7 +96,7 @@ class Sense(Model):
                 "Write node: … or of: …",
             )
         if self.of is not None and (self.delay_s or self.noise_k):
-            raise refuse("a current has neither delay nor noise here", "Delete delay and noise")
+            raise refuse("a current has neither delay nor noise", "Delete these keys")
         return self
 
 

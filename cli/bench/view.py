@@ -129,7 +129,7 @@ class View:
     # -- since the last call -------------------------------------------------------------------
 
     def points(self) -> dict[str, list[Point]]:
-        """Return each loop's new points: time, s, three temperatures, °C, and duty, %."""
+        """Return each loop's new points: time, s; measured, true, set temperature, °C; duty, %."""
         self._world.forget()
         return {
             loop: list(zip(*map(_column, course), strict=True))

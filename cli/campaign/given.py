@@ -174,7 +174,7 @@ def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
             yield _Finding(
                 (*path, "loop"),
                 f"no keys, host or master can set the setpoint of {ask.loop}",
-                "Delete this, or add an interface to the spec",
+                "Delete this entry of asks, or add an interface to the spec",
             )
         low_c, high_c = ask.setpoint_c.ends()
         if low_c < setpoint.minimum_c or high_c > setpoint.maximum_c:
@@ -210,4 +210,4 @@ def _of_faults(vary: Vary, controller: Controller) -> Iterator[_Finding]:
             yield _Finding(path, f"there is no fault {name}", advice(name, list(BREAKS)))
         elif not applicable(controller, name):
             reason = f"no loop of the spec has the part that {name} breaks"
-            yield _Finding(path, reason, "Delete it")
+            yield _Finding(path, reason, f"Delete {name}")

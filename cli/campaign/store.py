@@ -99,7 +99,7 @@ class Store:
         if other:
             raise Refused(
                 f"{self.folder}: has runs of another {' and another '.join(other)}, which must "
-                "not be mixed with these. Name another folder with --output, or delete this one."
+                "not be mixed with new runs. Name another folder with --output, or delete this one."
             )
 
     def _read(self) -> None:

@@ -161,9 +161,9 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
     if not self_checked(spec.controller):
         yield spec.tree.problem(
             ("safety", "self_checks"),
-            "the controller does not check its own processor, memories and clock: one that is "
-            "damaged may heat permanently",
-            "Delete this line if the chip has room for the checks, about 1,000 B of flash",
+            "the controller does not check its own processor, memories and clock: a "
+            "damaged controller may heat permanently",
+            "Delete self_checks if the chip has room for the checks, about 1,000 B of flash",
         )
     board, taken = spec.controller.board, least(spec.controller)
     if fits(taken, board):

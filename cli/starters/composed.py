@@ -16,7 +16,7 @@ _UNITS = {"kp": "%/K", "ki": "%/(K·s)", "kd": "%·s/K"}
 
 
 class Choice(NamedTuple):
-    """The parts of a first spec; each is a key of `machines.yaml` or `parts.yaml`."""
+    """What `init` makes a spec of; each value is a key in `machines.yaml` or `parts.yaml`."""
 
     machine: str
     board: str

@@ -98,7 +98,7 @@ def task_of(
     if controller.simulation is None:
         raise Refused(
             f"{spec.file_name}: has no `simulation`, so there is no machine to tune for. Describe "
-            "one, or let `heatwright identify` find it in a record."
+            "one, or let `heatwright identify` compute it from a record of the real machine."
         )
     target_c = _target(spec, name) if at_c is None else _within(chosen, at_c)
     process = process_of(controller, name, target_c)

@@ -2,9 +2,9 @@
 """Write the checksum of a firmware into its ELF file; PlatformIO runs this after the linker.
 
 The firmware computes the CRC of its flash from behind `flash_seal` to the end of the program, then
-from 0 to the end of `flash_seal`: with the right two bytes in `flash_seal` it is 0.
+from 0 to the end of `flash_seal`: with the right two bytes in `flash_seal` this CRC is 0.
 
-By hand, for a program that was built in another way:
+A program that was not built by PlatformIO is sealed by hand:
 
     python seal.py firmware.elf
     avr-objcopy -O ihex -R .eeprom firmware.elf firmware.hex
@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 NO_FLASH = 0x800000
-"""The linker's addresses from here on are RAM, EEPROM and fuses."""
+"""In the linker's addresses, RAM, EEPROM and fuses begin here; flash is below."""
 LOADED, SYMBOLS = 1, 2
-"""ELF types: of a segment that is loaded, and of a section with symbols."""
+"""The ELF types of a segment that is loaded, and of a section with symbols."""
 
 
 def seal(path: Path) -> None:
@@ -59,7 +59,7 @@ def symbol(elf: bytes, name: bytes) -> int:
             start = sections[names][4] + word
             if elf[start : elf.index(0, start)] == name:
                 return int(address)
-    raise LookupError(f"There is no {name.decode()} in it: was it built with self-checks?")
+    raise LookupError(f"No symbol {name.decode()}: the program was built without self-checks")
 
 
 def crc16(data: bytearray) -> int:

@@ -141,7 +141,7 @@ def _warnings(controller: Controller) -> Iterable[Register]:
     for number, name in enumerate(controller.monitors):
         yield Register(
             "discretes", 1 + number, f"warning_{name}", "bit",
-            f"The monitor {name} warns: it is too warm.", Stored("0xFF", f"&monitor_{name}.warns"),
+            f"The monitor {name} warns: too warm.", Stored("0xFF", f"&monitor_{name}.warns"),
         )  # fmt: skip
         yield _celsius(
             FIRST_MONITOR + 1 + number, f"monitor_{name}",

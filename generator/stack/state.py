@@ -161,7 +161,7 @@ def _out(state: State, instruction: Instruction, stack_top: int) -> State:
         byte = Byte(half, 0) if byte.number == expected else None
     if byte is None or byte.kind != half:
         raise StackUnknown(
-            f"sets the stack pointer to an unknown place at 0x{instruction.address:x}"
+            f"sets the stack pointer to an unknown value at 0x{instruction.address:x}"
         )
     if state.half is None:
         return replace(state, half=byte)

@@ -9,7 +9,7 @@ _IN_PLACE = {"append", "extend", "insert", "remove", "pop", "popleft", "clear", 
 _COMPOUND = (ast.If, ast.While, ast.For, ast.With)
 _BEYOND = (ast.Try, ast.TryStar, ast.Match, ast.AsyncFunctionDef, ast.Global, ast.Nonlocal,
            ast.Yield, ast.YieldFrom, ast.Await)  # fmt: skip
-"""Statements that the model does not use; for some lanes only, they have no meaning here."""
+"""Statements that the model does not use; they cannot be executed for only some lanes."""
 
 
 def translated(tree: ast.Module) -> ast.Module:

@@ -110,7 +110,7 @@ def heater_on(site: Site) -> Condition:
 
 
 def at_rest(site: Site, *, above_k: float) -> World:
-    """Return a world at `above_k` above its lowest setpoint, which is set: the heater is off."""
+    """Return a world `above_k` above its setpoint, which is the lowest one: the heater is off."""
     lowest_c = setpoints_c(site)[0]
     world = resting(site, max(lowest_c, site.ambient_c) + above_k)
     world.set_setpoint(lowest_c)

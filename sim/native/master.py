@@ -1,4 +1,4 @@
-"""How a chip on a bus sees its master: times that C checks, and calls of C to the chip."""
+"""How a chip on a bus sees its master: times that C checks, and calls from C to the chip."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -33,7 +33,7 @@ FASTEST_STEPS_HZ = 10_000
 """Maximum steps of a stepper per second: their interrupts of some 10 us take a tenth of it."""
 
 _ALL: tuple[Path, ...] = (("controller",), ("outputs",), ("sensors",))
-_REMEDY = "Use time_proportional in place of pwm, or a board with more timers"
+_OR_NO_PWM = ", or time_proportional in place of pwm"
 
 
 class Interval(NamedTuple):
@@ -129,7 +129,7 @@ def allocate(controller: Controller) -> TimerUse:
     wanted: list[tuple[Path, str]] = [
         *((("sensors", name), "this 1-Wire line") for name in wires if name not in one_wire),
         *((("outputs", name), "this stepper") for name in motors if name not in steppers),
-        *((("interfaces", line), "the frames of this line") for line in lines[len(silences) :]),
+        *((("interfaces", line), "this Modbus line") for line in lines[len(silences) :]),
     ]
     short += [_none_left(board, path, user, made) for path, user in wanted]
     problems += short[:1]  # with one timer more the others may fit
@@ -152,10 +152,10 @@ def _none_left(board: Board, path: Path, user: str, made: PwmTimers) -> TimerPro
     by_interrupts = any(channel.by_interrupts for channel in made.channels.values())
     return TimerProblem(
         path,
-        f"no timer of {board.name} is left for {user}: it has {len(board.timers)}, and the tick, "
-        "each DS18B20, each stepper and the PWM outputs of a pin's timer need one each"
-        + (", PWM by interrupts one with 16 bits" if by_interrupts else ""),
-        _REMEDY,
+        f"no timer of {board.name} is left for {user}: it has {len(board.timers)}; the tick, each "
+        "DS18B20, each stepper and a Modbus RTU line need one each, and PWM outputs need the timer "
+        "of their pins" + (", or by interrupts a 16-bit one" if by_interrupts else ""),
+        "Use a board with more timers" + (_OR_NO_PWM if made.channels else ""),
         _ALL,
     )
 

@@ -40,7 +40,7 @@ SHORTEST_STEPS = 10
 """Shortest derived time, in control steps: some lost readings must not cause a trip."""
 
 OWN = 0.1
-"""Share of the range of setpoints: after such a rise a course no longer depends on its start."""
+"""Share of the setpoints' range: a course that has risen by it no longer depends on its start."""
 
 HALVINGS = 10
 """Bisections in the search for a time that all nodes withstand: exact to a thousandth."""

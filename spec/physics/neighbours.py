@@ -26,7 +26,7 @@ def warmed_k(
 ) -> float:
     """Return how far above ambient a sensor rises by its neighbours' heat alone, K.
 
-    Each neighbour holds its own sensor, unless others heat that more: then it gives no heat.
+    Each neighbour heats its own sensor to what it holds; if the others heat it more, not at all.
 
     Raises ArithmeticError where two neighbours hold one node.
     """

@@ -62,7 +62,7 @@ class TestAFiring:
         found, expect = metrics(fired.trace, kiln), kiln.simulation.expect
         assert found.tracking_k <= expect.tracking_k == LIMIT_K
         assert found.overshoot_k <= expect.overshoot_k == LIMIT_K
-        assert_told("tracking, of the mean that control goes by", found.tracking_k)
+        assert_told("tracking, of the mean that the control uses", found.tracking_k)
         assert_told("steady error at 510 °C", found.steady_error_k)
 
     def test_every_step_is_the_models(self, fired, kiln):
@@ -87,7 +87,7 @@ class TestAFiring:
         log["temperature_c"] = log["reading_c"]
         found = firing_of(log, kiln.loops[LOOP])
         assert max(found.tracking_k, found.overshoot_k) <= LIMIT_K
-        assert_told("the same of the single readings", found.tracking_k)
+        assert_told("tracking, of the single readings", found.tracking_k)
         mean_k = metrics(fired.trace, kiln).overshoot_k
         told = "overshoot at the holds, mean and single readings"
         assert_told(told, mean_k, found.overshoot_k)

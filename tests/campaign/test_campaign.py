@@ -93,7 +93,7 @@ def test_runs_of_another_campaign_are_not_mixed(heatwright: Heatwright) -> None:
     Path("few.yaml").write_text("ambient: ± 5 K\n", encoding="utf-8")
     told = heatwright(f"{line} --runs 2 --seed 1 --vary few.yaml", status=2).err
     assert told.splitlines()[-1] == (
-        "kept: has runs of another vary and another seed, which must not be mixed with these. "
+        "kept: has runs of another vary and another seed, which must not be mixed with new runs. "
         "Name another folder with --output, or delete this one."
     )
     longer = Path("short.yaml").read_text("utf-8").replace("ambient: 20 °C", "ambient: 21 °C")

@@ -38,7 +38,7 @@ upsets: [{at: 1 h, power_cut: 1 s}]  #upsets[0].at: 1 h is not before the end of
 faults: {chance: 120 %}  #faults.chance: 120 % is too large. Use at most 100 %.
 faults: {chance: 20 %, at: 1 h}  #faults.at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.
 faults: {chance: 20 %, of: [heater_opn]}  #faults.of[0]: there is no fault heater_opn. Did you mean heater_open?
-faults: {chance: 20 %, of: [fan_stalled]}  #faults.of[0]: no loop of the spec has the part that fan_stalled breaks. Delete it.
+faults: {chance: 20 %, of: [fan_stalled]}  #faults.of[0]: no loop of the spec has the part that fan_stalled breaks. Delete fan_stalled.
 faults: {}  #faults.chance: this key is missing. Add it: share of the runs with a fault.
 colour: red  #colour: there is no such key here. Use capacities, resistances, ambient, supply, errors, noise, late, asks, upsets or faults.
 """  # noqa: E501 - whole messages

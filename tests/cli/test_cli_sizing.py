@@ -243,7 +243,7 @@ def test_check_warns_of_parts_that_cost_too_much(heatwright: Heatwright) -> None
 def test_check_warns_of_what_cannot_be_told(heatwright: Heatwright) -> None:
     text = FEEDER.replace("within: 1 K", "within: 9 K").replace("element: A, ", "")
     (told,) = warnings(heatwright, text)
-    assert told == "whether 9 K is kept cannot be judged"
+    assert told == "it is unknown whether the error stays within 9 K"
 
 
 def test_a_worst_case_without_a_part_is_called_so(heatwright: Heatwright) -> None:

@@ -187,7 +187,7 @@ def unmarked(text: str) -> str:
 
 def counted(to_read: str) -> tuple[int, int]:
     """Return how many values and pieces of code are typed, and of how many."""
-    typed, in_all = re.findall(r"typed: (\d+) values and .* of (\d+)\.", to_read)[0]
+    typed, in_all = re.findall(r"differences: (\d+) of the (\d+) values", to_read)[0]
     return int(typed), int(in_all)
 
 

@@ -186,7 +186,7 @@ REFUSED = {
     "array of a length known late": (
         "__attribute__((noinline)) void f(uint8_t n) { volatile uint8_t a[n]; a[n / 2] = a[0]; }\n"
         "int main(void) { for (;;) f(PINB); }\n",
-        "f sets the stack pointer to an unknown place at 0x",
+        "f sets the stack pointer to an unknown value at 0x",
     ),
     "loop that pushes": (
         'int main(void) { for (;;) asm volatile("push r2"); }\n',

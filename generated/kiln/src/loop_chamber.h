@@ -57,7 +57,7 @@ bool loop_chamber_enable(void);
 /* Switch off: the heater goes off in the next tick. A running program is stopped. */
 void loop_chamber_disable(void);
 
-/* True if the loop is on from the next step on, unless a program decides. */
+/* True if the loop is on from the next step on; while a program runs, the program decides. */
 bool loop_chamber_is_enabled(void);
 
 /* Switch off without a command: after a fault. */

@@ -163,7 +163,7 @@ def _lamp(controller: Controller) -> Iterator[Step]:
             f"Loop `{name}` on, setpoint above the reading",
             f"{first}the lamp is lit{_not_a_heater(controller, loop)}",
         )
-        yield Step("Press the reset button", "it goes off at once, and stays off while held")
+        yield Step("Hold the reset button", "the lamp goes off at once, and stays off")
         seconds = loop.next_step_s(loop.protection.stale_after_s) + TICK_MS / 1000
         yield Step(
             "Lamp lit again: pull the sensor's plug", f"off within {seconds:.3g} s, and stays off"
@@ -200,7 +200,7 @@ def _heating(controller: Controller) -> Iterator[Step]:
             yield Step(
                 f"Loop `{name}` at full power from cold",
                 f"a rise of at least {quantity(heating.rise_k, 'K')} in every "
-                f"{quantity(heating.within_s, 's')}; or {_codes(controller, 'heating_failed')}",
+                f"{quantity(heating.within_s, 's')}, else {_codes(controller, 'heating_failed')}",
             )
         off_by = _off_by(controller, controller.thermometers[loop.sensor], loop.setpoint.maximum_c)
         yield Step(

@@ -77,7 +77,7 @@ class OutputNames:
     commanded: bool
     watched: bool
     stops: bool
-    """True for a heater with a minimum time on, which may have to be stopped sooner."""
+    """True for a heater with a minimum time on: it needs a function that switches it off sooner."""
     runs_where: str
 
 

@@ -163,7 +163,7 @@ class Display:
             self._event(part, "release")
 
     def at(self, x: int, y: int) -> Part | None:
-        """Return the foremost component at a point that takes touches."""
+        """Return the foremost component at a point, of those that take touches."""
         for part in reversed(tuple(self.memory.shown())):
             place = part.component
             inside = 0 <= x - place.x < place.w and 0 <= y - place.y < place.h

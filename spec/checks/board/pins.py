@@ -104,7 +104,7 @@ def shields_fit(controller: Controller) -> Findings:
             yield Finding(
                 ("interfaces", index, "kind"),
                 f"an Uno's shield does not fit {board.name}",
-                "Use uno, mega2560 or leonardo, or leave the shield out",
+                "Use uno, mega2560 or leonardo, or delete this interface",
                 (_BOARD,),
             )
 

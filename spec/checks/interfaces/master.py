@@ -136,7 +136,7 @@ def _place(controller: Controller, path: Path, write: Write) -> Findings:
         yield Finding(
             path,
             f"the loop {write.loop} has no autotune",
-            "Add autotune: {} to the loop, or delete this",
+            "Add autotune: {} to the loop, or delete tune",
             because_of,
         )
 

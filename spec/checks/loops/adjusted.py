@@ -16,6 +16,7 @@ from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import keypad_of, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import Adjust
+from heatwright.spec.loading.suggest import listed
 from heatwright.spec.problems import Path
 
 MOST_STEPS = 1000
@@ -48,13 +49,13 @@ def numbers_have_a_use(controller: Controller) -> Findings:
             elif each.key in GAINS and tunable(controller, name):
                 yield Finding(
                     (*path, each.key),
-                    f"a host, master or touch display sets the gains of loop {name}, so keys "
-                    "cannot",
+                    f"a host, master or touch display sets the gains of loop {name}: keys cannot",
                     "Delete it",
                     (("interfaces",),),
                 )
         if not any(getattr(adjust, each.key) for each in KINDS):
-            yield Finding(path, "no number is named", "Name one, or delete it")
+            able = [each.key for each in KINDS if each.field in fields]
+            yield Finding(path, "no number is named", f"Add {listed(able)}, or delete adjust")
 
 
 def numbers_in_range(controller: Controller) -> Findings:

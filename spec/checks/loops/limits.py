@@ -167,7 +167,7 @@ def efforts_are_known(controller: Controller) -> Findings:
             plant = controller.simulation is not None
             yield Finding(
                 ("loops", name, "protection", "effort"),
-                "for this plant no time is long enough that a healthy machine would not trip it"
+                "on this plant a healthy machine would trip the rule, however long its time is"
                 if plant
                 else "without a plant the power that a reading needs is not known",
                 "Write effort: off" if plant else "Add a section simulation, or delete effort",

@@ -49,8 +49,8 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
             for key, seconds in minimum_times(controller.outputs.get(str(part))).items():
                 yield Finding(
                     ("outputs", str(part), key),
-                    f"for {duration(seconds)} the heater of the loop {name} may not follow the "
-                    "algorithm, and current_while_off or no_current would trip",
+                    f"the heater of the loop {name} can lag behind the algorithm by "
+                    f"{duration(seconds)}, and current_while_off or no_current would trip",
                     f"Delete it, or current of {loop.heater}",
                     (("outputs", loop.heater), ("loops", name)),
                 )

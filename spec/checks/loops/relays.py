@@ -62,5 +62,5 @@ def feedback_has_a_relay(controller: Controller) -> Findings:
         yield Finding(
             ("safety", "relay_feedback"),
             "there is no safety relay to which this contact could belong",
-            "Add relay: with the name of its output, or delete it",
+            "Add relay: with the name of its output, or delete relay_feedback",
         )

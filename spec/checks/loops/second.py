@@ -82,8 +82,8 @@ def second_sensors_can_agree(controller: Controller) -> Findings:
         if second.first_s and loop.protection.stale_after_s < starts_s:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),
-                f"it is over before {monitor.sensor} reads again after a brief loss of its supply, "
-                "and without its reading the loop has none",
+                f"after a brief loss of its supply {monitor.sensor} reads again only later; "
+                "until then the loop has no reading",
                 f"Use at least {duration(starts_s)}",
                 (("loops", name, "also"), *because_of),
             )

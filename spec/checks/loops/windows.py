@@ -51,7 +51,7 @@ def window_has_steps(controller: Controller) -> Findings:
         elif steps > MOST_STEPS:
             yield Finding(
                 path,
-                f"{duration(output.window_s)} has more than {MOST_STEPS} steps of {resolution}",
+                f"{duration(output.window_s)} is longer than {MOST_STEPS} steps of {resolution}",
                 "Use a shorter window or a coarser resolution",
                 because_of,
             )

@@ -69,8 +69,8 @@ def falling_stays_above_below(machine: Machine) -> Findings:
         yield machine.finding(
             ("protection", "runaway", "below"),
             f"until the heat arrives the reading falls to {about(fall_k)} K below "
-            f"{celsius(machine.loop.setpoint.maximum_c)}, and in a plant {number(FASTER)} "
-            f"times as fast to {about(needed_k)} K below it",
+            f"{celsius(machine.loop.setpoint.maximum_c)}, or to {about(needed_k)} K "
+            f"below it in a plant that is {number(FASTER)} times as fast",
             f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
         )
 

@@ -89,7 +89,7 @@ def plant_nodes(_: Controller, plant: ThermalNetwork) -> Findings:
         yield Finding(
             (*_PLANT, "nodes"),
             f"the network has {len(plant.nodes)} nodes",
-            f"Use at most {MOST_NODES}; join those that are always equally warm",
+            f"Use at most {MOST_NODES}; join nodes that always have the same temperature",
         )
     reached = _reached(plant, AMBIENT)
     for node in plant.nodes:
@@ -164,7 +164,7 @@ def heaters_have_power(controller: Controller) -> Findings:
             yield Finding(
                 (*_PLANT, "heat", name),
                 f"{name} is a stepper, which feeds material and cannot heat",
-                "Delete this entry",
+                "Delete it",
                 (("outputs", name),),
             )
         elif output is not None and output.power_w is None:

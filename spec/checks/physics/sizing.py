@@ -31,7 +31,7 @@ def sizings_fit(controller: Controller) -> Findings:
                 path,
                 f"the highest setpoint of {celsius(loop.setpoint.maximum_c)} is not above the "
                 f"ambient temperature of {celsius(simulation.ambient_c)}: there is nothing to heat",
-                "Delete this entry, or raise the setpoint's maximum",
+                "Delete it, or raise the setpoint's maximum",
                 (("simulation", "ambient"), ("loops", name, "setpoint")),
             )
         heater = controller.switches.get(loop.heater)

@@ -28,7 +28,7 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
                 f"this plant needs {about(takes_percent)} % to hold "
                 f"{celsius(heated.highest_c)}, and a constant reading there would be a "
                 "fault",
-                f"Use at least {rounded_up(takes_percent)} %, or delete it",
+                f"Use at least {rounded_up(takes_percent)} %, or delete holding",
                 machine.because_of,
             )
             return

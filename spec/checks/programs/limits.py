@@ -38,8 +38,8 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
         if programs.hold_back is None:
             yield Finding(
                 _HOLD_BACK,
-                "the clock never waits, so a machine slower than the program departs from the "
-                "setpoint, and rule runaway trips",
+                "the program's clock never waits, so a machine slower than the program departs "
+                "from the setpoint, and rule runaway trips",
                 "Write hold_back: 10 K, or runaway: off in protection",
                 (path,),
             )
@@ -49,7 +49,7 @@ def hold_back_before_runaway(controller: Controller) -> Findings:
             if limit_k is not None and within_k >= limit_k:
                 yield Finding(
                     _HOLD_BACK,
-                    f"the clock waits only beyond {number(within_k)} K, but rule runaway trips "
+                    f"the program waits only beyond {number(within_k)} K, but rule runaway trips "
                     f"{number(limit_k)} K {key} the setpoint",
                     f"Use less than {number(limit_k)} K, or a larger {key}",
                     ((*path, key),),

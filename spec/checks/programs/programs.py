@@ -107,7 +107,7 @@ def what_a_fault_keeps_can_go_on(controller: Controller) -> Findings:
     if after.resume_within_k == 0 and after.otherwise == "stop":
         yield Finding(
             ("programs", "on_fault"),
-            "after a fault a program resumes by the rules of after_power_loss, which never do so",
+            "after a fault a program resumes as after_power_loss allows, and it never allows it",
             "Write after_power_loss: {resume_within: 30 K, otherwise: stop}, or on_fault: stop",
             (("programs", "after_power_loss"),),
         )

@@ -81,7 +81,7 @@ def currents_are_held(controller: Controller) -> Findings:
             yield Finding(
                 (*each.path, "trip"),
                 f"{number(over_a)} A is not above the limit of {number(limit_a)} A",
-                f"Use more than {number(limit_a)} A, or leave it out",
+                f"Use more than {number(limit_a)} A, or delete trip",
                 ((*each.path, "limit"),),
             )
         elif over_a <= most_a + each.step_a:

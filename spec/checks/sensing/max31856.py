@@ -29,7 +29,7 @@ def types_have_an_operator(controller: Controller) -> Findings:
                 (("sensors", name, "thermocouple"),),
             )
         elif len(sensor.selectable) == 1:
-            yield Finding(path, "a single type leaves no choice", "Add another, or delete it")
+            yield Finding(path, "one type leaves no choice", "Add another, or delete selectable")
         elif not any(has_an_operator(controller, loop) for loop in used_by):
             yield Finding(
                 path,

@@ -26,7 +26,7 @@ def senses_fit(controller: Controller, plant: ThermalNetwork) -> Findings:
             yield Finding(
                 (*path, "of"),
                 f"{name} measures a temperature, and an output has none",
-                "Write node: with the node that it measures, in place of of",
+                "Delete of, and add node: with the node that it measures",
                 because_of,
             )
         elif sense.of is not None and used.get(name, sense.of) != sense.of:

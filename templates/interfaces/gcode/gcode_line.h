@@ -26,6 +26,6 @@ void line_start(void);
  * wrong line, all other bytes received so far are dropped: they follow a gap. */
 uint8_t line_tick(void);
 
-/* True from time to time while a host that numbers its lines is silent: if it missed an "ok", or we
- * the end of its line, each would wait for the other without end. */
+/* True from time to time while a host that numbers its lines is silent: if it has missed an "ok", or
+ * this controller the end of a line, each would wait for the other for ever. */
 bool line_asks_for_more(void);
