@@ -191,14 +191,10 @@ def planned():
         for file in plan_firmware(host_specs.spec_of(name)).files:
             context = names(file.told)
             context["control"] = (context.get("loops") or [{}])[0]
-            for template in (file.template, *pieces_of(context)):
+            parts = *context.get("helpers", ()), *context.get("public", ())
+            for template in (file.template, *parts):
                 found[template].append(context)
     return found
-
-
-def pieces_of(context):
-    """Templates that the features of a loop add to its own."""
-    return (*context.get("helpers", ()), *context.get("public", ()))
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
