@@ -107,8 +107,8 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
             noting.get_template(file.template).render(names(file.told))
         controller = each.spec.controller
         parts = [*controller.sensors.values(), *controller.outputs.values(), *controller.interfaces]
-        parts += [loop.algorithm for loop in controller.loops.values()]
-        found |= {part.kind for part in parts} | {controller.board.name}
+        algorithms = [loop.algorithm for loop in controller.loops.values()]
+        found |= {part.kind for part in (*parts, *algorithms)} | {controller.board.name}
         if noting.loaded == templates and not noting.unseen and found == every:
             break  # more of them would show no more
     assert noting.loaded == templates
