@@ -1,18 +1,19 @@
 """Rules 33 and 34: what wrong readings and switches trip, and that healthy machines never do."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from random import Random
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from any_machine.drawing import drawn_machine
-from rig.firmware import controller_of, example, whole
+from any_machine.test_any_machine import MACHINES
+from rig.firmware import changed, controller_of, example, whole
 from suite import SEED, amount
 
 from heatwright.sim.arrays.masks import afresh
-from heatwright.sim.arrays.world import Logs, _Runs
+from heatwright.sim.arrays.world import _Runs
 from heatwright.sim.bench import ReferenceDevice, Run, step_of
 from heatwright.sim.faults.bears import bears_c, room_c
 from heatwright.sim.faults.healthy import AMBIENTS_C
@@ -268,30 +269,11 @@ def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(  # noqa: PLR0
     assert all(peak_c <= bears[node] for node, peak_c in peaks.items()), (peaks, bears)
 
 
-WIDE = """
-heatwright: 1
-controller: {name: wide, board: uno}
-sensors: {air: {kind: max31855, chip_select: A1, clock: D13, data_out: D12, thermocouple: K}}
-outputs: {heater: {kind: digital, pin: D3, power: 500 W}}
-loops:
-  air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 90 °C}
-    algorithm: {kind: on_off, hysteresis: 12 K}
-    protection: {maximum: 140 °C, minimum: -10 °C, rise_rate: 50 K/s, runaway: {above: 40 K}}
-interfaces: [{kind: lcd_keypad, loop: air, step: 10 K}]
-simulation:
-  ambient: 20 °C
-  plant:
-    kind: thermal_network
-    nodes: {air: 200 J/K}
-    links: [{between: [air, ambient], resistance: 0.6 K/W}]
-    heat: {heater: air}
-    sense: {air: {node: air, lag: 2 s}}
-  scenario: [{for: 60 s}]
-"""
+WIDE = changed(
+    MACHINES["glue_oven"], ("hysteresis: 4 K", "hysteresis: 12 K"),
+    ("runaway: {above: 4.4 K, for: 4 s}", "runaway: {above: 40 K}"),
+    ("rise_rate: 3 K/s", "rise_rate: 50 K/s"), ("      heating: {rise: 4 K, within: 7 s}\n", ""),
+)  # fmt: skip
 SLOW_S = 1.3 * 200 * 1.3 * 0.6
 """Of the slowest machine of its kind, which cools in a warm room."""
 
@@ -314,7 +296,7 @@ def test_a_loop_that_switches_through_a_long_window_is_not_watched_unless_asked(
     text = WIDE.replace("kind: digital, pin: D3", windows).replace("200 J/K", "60 J/K")
     assert controller_of(text).loops["air"].protection.effort is None
     for asked_for in ("{}", "{for: 10 min}"):
-        watched_text = text.replace("rise_rate: 50", f"effort: {asked_for}, rise_rate: 50")
+        watched_text = text.replace("      rise", f"      effort: {asked_for}\n      rise")
         effort = controller_of(watched_text).loops["air"].protection.effort
         assert effort is not None
         assert effort.has_band
@@ -412,15 +394,6 @@ def held_c(controller: Controller, name: str) -> list[float]:
     return [each for each in setpoints_c(Place(controller, name)) if each <= weak_c]
 
 
-def lanes_of(controller: Controller, machines: Sequence[Controller], hours: float) -> list[Logs]:
-    end = Event.model_validate({"for": f"{3600 * hours:.0f} s"})
-    with afresh():
-        runs = Asked([controller] * len(machines), machines, (end,), kept=["fault.code"])
-        runs.asks = sorted(asked(controller, hours))
-        runs.go(None)
-        return runs.logs()
-
-
 EXAMPLES = ("chamber", "hotplate", "press", "oven", "barrel", "extruder")
 
 
@@ -450,7 +423,13 @@ def test_healthy_machines_never_trip(number: int) -> None:
     random = Random(f"{name} {SEED}")  # noqa: S311 - machines, not secrets
     spreads = [(CHECKED, WIDEST)[lane % 2] for lane in range(amount("effort_lanes"))]
     machines = [healthy(controller, random, spread) for spread in spreads]
-    found = lanes_of(controller, machines, amount("effort_hours"))
+    hours = amount("effort_hours")
+    end = Event.model_validate({"for": f"{3600 * hours} s"})
+    with afresh():
+        runs = Asked([controller] * len(machines), machines, (end,), kept=["fault.code"])
+        runs.asks = sorted(asked(controller, hours))
+        runs.go(None)
+        found = runs.logs()
     for lane, (spread, logs) in enumerate(zip(spreads, found, strict=True)):
         for loop, log in logs.items():
             codes = set(log["fault.code"].tolist())

@@ -175,8 +175,7 @@ def test_as_many_processes_as_there_are_cores_that_may_be_used() -> None:
     assert processes() == len(os.sched_getaffinity(0))
     code = "import os; os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
     code += "from heatwright.cli.pool import processes; print(processes())"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
-    assert found == b"1\n"
+    assert finished([sys.executable, "-c", code]).stdout == "1\n"
 
 
 # -- what is run ---------------------------------------------------------------------------------
@@ -376,9 +375,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 def begun(line: str, cluster: Cluster) -> subprocess.Popen[str]:
     """Start a campaign on the cluster, with rows in `there`, and wait for the first of them."""
     words = shlex.split(f"{line} --scheduler {cluster.address} -o there")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "heatwright.cli.start", *words], stderr=subprocess.PIPE, text=True
-    )
+    process = subprocess.Popen([*PROGRAM, *words], stderr=subprocess.PIPE, text=True)
     wait_for(lambda: kept("there") >= 2, "nothing is done", process)
     return process
 

@@ -5,8 +5,8 @@ is too warm, people are told. Inputs: contacts that open, bounce and close again
 prove that it turns. And loops, where another, quicker or with the keys, is beside.
 """
 
-from collections.abc import Iterator
 from functools import cache
+from itertools import product
 
 import pytest
 from fault_machines import faults_of, judged, site_of
@@ -265,22 +265,18 @@ FANS = {
 }
 
 COUNTED_ALONE = ("weak", "proof_shorted", "proof_noisy")
+WITH_TACHOMETER = ("incubator", "counted")
+
+UNPROVEN = [*product(FANS, ("stuck", "proof_torn")), *product(WITH_TACHOMETER, COUNTED_ALONE)]
 
 
-def unproven() -> Iterator[tuple[str, str]]:
-    for machine in FANS:
-        counted = COUNTED_ALONE if machine in {"incubator", "counted"} else ()
-        for what in ("stuck", "proof_torn", *counted):
-            yield machine, what
-
-
-@pytest.mark.parametrize(("machine", "what"), list(unproven()))
+@pytest.mark.parametrize(("machine", "what"), UNPROVEN)
 def test_no_heat_without_proof(machine: str, what: str) -> None:
     spec, fan = FANS[machine]
     assert judged(spec, f"{fan}_{what}") == "fan_stopped"
 
 
-@pytest.mark.parametrize("machine", ["incubator", "counted"])
+@pytest.mark.parametrize("machine", WITH_TACHOMETER)
 @pytest.mark.parametrize("what", ["turns_slow", "turns_fast"])
 def test_a_fan_at_its_limits_is_proof(machine: str, what: str) -> None:
     spec, fan = FANS[machine]

@@ -45,10 +45,6 @@ NO_M110 = [line + b"*1\n" for line in (
     b"N1 M117 N1S4", b"N4 M100 M120 M010 M210 L110 M111")]  # fmt: skip
 
 
-def behind_a_checksum(text: bytes) -> bytes:
-    return numbered(1, "M105 *8").removesuffix(b"\n") + text + b"\n"
-
-
 def gapped(size: int, bad: bytes = b"N5 M104 S60*7\n", before: int = 0) -> list[bytes]:
     """A wrong line, and so much of the next before the answer: the rest of it is forgotten."""
     late = numbered(6, "M104\tS60")
@@ -140,7 +136,8 @@ ANSWERS = {
         [received(BEGIN), ticks(20), received(AGAIN[0][:-1]), ticks(320),
          received(numbered(2, "M105")), ticks(20)],
         ["ok", "ok", *asked_again("checksum mismatch", 0)]),
-    **{f"behind a checksum: {text!r}": (spoken(BEGIN, behind_a_checksum(text)), ["ok", WARM])
+    **{f"behind a checksum: {text!r}": (
+        spoken(BEGIN, numbered(1, "M105 *8").replace(b"\n", text + b"\n")), ["ok", WARM])
        for text in (b" ", b" 7", b"x7", b"\t;9", b"/7", b":7")},
     **{f"unreadable: {byte}": (spoken(b"M105" + bytes([byte]) + b"\n", "M105"),
                                ["echo:Unreadable line ignored", "ok", WARM])

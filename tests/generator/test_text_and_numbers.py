@@ -3,7 +3,6 @@ in Markdown; numbers are exact, early rather than late, and from where they say.
 
 import math
 import re
-import struct
 from collections.abc import Mapping
 from fractions import Fraction
 
@@ -116,10 +115,6 @@ PATTERNS = st.integers(0, 2**32 - 1)
 LITERAL = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]\d\d)?f")
 
 
-def of_bits(pattern: int) -> float:
-    return float(struct.unpack("<f", struct.pack("<I", pattern))[0])
-
-
 def bits(value: float) -> int:
     return int(np.float32(value).view(np.uint32))
 
@@ -133,7 +128,7 @@ def bits(value: float) -> int:
 @example(0x4B800000)
 @example(bits(0.0625))
 def test_a_literal_names_its_value_and_no_other(pattern: int) -> None:
-    value = of_bits(pattern)
+    value = float(np.uint32(pattern).view(np.float32))
     if not math.isfinite(value):
         return
     literal = c_float(value)

@@ -270,17 +270,12 @@ class _Chosen:
 
     def _starts(self) -> Iterator[str]:
         """Programs that are too hot do not start, and none does from where it is too hot."""
-        for number, hottest_c in enumerate(_hottest(self.controller), start=1):
+        assert self.controller.programs is not None
+        for number, program in enumerate(self.controller.programs.stored, start=1):
+            hottest_c = max((each.to_c or 0.0 for each in program.segments), default=0.0)
             for celsius in (MILD_C, float(self.highest) - 1, float(self.highest) + 1):
                 self._power_up(celsius)
                 self.host.step()
                 started = bool(self.host.library.program_start(number))
                 if started != (max(hottest_c, celsius) <= self.highest):
                     yield f"type {self.code}: program {number} from {celsius} °C: {started}"
-
-
-def _hottest(controller: Controller) -> Iterator[float]:
-    """Yield the hottest target of each stored program."""
-    assert controller.programs is not None
-    for program in controller.programs.stored:
-        yield max((each.to_c for each in program.segments if each.to_c is not None), default=0.0)

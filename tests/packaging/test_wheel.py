@@ -18,14 +18,10 @@ import jsonschema
 import pytest
 import yaml
 from platformio.dependencies import get_core_dependencies
-from rig.firmware import ROOT
+from rig.firmware import ROOT, finished
 
 PACKAGES = ("cli", "generator", "sim", "spec", "templates")
 NEEDED = ("pyproject.toml", "README.md", "LICENSE", "LICENSES")
-
-
-def ran(words: list[str | Path], **given: Any) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(words, capture_output=True, text=True, check=False, **given)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +38,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def wheel_of(folder: Path) -> Path:
     words = [sys.executable, "-m", "build", "--no-isolation", "--outdir", folder / "dist", folder]
-    built = ran(words)
+    built = finished(words)
     assert built.returncode == 0, built.stdout + built.stderr
     (found,) = (folder / "dist").glob("*.whl")
     return found
@@ -92,7 +88,7 @@ def run(installed: Path, tmp_path: Path) -> Callable[[str], subprocess.Completed
 
     def run(line: str) -> subprocess.CompletedProcess[str]:
         program, *words = shlex.split(line)
-        return ran([installed / "bin" / program, *words], cwd=tmp_path, env=outside)
+        return finished([installed / "bin" / program, *words], cwd=tmp_path, env=outside)
 
     return run
 
@@ -132,7 +128,7 @@ def beside(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def heatwright(home: Path, *words: str, **given: Any) -> subprocess.CompletedProcess[str]:
-    return ran([home / "bin" / "heatwright", *words], **given)
+    return finished([home / "bin" / "heatwright", *words], **given)
 
 
 def test_a_package_beside_it_brings_a_kind(beside: Path, tmp_path: Path) -> None:
@@ -159,7 +155,7 @@ def test_its_firmware_verifies_and_its_own_tests_pass(beside: Path, tmp_path: Pa
     faults = {each["fault"] for each in json.loads(done.stdout)["faults"]}
     assert {"element_broken", "element_shorted", "orders_shorted_to_supply"} <= faults
     words = [beside / "bin" / "python", "-m", "pytest", "-q", OUTSIDE / "tests", "--rootdir", "."]
-    own = ran([*words, "-p", "no:cacheprovider"], cwd=tmp_path)
+    own = finished([*words, "-p", "no:cacheprovider"], cwd=tmp_path)
     assert own.returncode == 0, own.stdout
 
 
@@ -254,7 +250,7 @@ def test_stubs_are_a_package_that_tells_what_is_to_be_written(beside: Path, tmp_
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     site = tmp_path / "site"
     options = ["--no-deps", "--no-index", "--no-build-isolation", "--target", site]
-    installed = ran([*pip, *options, folder])
+    installed = finished([*pip, *options, folder])
     assert installed.returncode == 0, installed.stderr
     given = {"env": {**os.environ, "PYTHONPATH": str(site)}, "cwd": tmp_path}
     told = heatwright(beside, "kinds", **given)
@@ -270,7 +266,7 @@ def test_stubs_are_a_package_that_tells_what_is_to_be_written(beside: Path, tmp_
 def test_the_readme_calls_the_command_where_setup_puts_it() -> None:
     first_screen = (ROOT / "README.md").read_text(encoding="utf-8").split("\n## ")[0]
     assert "The command is then `.venv/bin/heatwright`" in first_screen
-    done = ran([Path(sysconfig.get_path("scripts")) / "heatwright", "--help"])
+    done = finished([Path(sysconfig.get_path("scripts")) / "heatwright", "--help"])
     assert (done.returncode, done.stdout.startswith("Usage: heatwright")) == (0, True)
 
 
@@ -301,7 +297,7 @@ def test_it_asks_for_what_is_needed(tests: str, status: int, said: str, tmp_path
         (tmp_path / name).write_text(f"#!{tmp_path}/bash\n{text}\n", encoding="utf-8")
         (tmp_path / name).chmod(0o755)
     given = {"PATH": str(tmp_path), "TESTS": tests, "STATUS": str(status)}
-    done = ran([tmp_path / "tools" / "setup.sh"], env=given)
+    done = finished([tmp_path / "tools" / "setup.sh"], env=given)
     assert (done.returncode, said in done.stderr) == (3, True)
     assert ("lists of packages may be old" in done.stdout) == (status == 100)
     asked = (tmp_path / "asked").read_text(encoding="utf-8")

@@ -235,11 +235,6 @@ def nozzle_of(current: str = LIMIT) -> Controller:
 STEP_A = 5 / 1024 / 0.2
 
 
-def raw_of(amperes: float) -> int:
-    """The sum of four codes in whose middle a current lies most nearly."""
-    return round(4 * (amperes / STEP_A - 0.5))
-
-
 class Nozzle(Player):
     def __init__(self, controller: Controller | None = None) -> None:
         super().__init__(controller or nozzle_of(), "nozzle")
@@ -261,7 +256,8 @@ class Nozzle(Player):
     def step(self, status: int, raw: int, **said: Any) -> Record:
         share = float(self.reference.duty_percent) / 100 * self.full
         amperes = 50.0 / self.ohm * share if self.amperes is None else self.amperes
-        wanted = Orders(enabled=self.enabled, current_raw=max(0, raw_of(amperes)), **said)
+        raw_current = round(4 * (amperes / STEP_A - 0.5))  # the middle of a code, four times
+        wanted = Orders(enabled=self.enabled, current_raw=max(0, raw_current), **said)
         if self.operated:
             self.setpoint_c = float(self.operator.setpoint_c)
             wanted = wanted._replace(enabled=self.operator.orders.enabled)

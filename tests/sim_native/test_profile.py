@@ -1,6 +1,7 @@
 """The profile of our core, which tells it of changes only, and of simavr's, which is stepped: the
 same numbers for the same code."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -134,16 +135,12 @@ def random_words(rng: np.random.Generator) -> list[int]:
     return words
 
 
-def random_functions(rng: np.random.Generator) -> list[Function]:
-    """With code of none between them, here and there."""
-    bounds = np.unique(rng.integers(0, FLASH_WORDS, FLASH_WORDS // 20)) * 2
-    pairs = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
-    return [Function(*pair, f"at_{pair[0]}") for pair in pairs if rng.random() < 0.9]
-
-
 def processors(rng: np.random.Generator) -> tuple[list[Avr], Any]:
     """Our core and simavr's, with the same code and memory, and what profiles know of it."""
-    words, functions = np.array(random_words(rng), "<u2").tobytes(), random_functions(rng)
+    words = np.array(random_words(rng), "<u2").tobytes()
+    bounds = (np.unique(rng.integers(0, FLASH_WORDS, FLASH_WORDS // 20)) * 2).tolist()
+    pairs = [pair for pair in pairwise(bounds) if rng.random() < 0.9]  # some code is of none
+    functions = [Function(*pair, f"at_{pair[0]}") for pair in pairs]
     starts, names = ({getattr(each, key): each for each in functions} for key in ("start", "name"))
     program = SimpleNamespace(
         functions=functions, function_at=starts.get, function=names.__getitem__

@@ -38,17 +38,13 @@ def heated(*running: str, **changes: object) -> Heated:
     return Heated(network, "heater", "probe", 20.0, running)
 
 
-def test_a_fan_multiplies_the_conductance() -> None:
-    fans = {"fan": {"link": ("ambient", "body"), "factor": 4}}
-    still, moved = heated(fans=fans), heated("fan", fans=fans)
-    assert still.steady_k(100) == pytest.approx(4 * moved.steady_k(100), rel=4 * EPSILON)
-
-
-def test_fans_of_one_link_multiply_what_the_others_leave() -> None:
-    """A cooler on the link that a fan blows on always."""
-    fans = {name: {"link": ("ambient", "body"), "factor": 4} for name in ("fan", "cooler")}
-    still, moved = heated(fans=fans), heated("fan", "cooler", fans=fans)
-    assert still.steady_k(100) == pytest.approx(16 * moved.steady_k(100), rel=4 * EPSILON)
+@pytest.mark.parametrize("names", [("fan",), ("fan", "cooler")])
+def test_each_fan_multiplies_the_conductance_that_the_others_leave(names: tuple[str, ...]) -> None:
+    """A cooler may be on the link that a fan blows on always."""
+    fans = {name: {"link": ("ambient", "body"), "factor": 4} for name in names}
+    still, moved = heated(fans=fans), heated(*names, fans=fans)
+    times = 4 ** len(names)
+    assert still.steady_k(100) == pytest.approx(times * moved.steady_k(100), rel=4 * EPSILON)
 
 
 def test_a_ramp_warms_all_and_makes_up_for_losses() -> None:
