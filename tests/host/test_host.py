@@ -13,12 +13,13 @@ import host_specs
 import numpy as np
 import pytest
 from arena_host import judges_of
-from courses.host_courses import random_inputs
-from courses.host_reference import expected, ways_of
-from host_control import STRETCHES, all_problem
+from courses.host_courses import inputs_of, kinds_of, random_inputs
+from courses.host_reference import Way, expected, ways_of
+from courses.host_stretches import Stretch
+from host_control import STRETCHES, all_problem, run_problem
 from host_specs import build_of_spec
 from host_values import MOST_DECIMALS, code_problem, text_problem
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from jinja2 import Environment
 from rig.controllers import drawings
@@ -84,6 +85,22 @@ def test_names_and_widths_are_those_of_the_reference(hosts, name):
     found.pop("ready", None)
     found.pop("state", None)
     assert found == members
+
+
+def stretch(kinds):
+    numbers = st.integers(1, 14), st.integers(-200, 200), st.integers(-1, 1)
+    return st.builds(Stretch, st.sampled_from(kinds), *numbers, st.booleans())
+
+
+@pytest.mark.parametrize("name", host_specs.NAMES)
+@given(data=st.data())
+@settings(max_examples=amount("host_drawn_courses"))
+def test_equal_to_the_reference_bit_for_bit(hosts, name, data):
+    controller = host_specs.spec_of(name).controller
+    course = data.draw(st.lists(stretch(kinds_of(controller)), min_size=1, max_size=14))
+    host = hosts(name)
+    inputs = inputs_of(controller, course)
+    assert run_problem(host, inputs, Way(controller).expected(inputs, host.type)) == ""
 
 
 def test_one_step_at_a_time_is_the_same_as_many(hosts):
