@@ -90,9 +90,13 @@ def _one(number: int, faults: Sequence[str]) -> int:
     return int(bool(verdict.red))
 
 
+def _cause(name: str) -> str:
+    """Call it the same, whichever loop and corner it is of."""
+    return re.sub(r"^\w+[.:] ?", "", re.sub(r"healthy_\d.*", "healthy", name))
+
+
 def _summary(found: Sequence[Found]) -> Found:
-    names = (re.sub(r"healthy_\d.*", "healthy", name) for each in found for name, _ in each["red"])
-    causes = Counter(re.sub(r"^\w+[.:] ?", "", name) for name in names)  # of any loop and corner
+    causes = Counter(_cause(name) for each in found for name, _ in each["red"])
     return {
         "drawn": len(found),
         **Counter(each["end"] for each in found),

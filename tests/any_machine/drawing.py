@@ -1,8 +1,10 @@
-"""Drawn machines by number: each is the same one at any time, on any computer."""
+"""Machines as their owners describe them, by name; and drawn ones by number: each is the same one
+at any time, on any computer."""
 
 import re
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
 
@@ -15,6 +17,10 @@ from heatwright.spec import Controller, Spec, SpecError, load_text
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.loading.loader import problem_of
 
+MACHINES = {
+    text.partition("{name: ")[2].partition(",")[0]: f"heatwright: 1\n{text}"
+    for text in Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
+}
 REMEDY = re.compile(r"Write \w+: (.*)")
 MOST_MENDED = 6
 """Times that a machine takes what `check` proposes; then another one is drawn."""

@@ -1,20 +1,13 @@
 """Machines as their owners describe them, and drawn ones: what `check` calls good verifies."""
 
-from pathlib import Path
-
 import pytest
-from any_machine.drawing import machine
+from any_machine.drawing import MACHINES, machine
 from rig.firmware import controller_of, whole
 from rig.verified import Verdict, rehearsed, verified
 from suite import SEED, SIZE, amount
 
 from heatwright.sim.faults import catalogue, try_fault
 from heatwright.spec import SpecError, load_text
-
-MACHINES = {
-    text.partition("{name: ")[2].partition(",")[0]: f"heatwright: 1\n{text}"
-    for text in Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
-}
 
 
 def expected(text: str) -> list[str]:

@@ -24,6 +24,7 @@ from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.reference.inputs import Gains, Limits, Orders
 from heatwright.sim.reference.numbers import Single
+from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.robust import Spread, drawn
 from heatwright.spec import Controller, Event, Pid, monitors_of, programmed, tunable
 from heatwright.spec.adjusted import numbers_of
@@ -188,18 +189,21 @@ def test_each_lane_is_the_model() -> None:
 # ---- devices on machines ----
 
 
+def assert_same(alone: Trace, lane: Trace) -> None:
+    for name, log in alone.steps.items():
+        for member in log.dtype.names or ():
+            assert log[member].tobytes() == lane.steps[name][member].tobytes(), (name, member)
+    for part in ("temperatures_c", "sensed_c", "on_fraction", "currents_a"):
+        for name, series in getattr(alone, part).items():
+            assert series.tobytes() == getattr(lane, part)[name].tobytes(), (part, name)
+    assert alone.fed_mm_per_s.tobytes() == lane.fed_mm_per_s.tobytes()
+
+
 def assert_lanes(controller: Controller, scenario: tuple[Event, ...]) -> None:
     machines = list(drawn(controller, Spread(0.5, 10.0, 0.1), MACHINES, 0))
     lanes = bench_lanes([controller] * MACHINES, scenario, machines=machines, seed=5)
     for machine, lane in zip(machines, lanes, strict=True):
-        alone = bench(machine, ReferenceDevice(controller), scenario, seed=5)
-        for name, log in alone.steps.items():
-            for member in log.dtype.names or ():
-                assert log[member].tobytes() == lane.steps[name][member].tobytes(), (name, member)
-        for part in ("temperatures_c", "sensed_c", "on_fraction", "currents_a"):
-            for name, series in getattr(alone, part).items():
-                assert series.tobytes() == getattr(lane, part)[name].tobytes(), (part, name)
-        assert alone.fed_mm_per_s.tobytes() == lane.fed_mm_per_s.tobytes()
+        assert_same(bench(machine, ReferenceDevice(controller), scenario, seed=5), lane)
 
 
 def test_devices_on_drawn_machines() -> None:

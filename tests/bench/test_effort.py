@@ -1,19 +1,18 @@
 """Rules 33 and 34: what wrong readings and switches trip, and that healthy machines never do."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from random import Random
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from any_machine.drawing import drawn_machine
-from any_machine.test_any_machine import MACHINES
+from any_machine.drawing import MACHINES, drawn_machine
 from rig.firmware import changed, controller_of, example, whole
 from suite import SEED, amount
 
 from heatwright.sim.arrays.masks import afresh
-from heatwright.sim.arrays.world import _Runs
+from heatwright.sim.arrays.world import Logs, _Runs
 from heatwright.sim.bench import ReferenceDevice, Run, step_of
 from heatwright.sim.faults.bears import bears_c, room_c
 from heatwright.sim.faults.healthy import AMBIENTS_C
@@ -394,6 +393,15 @@ def held_c(controller: Controller, name: str) -> list[float]:
     return [each for each in setpoints_c(Place(controller, name)) if each <= weak_c]
 
 
+def lanes_of(controller: Controller, machines: Sequence[Controller], hours: float) -> list[Logs]:
+    end = Event.model_validate({"for": f"{3600 * hours:.0f} s"})
+    with afresh():
+        runs = Asked([controller] * len(machines), machines, (end,), kept=["fault.code"])
+        runs.asks = sorted(asked(controller, hours))
+        runs.go(None)
+        return runs.logs()
+
+
 EXAMPLES = ("chamber", "hotplate", "press", "oven", "barrel", "extruder")
 
 
@@ -423,13 +431,7 @@ def test_healthy_machines_never_trip(number: int) -> None:
     random = Random(f"{name} {SEED}")  # noqa: S311 - machines, not secrets
     spreads = [(CHECKED, WIDEST)[lane % 2] for lane in range(amount("effort_lanes"))]
     machines = [healthy(controller, random, spread) for spread in spreads]
-    hours = amount("effort_hours")
-    end = Event.model_validate({"for": f"{3600 * hours} s"})
-    with afresh():
-        runs = Asked([controller] * len(machines), machines, (end,), kept=["fault.code"])
-        runs.asks = sorted(asked(controller, hours))
-        runs.go(None)
-        found = runs.logs()
+    found = lanes_of(controller, machines, amount("effort_hours"))
     for lane, (spread, logs) in enumerate(zip(spreads, found, strict=True)):
         for loop, log in logs.items():
             codes = set(log["fault.code"].tolist())

@@ -79,6 +79,15 @@ def numbers(text: str) -> list[str]:
     return re.findall(r"(?<![\w.])[+-]?\d+(?:\.\d+)?", text)
 
 
+def value_at(place: str) -> Any:
+    """Return what stands in an example, as "kiln.yaml: loops.chamber.period" says it."""
+    file, path = place.split(": ")
+    found: Any = yaml.safe_load((EXAMPLES / file).read_text(encoding="utf-8"))
+    for key in path.split("."):
+        found = found[int(key) if isinstance(found, list) else key]
+    return found
+
+
 def assert_is_a_test(name: str) -> None:
     file, *_, function = name.split("::")
     text = (ROOT / file).read_text(encoding="utf-8")
@@ -105,12 +114,8 @@ def assert_holds(by: str, ours: str) -> None:
         ]
         assert len(found) == 1, by
         assert set(numbers(ours)) <= set(numbers(found[0])), by
-    else:  # what stands in an example: kiln.yaml: loops.chamber.period
-        file, path = by.split(": ")
-        value: Any = yaml.safe_load((EXAMPLES / file).read_text(encoding="utf-8"))
-        for key in path.split("."):
-            value = value[int(key) if isinstance(value, list) else key]
-        assert ours == str(value), by
+    else:
+        assert ours == str(value_at(by)), by
 
 
 @pytest.mark.parametrize("row", rows(FIGURES), ids=lambda row: row[0])

@@ -29,11 +29,12 @@ from heatwright.generator.stack import worst_stack
 from heatwright.generator.toolchain.build import ANY_SIZE
 from heatwright.generator.toolchain.result import sizes
 from heatwright.sim.bench import bench
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import replay_all
 from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecError, kinds
 from heatwright.spec.board.least import Least, fits, least
-from heatwright.spec.controller import WATCHDOG_S
+from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.names import LONGEST_NAME
 
 TEMPLATES = ROOT / "templates"
@@ -105,15 +106,19 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
     for each in islice(drawings(random, seldom=3), amount("drawn_planned")):
         for file in plan_firmware(each.spec).files:
             noting.get_template(file.template).render(names(file.told))
-        controller = each.spec.controller
-        parts = [*controller.sensors.values(), *controller.outputs.values(), *controller.interfaces]
-        algorithms = [loop.algorithm for loop in controller.loops.values()]
-        found |= {part.kind for part in (*parts, *algorithms)} | {controller.board.name}
+        found |= kinds_in(each.spec.controller)
         if noting.loaded == templates and not noting.unseen and found == every:
             break  # more of them would show no more
     assert noting.loaded == templates
     assert noting.unseen == set()
     assert found == every
+
+
+def kinds_in(controller: Controller) -> set[str]:
+    loops = controller.loops.values()
+    parts = [*controller.sensors.values(), *controller.outputs.values(), *controller.interfaces]
+    kinds_of_parts = {each.kind for each in (*parts, *(loop.algorithm for loop in loops))}
+    return kinds_of_parts | {controller.board.name}
 
 
 @pytest.mark.parametrize("number", range(amount("drawn_compiled")))
@@ -134,11 +139,15 @@ def assert_it_compiles_and_runs(drawn: Drawn) -> None:
     bounds = zip(least(controller), taken, strict=True)
     assert all(bound <= each for bound, each in bounds), drawn  # no less is warned of or refused
     if controller.simulation is not None and fits(taken, controller.board):
-        logs = bench(controller, AvrDevice(controller, elf)).steps
-        logs = {name: log for name, log in logs.items() if len(log)}  # a period may be long
-        for loop, result in replay_all(controller, logs).items():
-            assert (result.mismatches, result.segments) == (0, 1), (loop, result.first, drawn)
-            assert result.restored == (), (loop, drawn)
+        assert_it_equals_the_reference(controller, elf, drawn)
+
+
+def assert_it_equals_the_reference(controller: Controller, elf: Elf, drawn: Drawn) -> None:
+    logs = bench(controller, AvrDevice(controller, elf)).steps
+    logs = {name: log for name, log in logs.items() if len(log)}  # a period may be long
+    for loop, result in replay_all(controller, logs).items():
+        assert (result.mismatches, result.segments) == (0, 1), (loop, result.first, drawn)
+        assert result.restored == (), (loop, drawn)
 
 
 def project_flags(ini: str) -> list[str]:

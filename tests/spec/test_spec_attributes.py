@@ -279,7 +279,7 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     text = changed("dryer", ("{air.setpoint: 70 °C, air", event))
     simulation = load_text(text).controller.simulation
     assert simulation is not None
-    assert Write(name, value) in (simulation.scenario[0].write or ())
+    assert simulation.scenario[0].write == (Write(name, value),)
 
 
 # -- what sensors say about themselves: their kinds, ranges, steps and errors

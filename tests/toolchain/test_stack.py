@@ -13,7 +13,7 @@ from elftools.elf.elffile import ELFFile
 from rig.firmware import compiled, finished, powered
 
 from heatwright.generator.stack import StackUnknown, WorstStack, worst_stack
-from heatwright.generator.stack.instructions import decode
+from heatwright.generator.stack.instructions import Instruction, decode
 
 C = {"atmega328p": 2, "atmega2560": 3, "atmega16": 2}
 LOOP = "int main(void) { for (;;); }\n"
@@ -322,6 +322,18 @@ def changed(mnemonic: str, operands: str) -> set[int]:
     return found | ({int(first.group(1))} if first else set())
 
 
+def check_operands(found: Instruction, mnemonic: str, operands: str, target: str) -> None:
+    if found.name in ("call", "jmp", "branch"):
+        assert found.k % 2**32 == int(target, 16)  # a table read as code leads anywhere
+    elif found.name == "other":
+        assert set(found.writes) >= changed(mnemonic, operands)
+    elif found.name != "skip":
+        registers = [int(number) for number in re.findall(r"\br(\d+)", operands)]
+        constants = [int(number, 16) for number in re.findall(r"0x([0-9A-Fa-f]+)", operands)]
+        assert registers == [found.d, found.r][: len(registers)]
+        assert constants == [found.k][: len(constants)]
+
+
 @pytest.mark.parametrize("mcu", ["atmega328p", "atmega2560"])
 def test_the_decoder_agrees_with_the_disassembler(mcu: str) -> None:
     code, text = listing(mcu)
@@ -334,15 +346,7 @@ def test_the_decoder_agrees_with_the_disassembler(mcu: str) -> None:
         found = decode(code, int(address, 16))
         name = FOLLOWED.get(mnemonic, "branch" if mnemonic.startswith("br") else "other")
         assert (found.name, found.size) == (name, len(words.split())), (address, mnemonic)
-        if found.name in ("call", "jmp", "branch"):
-            assert found.k % 2**32 == int(target, 16)  # a table read as code leads anywhere
-        elif found.name == "other":
-            assert set(found.writes) >= changed(mnemonic, operands)
-        elif found.name != "skip":
-            registers = [int(number) for number in re.findall(r"\br(\d+)", operands)]
-            constants = [int(number, 16) for number in re.findall(r"0x([0-9A-Fa-f]+)", operands)]
-            assert registers == [found.d, found.r][: len(registers)]
-            assert constants == [found.k][: len(constants)]
+        check_operands(found, mnemonic, operands, target)
         seen.add(found.name)
     assert seen >= SAME - {"adc", "eor", "sei"} | {"branch", "skip"}
 
