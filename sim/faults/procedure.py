@@ -54,8 +54,8 @@ REFUSED_S = 30.0
 SHOWN_S = 0.1
 """Much longer than the gate takes to switch a heater off."""
 
-STILL_K = 0.25
-"""A machine that has moved by less stands still."""
+STILL_K = 1.0
+"""A machine that would move by less in the rest of its time stands still."""
 
 COOLER_K = 5.0
 COOLING_S = 4 * 3600.0
@@ -218,7 +218,8 @@ class _Trial:
             if world.until(_is_latched, min(span_s, left_s)):
                 return
             left_s -= span_s
-            if np.abs([world.sensed_c, world.tip_c] - before_c).max() < STILL_K:
+            moved_k = np.abs([world.sensed_c, world.tip_c] - before_c).max()
+            if moved_k * left_s < STILL_K * span_s:
                 return
 
     def _recorded(self, began_s: float) -> Change | None:

@@ -20,11 +20,11 @@ from heatwright.sim.faults.controller.processor import hang
 from heatwright.sim.faults.machine import longest_rule_s
 from heatwright.sim.faults.operation import notices
 from heatwright.sim.faults.operation.operators import off_s
-from heatwright.sim.faults.procedure import SHOWN_S
+from heatwright.sim.faults.procedure import SHOWN_S, STILL_K, _Trial
 from heatwright.sim.faults.records import Change, TripLog
 from heatwright.sim.faults.site import OfState, State
 from heatwright.sim.faults.world import SPREAD, STEP_S, Weather, World, below, switched
-from heatwright.sim.machine import Heat
+from heatwright.sim.machine import Beside, Heat
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.trace import StepLog
@@ -172,6 +172,24 @@ def test_after_a_trip_it_is_watched_as_long_as_it_moves(fault: str, again: bool)
     slowest_s = longest_rule_s(worlds[0].site)
     assert (len(worlds[0].trips.since(0.0)) > 1) == again
     assert slowest_s < worlds[0].now_s < 3 * slowest_s < tried.watch_s
+
+
+def test_a_machine_that_warms_slowly_is_watched_until_it_would_not_get_far() -> None:
+    """With rules of one minute alone, it warms by less than 0.2 K in their time, and by 2 K yet."""
+    text = changed(
+        "chamber",
+        ("heating: {rise: 2 K, within: 120 s}", "heating: off\n      frozen: off"),
+        ("runaway: {above: 10 K, for: 60 s}", "rising_while_off: off\n      effort: off"),
+    )
+    fault = replace(faults_of(text)["small_jumps"], watch_s=4000.0)
+    trial = _Trial(fault, starts.cold(site_of(text)))
+    world, trial.first = trial.world, Change(0.0, 1)
+    world.wiring.besides["heater"] = Beside(0.05, "air", 60.0)
+    trial._watch()
+    ended_s, ended_c = world.now_s, world.sensed_c
+    world.run(fault.watch_s - ended_s)
+    assert ended_s < fault.watch_s / 2
+    assert world.sensed_c - ended_c < STILL_K
 
 
 def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
