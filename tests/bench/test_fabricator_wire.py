@@ -92,8 +92,8 @@ def test_the_page_tells_what_flows() -> None:
     ohm = WIRES_OHM["cold"]
     heat_w, rms_a = loads(heated("binary", ohm), ohm)
     assert f"{rms_a.max():.3f} A through the cold wire" in page
-    assert f"whose mean of {heat_w.max() / SUPPLY_V:.1f} A the ADC tells to 5 mA" in page
-    assert f"the rated wire, with {RATED_V / RATED_OHM:.3f} A" in page
+    assert f"whose mean of {heat_w.max() / SUPPLY_V:.1f} A the ADC resolves to 5 mA" in page
+    assert f"the rated wire takes {RATED_V / RATED_OHM:.3f} A" in page
 
 
 @pytest.mark.parametrize("kind", ["model", "binary"])

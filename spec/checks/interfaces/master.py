@@ -162,7 +162,11 @@ def writes_in_range(controller: Controller) -> Findings:
 
 
 def written_loops_are_on(controller: Controller) -> Findings:
-    """Find loops that get a setpoint in the scenario, although nothing switches them on there."""
+    """Find loops that get a setpoint in the scenario, although nothing switches them on there.
+
+    The loop is reported, not its event: a file with a scenario, which may tell what an operator
+    did, need not heat.
+    """
     if modbus_of(controller) is None:
         return
     writes = list(_writes(controller))
@@ -173,10 +177,11 @@ def written_loops_are_on(controller: Controller) -> Findings:
         asked = [path for path, each in writes if each.name == f"{name}.setpoint"]
         if asked:
             yield Finding(
-                asked[0],
-                f"the loop {name} stays off: it starts disabled, and the scenario never enables it",
-                f"Add {name}.enabled: true to this event",
-                (("loops", name), ("interfaces",)),
+                ("loops", name),
+                "the loop stays off in the scenario: it starts disabled, and the master writes its "
+                "setpoint but never enables it",
+                f"Add {name}.enabled: true to the event that writes {name}.setpoint",
+                (asked[0], ("interfaces",)),
             )
 
 
