@@ -44,7 +44,7 @@ class CompiledTemplates(BytecodeCache):
                 bucket.reset()
 
     def dump_bytecode(self, bucket: Bucket) -> None:
-        """Store a template that had to be compiled."""
+        """Keep the bytecode of a newly compiled template until `save` writes it."""
         self._kept[bucket.key] = bucket.bytecode_to_string()
         self._changed = True
 

@@ -2,7 +2,10 @@
 
 ELSEWHERE = {
     ("Analog", "quantity"): "Use kind: current for the current of a heater",
-    ("TimeProportionalOutput", "current"): "Measure the current of a digital or pwm output",
+    (
+        "TimeProportionalOutput",
+        "current",
+    ): "Only the kinds digital and pwm have it: change kind, or delete current",
     ("Event", "setpoint"): "Let the simulated master write it: write: {LOOP.setpoint: 50 °C}",
     ("Segment", "rate"): "Write at:, as in {to: 540 °C, at: 150 K/h}",
 }

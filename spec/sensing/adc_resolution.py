@@ -21,9 +21,9 @@ LEAST_CHANGE = 1e-12
 
 
 def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
-    """Return the width of an ADC step at a temperature, K, from the slope there.
+    """Return the size of an ADC step in kelvin at a temperature, from the curve's slope there.
 
-    Outside the range, where no reading is valid, the width at the range's end is returned.
+    Outside the sensor's range, where no reading is valid, this is the size at the end of the range.
     """
     chain: Circuit = sensor.circuit(mcu)
     low_c, high_c = sensor.range_c
@@ -35,7 +35,7 @@ def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> flo
 
 @cache
 def largest_step_k(sensor: Any, mcu: str = COARSEST_MCU) -> float:
-    """Return the widest ADC step of the sensor's range, K."""
+    """Return the size of the largest ADC step in the sensor's range, K."""
     chain: Circuit = sensor.circuit(mcu)
     bounds = limits(sensor, mcu)
     # The ends of the ADC's scale are left out: a curve may have no temperature there.

@@ -9,8 +9,8 @@ from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.units import DIFFERENCE, PERCENT, TEMPERATURE, VOLTAGE
 
 USUAL_ADC_STEPS = 2.0
-"""Absolute accuracy of the chips' ADC, its quantization with it (data sheets, "ADC
-characteristics", typical, at conversion clocks up to 200 kHz)."""
+"""Absolute accuracy of the chips' ADC, ± steps, including the quantization error (data sheets,
+"ADC characteristics", typical, at an ADC clock of at most 200 kHz)."""
 
 Share = Annotated[float, Quantity(PERCENT, least=0.0, most=50.0)]
 _Volts = Annotated[float, Quantity(VOLTAGE, least=0.0, most=5.0)]

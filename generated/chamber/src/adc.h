@@ -5,7 +5,7 @@
 
 #include <avr/io.h>  /* ADCSRA, ADCH */
 #include <stdbool.h> /* bool */
-#include <stdint.h>  /* uint8_t, uint16_t */
+#include <stdint.h>  /* uint8_t */
 
 void adc_start(void);
 

@@ -9,11 +9,11 @@
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
 extern uint8_t reset_cause;
 
-/* RESET_HANG_MARK after the main loop's permit has expired, or after an interrupt not in use. */
+/* Is RESET_HANG_MARK after the main loop's permit has expired, or an interrupt not in use has come. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 
-/* RESET_POWER_MARK from the start of a lock-out until the next loss of power. */
+/* Is RESET_POWER_MARK from the start of a lock-out until the next loss of power. */
 enum { RESET_POWER_MARK = 0x3CA5 };
 extern uint16_t reset_power_mark;
 

@@ -173,7 +173,7 @@ def _lamp(controller: Controller) -> Iterator[Step]:
 
 
 def _not_a_heater(controller: Controller, loop: Loop) -> str:
-    """Say which rules trip because a lamp is no heater."""
+    """Name the faults that are correct while a lamp is connected instead of the heater."""
     heating, measured = loop.protection.heating, controller.switches[loop.heater].current
     seen = _codes(controller, "no_current", "over_current") if measured is not None else ""
     told = f"; {seen} is correct: a lamp has another current" if seen else ""

@@ -26,7 +26,7 @@ class PwmNames:
 
 @dataclass(frozen=True, slots=True)
 class ByTimer:
-    """C names and statements for PWM by a timer."""
+    """C statements, and a C type, for an output whose PWM a timer makes."""
 
     setup: list[str]
     disconnect: str

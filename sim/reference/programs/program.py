@@ -238,7 +238,7 @@ class ProgramRun:
         if now.state == RUNNING:
             now.state = RETURNING
 
-    # -- the setpoint --------------------------------------------------------------------------
+    # -- one step, and the end of a segment ----------------------------------------------------
 
     def _go_on(self, temperature_c: Single | None) -> int:
         now = self.now

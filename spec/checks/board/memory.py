@@ -42,12 +42,15 @@ def ram_suffices(controller: Controller) -> Findings:
     has = f"and the {board.mcu} has {board.ram_bytes}"
     display = nextion_of(controller)
     if display is not None and least > board.ram_bytes:
-        fewer = ", or fewer points" if controller.programs is not None else ""
+        programs = controller.programs
+        point = POINT_BYTES + POINT_SHOWN_BYTES
+        helps = programs is not None and least - (programs.points - 1) * point <= board.ram_bytes
+        fewer = ", or a smaller programs.points" if helps else ""
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "kind"),
-            f"a nextion and its contents need at least {least} bytes of RAM, {has}: "
-            f"{least - board.ram_bytes} too many",
-            f"Use a board with more RAM, such as mega2560, or an lcd_keypad{fewer}",
+            f"with a nextion{' and programs' if programs is not None else ''} the firmware needs "
+            f"at least {least} bytes of RAM, {has}: {least - board.ram_bytes} too many",
+            f"Use a board with more RAM, such as mega2560, or an lcd_keypad instead{fewer}",
             because_of,
         )
     elif rings and least + max(rings.values()) > board.ram_bytes:

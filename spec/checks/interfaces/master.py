@@ -80,10 +80,12 @@ def masters_have_time(controller: Controller) -> Findings:
             )
         elif host is not None and seconds < polls_s(host):
             needed = duration(float(rounded_up(polls_s(host))))
+            answer_s = polls_s(host) - 2 * HOST_POLLS_S
             yield Finding(
                 path,
-                f"{duration(seconds)} may be over before a healthy host asks again: it asks every "
-                f"{duration(HOST_POLLS_S)}, and at {host.baud} baud a long answer may delay it",
+                f"{duration(seconds)} is less than two polls of a healthy host and one long answer "
+                f"may take: it polls every {duration(HOST_POLLS_S)}, and at {host.baud} baud the "
+                f"answer takes up to {duration(float(rounded_up(answer_s)))}",
                 f"Use at least {needed}",
                 (("interfaces",),),
             )

@@ -49,7 +49,8 @@ def numbers_have_a_use(controller: Controller) -> Findings:
             elif each.key in GAINS and tunable(controller, name):
                 yield Finding(
                     (*path, each.key),
-                    f"a host, master or touch display sets the gains of loop {name}: keys cannot",
+                    f"keys cannot set the gains of the loop {name}: its host, master or touch "
+                    "display does",
                     "Delete it",
                     (("interfaces",),),
                 )

@@ -20,9 +20,9 @@ def overshoot_stays_below_maximum(machine: Machine) -> Findings:
     if peak_c >= machine.loop.protection.maximum_c:
         yield machine.finding(
             ("protection", "maximum"),
-            f"after the heater is switched off at {celsius(machine.loop.setpoint.maximum_c)} this "
-            f"plant coasts up to {rounded_up(peak_c)} °C",
-            f"Use more than {rounded_up(peak_c)} °C, or give the algorithm a lead",
+            f"with a setpoint of {celsius(machine.loop.setpoint.maximum_c)} this plant coasts up "
+            f"to {rounded_up(peak_c)} °C after the heater is off",
+            f"Use more than {rounded_up(peak_c)} °C, or add a lead to the algorithm",
         )
 
 
