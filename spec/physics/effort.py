@@ -57,6 +57,9 @@ BEND_PERCENT = 1.0
 MOST_LINES = 8
 """Maximum number of straight lines that approximate a curve of radiation."""
 
+FALLS = 4
+"""Number of lower setpoints, evenly spaced, to which a healthy machine falls from its highest."""
+
 POINTS, SLOW_TIMES = 120, 8.0
 """Points of a simulated course, and its length in time constants of the slowest part."""
 
@@ -268,7 +271,9 @@ class _Search:
         cold = plant.start(0.0)
         up_s, arrived, rested = course.follow(cold, top_c)
         bottom_c = max(self._heated.lowest_c, corner.ambient_c)
-        down_s = course.follow(rested, bottom_c)[0]
+        # a body that is still hot holds a lower setpoint, and little power is given for long
+        lower_c = [bottom_c + (top_c - bottom_c) * fall / FALLS for fall in range(FALLS)]
+        down_s = max(course.follow(rested, each_c)[0] for each_c in lower_c)
         if weak:  # a reset while all but the sensor is cold
             return max(up_s, down_s, course.follow(arrived, top_c)[0])
         # cooling in a warm room: at its end the reading is steady without power

@@ -21,6 +21,7 @@
 #include "guard_chamber.h"
 #include "loop_chamber.h"
 #include "nextion.h"
+#include "nextion_frame.h"
 #include "nextion_orders.h"
 #include "nextion_pages.h"
 #include "nextion_points.h"
@@ -202,12 +203,11 @@ static void receive_many(uint32_t count)
 
 static void order_now(uint32_t size)
 {
-    char text[NEXTION_ORDER_SIZE] = "";
-
-    for (uint32_t i = 0; i < size && i + 1 < sizeof text; i++) {
-        text[i] = (char)next_byte();
+    (void)frame_take('#');
+    while (size-- != 0) {
+        (void)frame_take(next_byte());
     }
-    taken = orders_do(text);
+    taken = frame_take(';') == FRAME_ORDER && orders_do();
 }
 
 static void follow(int command, uint32_t number)

@@ -62,6 +62,7 @@ STEPS = "8, 16, 32, 64, 100, 128"
 FURTHER_STEPS = {
     "static const int32_t PER_SIGN = 0x80000;": 524287,  # a converter's 19 bits
     "static const int32_t MOST_BEFORE_DIGIT = 1000000;": 10000245,  # behind it, one more byte
+    "static const uint32_t MOST_BEFORE_DIGIT = 99999999UL;": 999999999,
 }
 """And that of what a source has, if it has it."""
 FEW = 10
@@ -166,8 +167,9 @@ LONG = re.compile(r"^( +)uint8_t size = (.*\(.*);", re.M)
 TELLS = re.compile(
     rf"^((?:static )?bool (?:{'|'.join(ASKS)})\([^;]*?\)\n\{{\n)    return ([^;]*);", re.M
 )
-GIVES = ("can_go_on", "log_port_take", "log_ring_read", "programs_read", "read", "read_given",
-         "take_number", "words_count")  # fmt: skip
+GIVES = ("can_go_on", "log_port_take", "log_ring_read", "nextion_port_take", "number_float",
+         "number_scaled", "number_whole", "programs_read", "read", "read_amount", "read_given",
+         "read_point", "take_count", "take_number", "words_count")  # fmt: skip
 """What these give, or find sound, is so only if they return true: both cases are told apart."""
 SPLITS = {
     "log_talk": ("told",),
@@ -175,6 +177,7 @@ SPLITS = {
     "menu_append_program": ("told",),
     "programs_read": ("told",),
     "read": ("told",),
+    "say_place": ("told",),
     "show_choosing": ("told",),
     "clock_wait": ("told",),
     "take_record": ("told",),
@@ -210,6 +213,7 @@ NEEDED = {
     r"^static .*\btext_of_fault\(": (
         "-eva-slevel-function", f"text_of_fault:{APART}",
     ),
+    r"^void say_float\(": ("-eva-slevel-function", f"say_float:{FEW}"),
     r"^uint8_t map_find\(": ("-eva-split-return-function", "map_find:full"),
     **{
         rf"\bbool {each}\(": (
@@ -265,21 +269,25 @@ def _with_texts(sources: Sources) -> list[str]:
 
 WORD = re.compile(r"return (WORD_\w+);")
 """What a line of G-code has: only a number is given."""
+FINDS = re.compile(
+    r"\b(words_find|words_count|take_number|read_number|take_count|number_\w+|read_point|read_amount"
+    r"|nextion_port_take)\("
+)
 HEARS = re.compile(r"^(?:static )?\w+ \w+\([^;{]*\)\n\{\n(?:.+\n|\n)*?\}", re.M)
 
 
 def _heard(text: str) -> str:
-    """Have Eva tell states apart, in a reader of G-code, by what it has found in the line."""
+    """Have Eva tell states apart, in a reader of commands, by what it has found in one."""
     text = WORD.sub(r"{ told = \1; return \1; }", text)
     for found in HEARS.findall(text):
-        if re.search(r"\b(words_find|words_count|take_number|read_number)\(", found):
+        if FINDS.search(found):
             text = text.replace(found, _split(found, ("told",)))
     return text.replace("(int32_t)wanted", "(int32_t)seven_digits(wanted)")
 
 
 def _telling(text: str) -> str:
     """Have Eva tell states apart by what was found out, and by entries of tables."""
-    if "gcode_words.h" in text:
+    if "gcode_words.h" in text or "nextion_port.h" in text or "nextion_numbers.h" in text:
         text = _heard(text)
     text = TELLS.sub(
         r"\1    if (\2) {\n told = 1; return true; }\n    told = 0; return false;", text

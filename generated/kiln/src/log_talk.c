@@ -61,7 +61,7 @@ static const struct texts {
 };
 enum { NO_WORDS = sizeof TEXTS };
 
-static const float RESPONSE_MOST = 999999999.0f;
+static const float RESPONSE_MOST = 9999999.0f;
 
 static char command[COMMAND_SIZE + 1];
 static uint8_t length;
@@ -146,9 +146,9 @@ static void send_saves(void)
 /* Writes a float that is not negative, rounded half up to one decimal and limited to what fits. */
 static uint8_t put_float_tenths(char *text, float value)
 {
-    const float tenths = value * 10.0f + 0.5f;
+    const float limited = value < RESPONSE_MOST ? value : RESPONSE_MOST;
 
-    return put_number(text, tenths < RESPONSE_MOST ? (uint32_t)tenths : (uint32_t)RESPONSE_MOST, TENTHS);
+    return put_number(text, (uint32_t)(limited * 10.0f + 0.5f), TENTHS);
 }
 
 /* Sends measured,settling_s,overshoot_k: kiln.yaml:40 loops.chamber.response */

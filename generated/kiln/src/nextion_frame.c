@@ -18,10 +18,12 @@ enum {
     END = 0xFF
 };
 
-char frame_text[NEXTION_ORDER_SIZE + 1];
 uint8_t frame_page;
 
+/* The command's text. No pointer to it is stored, so a flipped bit cannot lead outside. */
+static char text[NEXTION_ORDER_SIZE];
 static uint16_t length;
+static uint16_t next_place; /* of the character that is read next */
 static bool inside;
 static uint8_t answer[ANSWER_SIZE] = { 1, 1, 1, 1, 1, 1 }; /* the last bytes; initially no answer */
 
@@ -53,16 +55,16 @@ static uint8_t take_order(uint8_t byte)
     if (!inside) {
         return FRAME_NOTHING;
     }
-    if (byte == ';' && length <= NEXTION_ORDER_SIZE) {
+    if (byte == ';') {
         inside = false;
-        frame_text[length] = '\0';
+        next_place = 0;
         return FRAME_ORDER;
     }
     if (byte < ' ' || byte > '~' || length >= NEXTION_ORDER_SIZE) {
         inside = false;
         return FRAME_NOTHING;
     }
-    frame_text[length] = (char)byte;
+    text[length] = (char)byte;
     length++;
     return FRAME_NOTHING;
 }
@@ -73,4 +75,14 @@ uint8_t frame_take(uint8_t byte)
     answer[ANSWER_SIZE - 1] = byte;
     const uint8_t order = take_order(byte);
     return byte == END ? judge_answer() : order;
+}
+
+char frame_peek(void)
+{
+    return next_place < length && next_place < NEXTION_ORDER_SIZE ? text[next_place] : '\0';
+}
+
+void frame_skip(void)
+{
+    next_place++;
 }

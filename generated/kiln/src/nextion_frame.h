@@ -7,17 +7,21 @@
 
 enum {
     FRAME_NOTHING = 0,
-    FRAME_ORDER = 1,   /* a command, in frame_text */
+    FRAME_ORDER = 1,   /* a command: frame_peek() reads it */
     FRAME_STARTED = 2, /* the display has started: send everything */
     FRAME_PAGE = 3,    /* the display shows page frame_page */
     FRAME_LOST = 4     /* the display has lost bytes */
 };
 
-/* The text between `#` and `;`, with a closing 0. */
-extern char frame_text[];
 extern uint8_t frame_page;
 
 /* Process one byte; returns the FRAME_* that it has completed. */
 uint8_t frame_take(uint8_t byte);
+
+/* The next character of the command's text, which is between `#` and `;`; '\0' at its end. */
+char frame_peek(void);
+
+/* Skip the character that frame_peek() returns. */
+void frame_skip(void);
 
 #endif

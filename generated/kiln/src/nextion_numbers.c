@@ -4,12 +4,14 @@
 
 #include <avr/pgmspace.h> /* PROGMEM */
 
+#include "nextion_frame.h" /* frame_peek, frame_skip */
+
 /* A number up to this one and one more digit fit into 32 bits, with the sign. */
 static const uint32_t MOST_BEFORE_DIGIT = 99999999UL;
 
 static const float TENS[] PROGMEM = { 1.0f, 10.0f, 100.0f, 1000.0f, 10000.0f, 100000.0f, 1000000.0f };
 
-enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1 };
+enum { MOST_DECIMALS = sizeof TENS / sizeof TENS[0] - 1, LAST_DIGIT = 9 };
 
 /* A number as written: its digits without the point, `decimals` of them behind the point. */
 struct written {
@@ -18,15 +20,15 @@ struct written {
     bool negative;
 };
 
-static bool is_digit(char character)
+/* The next character as a digit; above LAST_DIGIT: it is none. */
+static uint8_t next_digit(void)
 {
-    return character >= '0' && character <= '9';
+    return (uint8_t)(frame_peek() - '0');
 }
 
 /* Reads a number with at most `decimals` digits behind the point, rounded by the next digit. */
-static bool read(const char **text, uint8_t decimals, struct written *number)
+static bool read(uint8_t decimals, struct written *number)
 {
-    const char *at = *text;
     bool behind_point = false;
     bool any = false;
     bool up = false;
@@ -34,25 +36,27 @@ static bool read(const char **text, uint8_t decimals, struct written *number)
 
     number->digits = 0;
     number->decimals = 0;
-    number->negative = *at == '-';
+    number->negative = frame_peek() == '-';
     if (number->negative) {
-        at++;
+        frame_skip();
     }
-    for (; is_digit(*at) || (*at == '.' && !behind_point); at++) {
-        if (*at == '.') {
+    while (next_digit() <= LAST_DIGIT || (frame_peek() == '.' && !behind_point)) {
+        const uint8_t digit = next_digit();
+        frame_skip();
+        if (digit > LAST_DIGIT) {
             behind_point = true;
             continue;
         }
         any = true;
         if (number->decimals == decimals) {
-            up = more ? up : *at >= '5';
+            up = more ? up : digit >= 5;
             more = true;
             continue;
         }
         if (number->digits > MOST_BEFORE_DIGIT) {
             return false;
         }
-        number->digits = 10u * number->digits + (uint32_t)(*at - '0');
+        number->digits = 10u * number->digits + digit;
         if (behind_point) {
             number->decimals++;
         }
@@ -60,32 +64,32 @@ static bool read(const char **text, uint8_t decimals, struct written *number)
     if (up) {
         number->digits++;
     }
-    *text = at;
     return any;
 }
 
-bool number_whole(const char **text, uint8_t most, uint8_t *number)
+bool number_whole(uint8_t most, uint8_t *number)
 {
     uint16_t value = 0;
-    const char *at = *text;
+    uint8_t digit = next_digit();
+    const bool any = digit <= LAST_DIGIT;
 
-    for (; is_digit(*at); at++) {
-        value = (uint16_t)(10u * value + (uint16_t)(*at - '0'));
+    while (digit <= LAST_DIGIT) {
+        value = (uint16_t)(10u * value + digit);
         if (value > most) {
             return false;
         }
+        frame_skip();
+        digit = next_digit();
     }
-    const bool any = at != *text;
-    *text = at;
     *number = (uint8_t)value;
     return any;
 }
 
-bool number_scaled(const char **text, uint8_t decimals, int32_t *steps)
+bool number_scaled(uint8_t decimals, int32_t *steps)
 {
     struct written number;
 
-    if (!read(text, decimals, &number)) {
+    if (!read(decimals, &number)) {
         return false;
     }
     for (; number.decimals < decimals; number.decimals++) {
@@ -98,11 +102,11 @@ bool number_scaled(const char **text, uint8_t decimals, int32_t *steps)
     return true;
 }
 
-bool number_float(const char **text, float *number)
+bool number_float(float *number)
 {
     struct written written;
 
-    if (!read(text, MOST_DECIMALS, &written)) {
+    if (!read(MOST_DECIMALS, &written)) {
         return false;
     }
     /* Seven digits are exact in a float: only this division rounds, to the nearest float. */

@@ -8,6 +8,7 @@
 #include "fault.h" /* fault_acknowledge */
 #include "guard_chamber.h" /* guard_chamber_set_maximum */
 #include "loop_chamber.h" /* loop_chamber_* */
+#include "nextion_frame.h" /* frame_peek, frame_skip */
 #include "nextion_numbers.h" /* number_* */
 #include "nextion_pages.h" /* pages_* */
 #include "nextion_points.h" /* points_* */
@@ -40,16 +41,16 @@ enum {
     ORDER_LAST = ORDER_KEEP_GAINS
 };
 
-/* True if the whole `text` is an integer from 0 to `most`. */
-static bool take_count(const char *text, uint8_t most, uint8_t *count)
+/* True if the rest of the command is an integer from 0 to `most`. */
+static bool take_count(uint8_t most, uint8_t *count)
 {
-    return number_whole(&text, most, count) && *text == '\0';
+    return number_whole(most, count) && frame_peek() == '\0';
 }
 
-/* True if the whole `text` is a number. */
-static bool take_number(const char *text, float *number)
+/* True if the rest of the command is a number. */
+static bool take_number(float *number)
 {
-    return number_float(&text, number) && *text == '\0';
+    return number_float(number) && frame_peek() == '\0';
 }
 
 static bool switch_off(void)
@@ -67,107 +68,107 @@ static bool switch_on(void)
     return true;
 }
 
-static bool switch_to(const char *text)
+static bool switch_to(void)
 {
     uint8_t on;
 
-    if (!take_count(text, 1, &on)) {
+    if (!take_count(1, &on)) {
         return false;
     }
     return on ? switch_on() : switch_off();
 }
 
-static bool set_setpoint(const char *text)
+static bool set_setpoint(void)
 {
     float setpoint_c;
 
-    return take_number(text, &setpoint_c) && loop_chamber_set(setpoint_c);
+    return take_number(&setpoint_c) && loop_chamber_set(setpoint_c);
 }
 
-static bool set_output(const char *text)
+static bool set_output(void)
 {
     float percent;
 
-    return take_number(text, &percent) && loop_chamber_set_manual(percent);
+    return take_number(&percent) && loop_chamber_set_manual(percent);
 }
 
-static bool set_gain(const char *text, float *gain)
+static bool set_gain(float *gain)
 {
     float value;
 
-    if (!take_number(text, &value) || !(value >= 0.0f && value <= GAIN_MAXIMUM)) {
+    if (!take_number(&value) || !(value >= 0.0f && value <= GAIN_MAXIMUM)) {
         return false;
     }
     *gain = value;
     return true;
 }
 
-static bool set_maximum(const char *text)
+static bool set_maximum(void)
 {
     float maximum_c;
 
-    return take_number(text, &maximum_c) && guard_chamber_set_maximum(maximum_c);
+    return take_number(&maximum_c) && guard_chamber_set_maximum(maximum_c);
 }
 
-static bool choose_thermocouple(const char *text)
+static bool choose_thermocouple(void)
 {
     uint8_t type;
 
-    return take_count(text, NEXTION_LAST_TYPE, &type) && sensor_chamber_choose(type);
+    return take_count(NEXTION_LAST_TYPE, &type) && sensor_chamber_choose(type);
 }
 
-static bool start_program(const char *text)
+static bool start_program(void)
 {
     uint8_t number;
 
-    return take_count(text, PROGRAM_PLACES, &number) && !points_are_waiting() && program_start(number);
+    return take_count(PROGRAM_PLACES, &number) && !points_are_waiting() && program_start(number);
 }
 
-static bool run_or_pause(const char *text)
+static bool run_or_pause(void)
 {
     uint8_t run;
 
-    if (!take_count(text, 1, &run)) {
+    if (!take_count(1, &run)) {
         return false;
     }
     return run ? program_resume() : program_pause();
 }
 
 /* Jumps to the end of a row's segment, so that the next segment starts. */
-static bool go_to(const char *text)
+static bool go_to(void)
 {
     uint8_t segment;
 
-    return take_count(text, PROGRAM_POINTS, &segment) && program_jump((uint8_t)(segment + 1u));
+    return take_count(PROGRAM_POINTS, &segment) && program_jump((uint8_t)(segment + 1u));
 }
 
-static bool mark(const char *text)
+static bool mark(void)
 {
     uint8_t segment;
 
-    if (!take_count(text, PROGRAM_POINTS, &segment)) {
+    if (!take_count(PROGRAM_POINTS, &segment)) {
         return false;
     }
     points_marked = segment;
     return true;
 }
 
-static bool show_program(const char *text)
+static bool show_program(void)
 {
     uint8_t number;
 
-    if (!take_count(text, PROGRAM_PLACES, &number) || !points_show(number)) {
+    if (!take_count(PROGRAM_PLACES, &number) || !points_show(number)) {
         return false;
     }
     pages_want(PAGE_POINTS);
     return true;
 }
 
-static bool note_page(const char *text)
+static bool note_page(void)
 {
     uint8_t page;
 
-    if (!take_count(text, NEXTION_PAGES - 1, &page)) {
+    if (!take_count(NEXTION_PAGES - 1, &page)) {
         return false;
     }
     pages_note(page);
@@ -199,63 +200,63 @@ static bool do_plain(uint8_t order)
     }
 }
 
-static bool do_program(uint8_t order, const char *text)
+static bool do_program(uint8_t order)
 {
     switch (order) {
     case ORDER_CHANGE_PROGRAM:
-        return points_change(text);
+        return points_change();
     case ORDER_START:
-        return start_program(text);
+        return start_program();
     case ORDER_RUN:
-        return run_or_pause(text);
+        return run_or_pause();
     case ORDER_GO_TO:
-        return go_to(text);
+        return go_to();
     case ORDER_MARK:
-        return mark(text);
+        return mark();
     case ORDER_SHOW_PROGRAM:
-        return show_program(text);
+        return show_program();
     case ORDER_RENAME_PROGRAM:
-        return points_rename(text);
+        return points_rename();
     default:
         return false;
     }
 }
 
-static bool do_control(uint8_t order, const char *text)
+static bool do_control(uint8_t order)
 {
     switch (order) {
     case ORDER_SWITCH:
-        return switch_to(text);
+        return switch_to();
     case ORDER_SETPOINT:
-        return set_setpoint(text);
+        return set_setpoint();
     case ORDER_OUTPUT:
-        return set_output(text);
+        return set_output();
     case ORDER_KP:
-        return set_gain(text, &settings.chamber_kp);
+        return set_gain(&settings.chamber_kp);
     case ORDER_KI:
-        return set_gain(text, &settings.chamber_ki);
+        return set_gain(&settings.chamber_ki);
     case ORDER_KD:
-        return set_gain(text, &settings.chamber_kd);
+        return set_gain(&settings.chamber_kd);
     case ORDER_MAXIMUM:
-        return set_maximum(text);
+        return set_maximum();
     case ORDER_THERMOCOUPLE:
-        return choose_thermocouple(text);
+        return choose_thermocouple();
     case ORDER_PAGE:
-        return note_page(text);
+        return note_page();
     default:
-        return do_program(order, text);
+        return do_program(order);
     }
 }
 
-bool orders_do(const char *text)
+bool orders_do(void)
 {
     uint8_t order;
 
-    if (!number_whole(&text, ORDER_LAST, &order)) {
+    if (!number_whole(ORDER_LAST, &order)) {
         return false;
     }
-    if (*text == ' ') {
-        text++;
+    if (frame_peek() == ' ') {
+        frame_skip();
     }
-    return *text == '\0' ? do_plain(order) : do_control(order, text);
+    return frame_peek() == '\0' ? do_plain(order) : do_control(order);
 }

@@ -5,8 +5,8 @@
 
 #include <stdbool.h> /* bool */
 
-/* Execute the command in `text`; false: it is unknown, malformed or refused now, and nothing has
- * changed. */
-bool orders_do(const char *text);
+/* Execute the command that was received; false: it is unknown, malformed or refused now, and nothing
+ * has changed. */
+bool orders_do(void);
 
 #endif

@@ -143,8 +143,12 @@ bool pages_say(void)
         say_words(PSTR("fault"));
         say_char((char)('0' + (char)(fault.code / 10u)));
         say_char((char)('0' + (char)(fault.code % 10u)));
+    } else if (wanted == PAGE_FAULTS) {
+        say_words(PSTR("faults"));
+    } else if (wanted == PAGE_POINTS) {
+        say_words(PSTR("points"));
     } else {
-        say_words(wanted == PAGE_FAULTS ? PSTR("faults") : wanted == PAGE_POINTS ? PSTR("points") : PSTR("main"));
+        say_words(PSTR("main"));
     }
     say_end();
     return true;

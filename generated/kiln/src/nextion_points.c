@@ -7,8 +7,9 @@
  */
 #include "nextion_points.h"
 
-#include <string.h> /* memset, strcpy, strlen */
+#include <string.h> /* memset */
 
+#include "nextion_frame.h" /* frame_peek, frame_skip */
 #include "nextion_numbers.h" /* number_whole, number_scaled */
 
 /* The numbers of the kinds in a command. */
@@ -95,59 +96,59 @@ static bool keep(const struct stored_program *changed)
     return true;
 }
 
-static bool take_comma(const char **text)
+static bool take_comma(void)
 {
-    const bool there = **text == ',';
+    const bool there = frame_peek() == ',';
 
     if (there) {
-        (*text)++;
+        frame_skip();
     }
     return there;
 }
 
 /* Reads a time or a rate: `90`, `1h30`, `1h`. */
-static bool read_amount(const char **text, struct point *point)
+static bool read_amount(struct point *point)
 {
     int32_t minutes = 0;
 
-    if (!number_scaled(text, 2, &point->hundredths)) {
+    if (!number_scaled(2, &point->hundredths)) {
         return false;
     }
-    point->in_hours = **text == 'h';
+    point->in_hours = frame_peek() == 'h';
     if (!point->in_hours) {
         return true;
     }
-    (*text)++;
+    frame_skip();
     const int32_t hours = point->hundredths / 100;
     if (point->hundredths % 100 != 0 || hours < 0 || hours > LARGEST_HOURS
-        || (**text != ',' && !number_scaled(text, 2, &minutes)) || minutes < 0 || minutes >= HOUR) {
+        || (frame_peek() != ',' && !number_scaled(2, &minutes)) || minutes < 0 || minutes >= HOUR) {
         return false;
     }
     point->hundredths = hours * HOUR + minutes;
     return true;
 }
 
-/* Reads one segment, and moves `*text` behind its colon. */
-static bool read_point(const char **text, struct point *point)
+/* Reads one segment, up to the character behind its colon. */
+static bool read_point(struct point *point)
 {
     point->kind = KIND_OVER;
-    if (!number_whole(text, PROGRAM_POINTS + 1, &point->number) || !take_comma(text)
-        || !read_amount(text, point) || !take_comma(text)
-        || !number_scaled(text, 1, &point->tenths)) {
+    if (!number_whole(PROGRAM_POINTS + 1, &point->number) || !take_comma()
+        || !read_amount(point) || !take_comma()
+        || !number_scaled(1, &point->tenths)) {
         return false;
     }
-    if (take_comma(text) && !number_whole(text, KIND_LAST, &point->kind)) {
+    if (take_comma() && !number_whole(KIND_LAST, &point->kind)) {
         return false;
     }
     if (point->in_hours && point->kind == KIND_RATE) {
         return false;
     }
-    if (**text != ':' || point->number == 0 || point->hundredths < 0
+    if (frame_peek() != ':' || point->number == 0 || point->hundredths < 0
         || point->hundredths > LARGEST_HUNDREDTHS || point->tenths > LARGEST_TENTHS
         || point->tenths < -LARGEST_TENTHS) {
         return false;
     }
-    (*text)++;
+    frame_skip();
     return true;
 }
 
@@ -159,12 +160,14 @@ static bool has_target(uint8_t kind)
 /* True if the last target before segment `number` is this temperature, in tenths of a degree. */
 static bool is_there_already(const struct stored_program *in, uint8_t number, int32_t tenths)
 {
-    for (uint8_t i = (uint8_t)(number - 1u); i-- != 0;) {
+    bool is_there = false;
+
+    for (uint8_t i = 0; i + 1u < number; i++) {
         if (has_target(in->segment[i].kind)) {
-            return in->segment[i].to_dc == tenths;
+            is_there = in->segment[i].to_dc == tenths;
         }
     }
-    return false;
+    return is_there;
 }
 
 static uint32_t seconds(int32_t hundredths)
@@ -228,27 +231,33 @@ static bool put(struct stored_program *in, const struct point *point)
     return true;
 }
 
-bool points_change(const char *text)
+bool points_change(void)
 {
     struct stored_program changed = points_shown;
     struct point point;
 
-    while (*text != '\0') {
-        if (!read_point(&text, &point) || !put(&changed, &point)) {
+    while (frame_peek() != '\0') {
+        if (!read_point(&point) || !put(&changed, &point)) {
             return false;
         }
     }
     return keep(&changed);
 }
 
-bool points_rename(const char *text)
+bool points_rename(void)
 {
     struct stored_program changed = points_shown;
+    uint8_t size = 0;
+    bool blank = true;
 
-    if (strlen(text) >= PROGRAM_NAME_SIZE || strspn(text, " ") == strlen(text)) {
-        return false; /* too long, or only blanks */
-    }
     memset(changed.name, 0, sizeof changed.name);
-    strcpy(changed.name, text);
-    return keep(&changed);
+    for (; frame_peek() != '\0'; frame_skip()) {
+        if (size >= PROGRAM_NAME_SIZE - 1) {
+            return false; /* too long: its last byte stays 0 */
+        }
+        changed.name[size] = frame_peek();
+        blank = blank && frame_peek() == ' ';
+        size++;
+    }
+    return !blank && keep(&changed);
 }

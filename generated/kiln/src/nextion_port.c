@@ -18,8 +18,9 @@ static volatile uint8_t received[RECEIVE_SIZE]; /* its 8-bit indices wrap by the
 static volatile uint8_t received_in;
 static volatile uint8_t received_out;
 
-static const char *volatile to_send;
-static volatile uint8_t left_to_send;
+static char to_send[NEXTION_PORT_SIZE];
+static volatile uint8_t size;
+static volatile uint8_t sent;
 
 ISR(USART0_RX_vect)
 {
@@ -40,10 +41,15 @@ ISR(USART0_RX_vect)
 
 ISR(USART0_UDRE_vect)
 {
-    UDR0 = (uint8_t)*to_send;
-    to_send++;
-    left_to_send--;
-    if (left_to_send == 0) {
+    uint8_t next = sent;
+
+    if (next < size && next < sizeof to_send) {
+        UDR0 = (uint8_t)to_send[next];
+        next++;
+        sent = next;
+    }
+    if (next >= size || next >= sizeof to_send) {
+        /* the last byte disables this interrupt: it must not come while the next text is copied */
         UCSR0B &= (uint8_t)~(1u << UDRIE0);
     }
 }
@@ -82,9 +88,16 @@ bool nextion_port_is_free(void)
     return (UCSR0B & (1u << UDRIE0)) == 0;
 }
 
-void nextion_port_send(const char *bytes, uint8_t size)
+void nextion_port_put(uint8_t place, char byte)
 {
-    to_send = bytes;
-    left_to_send = size;
+    if (place < sizeof to_send) {
+        to_send[place] = byte;
+    }
+}
+
+void nextion_port_send(uint8_t length)
+{
+    size = length;
+    sent = 0;
     UCSR0B |= (1u << UDRIE0);
 }

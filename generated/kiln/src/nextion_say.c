@@ -4,31 +4,35 @@
 
 #include <avr/pgmspace.h> /* pgm_read_byte */
 
-#include "nextion_port.h" /* nextion_port_send */
+#include "nextion_port.h" /* nextion_port_put, nextion_port_send */
 #include "text.h"         /* text_number */
 
-enum { SAY_SIZE = 72, END_SIZE = 3, END = 0xFF, DIGITS = 10 };
+enum { END_SIZE = 3, SAY_SIZE = NEXTION_PORT_SIZE - END_SIZE, END = 0xFF, DIGITS = 10 };
 
-static char instruction[SAY_SIZE + END_SIZE];
-static uint8_t length;
+static uint8_t length; /* of the instruction so far */
 
 void say_char(char character)
 {
     if (length < SAY_SIZE) {
-        instruction[length] = character;
+        nextion_port_put(length, character);
         length++;
+    }
+}
+
+void say_stored(const char *words, uint8_t most)
+{
+    for (char next; most != 0 && (next = (char)pgm_read_byte(words)) != '\0'; words++) {
+        say_char(next);
+        most--;
     }
 }
 
 void say_words(const char *words)
 {
-    for (char next; (next = (char)pgm_read_byte(words)) != '\0'; words++) {
-        say_char(next);
-    }
+    say_stored(words, SAY_SIZE);
 }
 
-/* Appends a number with at least `places` digits. */
-static void say_digits(uint32_t count, uint8_t places)
+void say_digits(uint32_t count, uint8_t places)
 {
     char digits[DIGITS];
     uint8_t size = 0;
@@ -87,23 +91,23 @@ void say_float(float number)
 {
     char text[TEXT_SIZE];
     const uint8_t decimals = number < 10.0f ? 6u : number < 1000.0f ? 4u : number < 100000.0f ? 2u : 0u;
-    uint8_t end = text_number(text, number, decimals);
+    uint8_t size = text_number(text, number, decimals);
 
-    while (decimals != 0 && text[end - 1u] == '0') {
-        end--;
+    while (decimals != 0 && size > 1 && text[size - 1u] == '0') {
+        size--;
     }
-    if (decimals != 0 && text[end - 1u] == '.') {
-        end--;
+    if (decimals != 0 && size > 1 && text[size - 1u] == '.') {
+        size--;
     }
-    for (uint8_t i = 0; i < end; i++) {
+    for (uint8_t i = 0; i < size; i++) {
         say_char(text[i]);
     }
 }
 
-void say_text(const char *text)
+void say_text(const char *text, uint8_t most)
 {
-    for (; *text != '\0'; text++) {
-        say_char(*text);
+    for (uint8_t i = 0; i < most && text[i] != '\0'; i++) {
+        say_char(text[i]);
     }
 }
 
@@ -113,9 +117,9 @@ void say_end(void)
         length = SAY_SIZE; /* RAM may be damaged */
     }
     for (uint8_t i = 0; i < END_SIZE; i++) {
-        instruction[length] = (char)END;
+        nextion_port_put(length, (char)END);
         length++;
     }
-    nextion_port_send(instruction, length);
+    nextion_port_send(length);
     length = 0;
 }

@@ -77,139 +77,102 @@ enum {
     AS_LISTED
 };
 
+/* With the closing 0. */
+enum { NAME_SIZE = 16, WORD_SIZE = 28 };
+
 struct component {
-    const char *name; /* in flash */
-    uint8_t row;      /* the number behind the name; 0: none */
+    char name[NAME_SIZE];
+    uint8_t row; /* the number behind the name; 0: none */
     uint8_t shows;
 };
 
-static const char NAME_1[] PROGMEM = "main.temp";
-static const char NAME_2[] PROGMEM = "main.set";
-static const char NAME_3[] PROGMEM = "main.day";
-static const char NAME_4[] PROGMEM = "main.hour1";
-static const char NAME_5[] PROGMEM = "main.minute1";
-static const char NAME_6[] PROGMEM = "main.day2";
-static const char NAME_7[] PROGMEM = "main.hour2";
-static const char NAME_8[] PROGMEM = "main.minute2";
-static const char NAME_9[] PROGMEM = "main.programm";
-static const char NAME_10[] PROGMEM = "main.point";
-static const char NAME_11[] PROGMEM = "main.pname";
-static const char NAME_12[] PROGMEM = "main.state";
-static const char NAME_13[] PROGMEM = "main.bt1";
-static const char NAME_14[] PROGMEM = "main.ERROR";
-static const char NAME_15[] PROGMEM = "main.alarm";
-static const char NAME_16[] PROGMEM = "main.energy";
-static const char NAME_17[] PROGMEM = "main.duty";
-static const char NAME_18[] PROGMEM = "programs.name";
-static const char NAME_19[] PROGMEM = "points.programm";
-static const char NAME_20[] PROGMEM = "points.pname";
-static const char NAME_21[] PROGMEM = "points.p";
-static const char NAME_22[] PROGMEM = "points.k";
-static const char NAME_23[] PROGMEM = "points.m";
-static const char NAME_24[] PROGMEM = "points.t";
-static const char NAME_25[] PROGMEM = "settings.sp";
-static const char NAME_26[] PROGMEM = "settings.crit";
-static const char NAME_27[] PROGMEM = "settings.type";
-static const char NAME_28[] PROGMEM = "settings.saves";
-static const char NAME_29[] PROGMEM = "debug.ot";
-static const char NAME_30[] PROGMEM = "debug.kp";
-static const char NAME_31[] PROGMEM = "debug.ki";
-static const char NAME_32[] PROGMEM = "debug.kd";
-static const char NAME_33[] PROGMEM = "debug.t";
-static const char NAME_34[] PROGMEM = "debug.sp";
-static const char NAME_35[] PROGMEM = "debug.on";
-static const char NAME_36[] PROGMEM = "debug.settled";
-static const char NAME_37[] PROGMEM = "debug.over";
-static const char NAME_38[] PROGMEM = "thermo.type";
-static const char NAME_39[] PROGMEM = "faults.l";
-static const char NAME_40[] PROGMEM = "t";
-
-static const struct component COMPONENTS[] PROGMEM = {
-    { NAME_1, 0, SHOWS_TEMPERATURE },
-    { NAME_2, 0, SHOWS_SETPOINT },
-    { NAME_3, 0, SHOWS_DAYS },
-    { NAME_4, 0, SHOWS_HOURS },
-    { NAME_5, 0, SHOWS_MINUTES },
-    { NAME_6, 0, SHOWS_SEGMENT_DAYS },
-    { NAME_7, 0, SHOWS_SEGMENT_HOURS },
-    { NAME_8, 0, SHOWS_SEGMENT_MINUTES },
-    { NAME_9, 0, SHOWS_PROGRAM },
-    { NAME_10, 0, SHOWS_SEGMENT },
-    { NAME_11, 0, SHOWS_NAME },
-    { NAME_12, 0, SHOWS_STATE },
-    { NAME_13, 0, SHOWS_ON_THE_WAY },
-    { NAME_14, 0, SHOWS_ALARM },
-    { NAME_15, 0, SHOWS_ALARM_WORD },
-    { NAME_16, 0, SHOWS_ENERGY },
-    { NAME_17, 0, SHOWS_DUTY },
-    { NAME_18, 1, SHOWS_PLACE },
-    { NAME_18, 2, SHOWS_PLACE },
-    { NAME_18, 3, SHOWS_PLACE },
-    { NAME_19, 0, SHOWS_PROGRAM },
-    { NAME_20, 0, SHOWS_NAME },
-    { NAME_21, 1, SHOWS_COLOUR },
-    { NAME_22, 1, SHOWS_KIND },
-    { NAME_23, 1, SHOWS_TIME_OR_RATE },
-    { NAME_24, 1, SHOWS_TARGET },
-    { NAME_21, 2, SHOWS_COLOUR },
-    { NAME_22, 2, SHOWS_KIND },
-    { NAME_23, 2, SHOWS_TIME_OR_RATE },
-    { NAME_24, 2, SHOWS_TARGET },
-    { NAME_21, 3, SHOWS_COLOUR },
-    { NAME_22, 3, SHOWS_KIND },
-    { NAME_23, 3, SHOWS_TIME_OR_RATE },
-    { NAME_24, 3, SHOWS_TARGET },
-    { NAME_21, 4, SHOWS_COLOUR },
-    { NAME_22, 4, SHOWS_KIND },
-    { NAME_23, 4, SHOWS_TIME_OR_RATE },
-    { NAME_24, 4, SHOWS_TARGET },
-    { NAME_21, 5, SHOWS_COLOUR },
-    { NAME_22, 5, SHOWS_KIND },
-    { NAME_23, 5, SHOWS_TIME_OR_RATE },
-    { NAME_24, 5, SHOWS_TARGET },
-    { NAME_21, 6, SHOWS_COLOUR },
-    { NAME_22, 6, SHOWS_KIND },
-    { NAME_23, 6, SHOWS_TIME_OR_RATE },
-    { NAME_24, 6, SHOWS_TARGET },
-    { NAME_21, 7, SHOWS_COLOUR },
-    { NAME_22, 7, SHOWS_KIND },
-    { NAME_23, 7, SHOWS_TIME_OR_RATE },
-    { NAME_24, 7, SHOWS_TARGET },
-    { NAME_21, 8, SHOWS_COLOUR },
-    { NAME_22, 8, SHOWS_KIND },
-    { NAME_23, 8, SHOWS_TIME_OR_RATE },
-    { NAME_24, 8, SHOWS_TARGET },
-    { NAME_21, 9, SHOWS_COLOUR },
-    { NAME_22, 9, SHOWS_KIND },
-    { NAME_23, 9, SHOWS_TIME_OR_RATE },
-    { NAME_24, 9, SHOWS_TARGET },
-    { NAME_21, 10, SHOWS_COLOUR },
-    { NAME_22, 10, SHOWS_KIND },
-    { NAME_23, 10, SHOWS_TIME_OR_RATE },
-    { NAME_24, 10, SHOWS_TARGET },
-    { NAME_25, 0, SHOWS_ASKED_SETPOINT },
-    { NAME_26, 0, SHOWS_MAXIMUM },
-    { NAME_27, 0, SHOWS_TYPE },
-    { NAME_28, 0, SHOWS_SAVES },
-    { NAME_29, 0, SHOWS_DUTY },
-    { NAME_30, 0, SHOWS_KP },
-    { NAME_31, 0, SHOWS_KI },
-    { NAME_32, 0, SHOWS_KD },
-    { NAME_33, 0, SHOWS_EXACT_TEMPERATURE },
-    { NAME_34, 0, SHOWS_EXACT_SETPOINT },
-    { NAME_35, 0, SHOWS_ENABLED },
-    { NAME_36, 0, SHOWS_SETTLING },
-    { NAME_37, 0, SHOWS_OVERSHOOT },
-    { NAME_38, 0, SHOWS_TYPE },
-    { NAME_39, 1, SHOWS_LISTED },
-    { NAME_39, 2, SHOWS_LISTED },
-    { NAME_39, 3, SHOWS_LISTED },
-    { NAME_39, 4, SHOWS_LISTED },
-    { NAME_39, 5, SHOWS_LISTED },
-    { NAME_39, 6, SHOWS_LISTED },
-    { NAME_39, 7, SHOWS_LISTED },
-    { NAME_39, 8, SHOWS_LISTED },
-    { NAME_40, 0, SHOWS_FAULT_TEMPERATURE },
+enum { COMPONENTS_IN_ALL = 85 };
+static const struct component COMPONENTS[COMPONENTS_IN_ALL] PROGMEM = {
+    { "main.temp", 0, SHOWS_TEMPERATURE },
+    { "main.set", 0, SHOWS_SETPOINT },
+    { "main.day", 0, SHOWS_DAYS },
+    { "main.hour1", 0, SHOWS_HOURS },
+    { "main.minute1", 0, SHOWS_MINUTES },
+    { "main.day2", 0, SHOWS_SEGMENT_DAYS },
+    { "main.hour2", 0, SHOWS_SEGMENT_HOURS },
+    { "main.minute2", 0, SHOWS_SEGMENT_MINUTES },
+    { "main.programm", 0, SHOWS_PROGRAM },
+    { "main.point", 0, SHOWS_SEGMENT },
+    { "main.pname", 0, SHOWS_NAME },
+    { "main.state", 0, SHOWS_STATE },
+    { "main.bt1", 0, SHOWS_ON_THE_WAY },
+    { "main.ERROR", 0, SHOWS_ALARM },
+    { "main.alarm", 0, SHOWS_ALARM_WORD },
+    { "main.energy", 0, SHOWS_ENERGY },
+    { "main.duty", 0, SHOWS_DUTY },
+    { "programs.name", 1, SHOWS_PLACE },
+    { "programs.name", 2, SHOWS_PLACE },
+    { "programs.name", 3, SHOWS_PLACE },
+    { "points.programm", 0, SHOWS_PROGRAM },
+    { "points.pname", 0, SHOWS_NAME },
+    { "points.p", 1, SHOWS_COLOUR },
+    { "points.k", 1, SHOWS_KIND },
+    { "points.m", 1, SHOWS_TIME_OR_RATE },
+    { "points.t", 1, SHOWS_TARGET },
+    { "points.p", 2, SHOWS_COLOUR },
+    { "points.k", 2, SHOWS_KIND },
+    { "points.m", 2, SHOWS_TIME_OR_RATE },
+    { "points.t", 2, SHOWS_TARGET },
+    { "points.p", 3, SHOWS_COLOUR },
+    { "points.k", 3, SHOWS_KIND },
+    { "points.m", 3, SHOWS_TIME_OR_RATE },
+    { "points.t", 3, SHOWS_TARGET },
+    { "points.p", 4, SHOWS_COLOUR },
+    { "points.k", 4, SHOWS_KIND },
+    { "points.m", 4, SHOWS_TIME_OR_RATE },
+    { "points.t", 4, SHOWS_TARGET },
+    { "points.p", 5, SHOWS_COLOUR },
+    { "points.k", 5, SHOWS_KIND },
+    { "points.m", 5, SHOWS_TIME_OR_RATE },
+    { "points.t", 5, SHOWS_TARGET },
+    { "points.p", 6, SHOWS_COLOUR },
+    { "points.k", 6, SHOWS_KIND },
+    { "points.m", 6, SHOWS_TIME_OR_RATE },
+    { "points.t", 6, SHOWS_TARGET },
+    { "points.p", 7, SHOWS_COLOUR },
+    { "points.k", 7, SHOWS_KIND },
+    { "points.m", 7, SHOWS_TIME_OR_RATE },
+    { "points.t", 7, SHOWS_TARGET },
+    { "points.p", 8, SHOWS_COLOUR },
+    { "points.k", 8, SHOWS_KIND },
+    { "points.m", 8, SHOWS_TIME_OR_RATE },
+    { "points.t", 8, SHOWS_TARGET },
+    { "points.p", 9, SHOWS_COLOUR },
+    { "points.k", 9, SHOWS_KIND },
+    { "points.m", 9, SHOWS_TIME_OR_RATE },
+    { "points.t", 9, SHOWS_TARGET },
+    { "points.p", 10, SHOWS_COLOUR },
+    { "points.k", 10, SHOWS_KIND },
+    { "points.m", 10, SHOWS_TIME_OR_RATE },
+    { "points.t", 10, SHOWS_TARGET },
+    { "settings.sp", 0, SHOWS_ASKED_SETPOINT },
+    { "settings.crit", 0, SHOWS_MAXIMUM },
+    { "settings.type", 0, SHOWS_TYPE },
+    { "settings.saves", 0, SHOWS_SAVES },
+    { "debug.ot", 0, SHOWS_DUTY },
+    { "debug.kp", 0, SHOWS_KP },
+    { "debug.ki", 0, SHOWS_KI },
+    { "debug.kd", 0, SHOWS_KD },
+    { "debug.t", 0, SHOWS_EXACT_TEMPERATURE },
+    { "debug.sp", 0, SHOWS_EXACT_SETPOINT },
+    { "debug.on", 0, SHOWS_ENABLED },
+    { "debug.settled", 0, SHOWS_SETTLING },
+    { "debug.over", 0, SHOWS_OVERSHOOT },
+    { "thermo.type", 0, SHOWS_TYPE },
+    { "faults.l", 1, SHOWS_LISTED },
+    { "faults.l", 2, SHOWS_LISTED },
+    { "faults.l", 3, SHOWS_LISTED },
+    { "faults.l", 4, SHOWS_LISTED },
+    { "faults.l", 5, SHOWS_LISTED },
+    { "faults.l", 6, SHOWS_LISTED },
+    { "faults.l", 7, SHOWS_LISTED },
+    { "faults.l", 8, SHOWS_LISTED },
+    { "t", 0, SHOWS_FAULT_TEMPERATURE },
 };
 
 /* Index of each page's first component; behind the last page, that of the fault pages. */
@@ -226,8 +189,10 @@ static const uint8_t FIRST[] PROGMEM = {
     75, /* thermo */
     76, /* faults */
     84, /* every fault */
-    85,
+    COMPONENTS_IN_ALL,
 };
+
+static const char FIELDS[AS_TENTHS][sizeof ".val="] PROGMEM = { ".val=", ".en=", ".bco=" };
 
 static const uint8_t FORMS[SHOWS] PROGMEM = {
     AS_NUMBER,
@@ -282,139 +247,73 @@ enum {
     WORDS_IN_ALL = 66
 };
 
-static const char WORD_0[] PROGMEM = "off";
-static const char WORD_1[] PROGMEM = "finished";
-static const char WORD_2[] PROGMEM = "stopped";
-static const char WORD_3[] PROGMEM = "stopped by a fault";
-static const char WORD_4[] PROGMEM = "interrupted: too far off";
-static const char WORD_5[] PROGMEM = "power was cut: unreadable";
-static const char WORD_6[] PROGMEM = "on";
-static const char WORD_7[] PROGMEM = "by hand";
-static const char WORD_8[] PROGMEM = "runs";
-static const char WORD_9[] PROGMEM = "held back";
-static const char WORD_10[] PROGMEM = "waits for temperature";
-static const char WORD_11[] PROGMEM = "waits for the operator";
-static const char WORD_12[] PROGMEM = "paused";
-static const char WORD_13[] PROGMEM = "returns to its setpoint";
-static const char WORD_14[] PROGMEM = "power was cut: looks around";
-static const char WORD_15[] PROGMEM = "paused by a fault";
-static const char WORD_16[] PROGMEM = "";
-static const char WORD_17[] PROGMEM = "time";
-static const char WORD_18[] PROGMEM = "K/h";
-static const char WORD_19[] PROGMEM = "fast";
-static const char WORD_20[] PROGMEM = "hold";
-static const char WORD_21[] PROGMEM = "until";
-static const char WORD_22[] PROGMEM = "";
-static const char WORD_23[] PROGMEM = "E01 NO SENSOR";
-static const char WORD_24[] PROGMEM = "E02 SENSOR SHORT";
-static const char WORD_25[] PROGMEM = "E03 SENSOR CRC";
-static const char WORD_26[] PROGMEM = "E04 SENSOR STALE";
-static const char WORD_27[] PROGMEM = "E05 SENSOR RESET";
-static const char WORD_28[] PROGMEM = "E06 TOO HOT";
-static const char WORD_29[] PROGMEM = "E07 TOO COLD";
-static const char WORD_30[] PROGMEM = "E08 JUMP";
-static const char WORD_31[] PROGMEM = "E09 FROZEN";
-static const char WORD_32[] PROGMEM = "E10 NO HEATING";
-static const char WORD_33[] PROGMEM = "E11 RUNAWAY HIGH";
-static const char WORD_34[] PROGMEM = "E12";
-static const char WORD_35[] PROGMEM = "E13 HEATS IN OFF";
-static const char WORD_36[] PROGMEM = "E14 WATCHDOG";
-static const char WORD_37[] PROGMEM = "E15 BROWN-OUT";
-static const char WORD_38[] PROGMEM = "E16 SETTINGS BAD";
-static const char WORD_39[] PROGMEM = "E17 SENSOR OPEN";
-static const char WORD_40[] PROGMEM = "E18 OUT OF RANGE";
-static const char WORD_41[] PROGMEM = "E19";
-static const char WORD_42[] PROGMEM = "E20";
-static const char WORD_43[] PROGMEM = "E21";
-static const char WORD_44[] PROGMEM = "E22";
-static const char WORD_45[] PROGMEM = "E23";
-static const char WORD_46[] PROGMEM = "E24 KILN LAGS";
-static const char WORD_47[] PROGMEM = "E25 RELAY WELDED";
-static const char WORD_48[] PROGMEM = "E26 RELAY OPEN";
-static const char WORD_49[] PROGMEM = "E27";
-static const char WORD_50[] PROGMEM = "E28";
-static const char WORD_51[] PROGMEM = "E29 MEMORY BAD";
-static const char WORD_52[] PROGMEM = "E30";
-static const char WORD_53[] PROGMEM = "E31";
-static const char WORD_54[] PROGMEM = "E32";
-static const char WORD_55[] PROGMEM = "E33 MUCH POWER";
-static const char WORD_56[] PROGMEM = "E34 LITTLE POWER";
-static const char WORD_57[] PROGMEM = "E35 RAM";
-static const char WORD_58[] PROGMEM = "E36 FLASH";
-static const char WORD_59[] PROGMEM = "E37 CLOCK";
-static const char WORD_60[] PROGMEM = "E38 EEPROM";
-static const char WORD_61[] PROGMEM = "E39 SEQUENCE";
-static const char WORD_62[] PROGMEM = "E40";
-static const char WORD_63[] PROGMEM = "E41 STACK";
-static const char WORD_64[] PROGMEM = "E42 NOT SEALED";
-static const char WORD_65[] PROGMEM = "E43 PIN HELD";
-static const char *const WORDS[WORDS_IN_ALL] PROGMEM = {
-    WORD_0,
-    WORD_1,
-    WORD_2,
-    WORD_3,
-    WORD_4,
-    WORD_5,
-    WORD_6,
-    WORD_7,
-    WORD_8,
-    WORD_9,
-    WORD_10,
-    WORD_11,
-    WORD_12,
-    WORD_13,
-    WORD_14,
-    WORD_15,
-    WORD_16,
-    WORD_17,
-    WORD_18,
-    WORD_19,
-    WORD_20,
-    WORD_21,
-    WORD_22,
-    WORD_23,
-    WORD_24,
-    WORD_25,
-    WORD_26,
-    WORD_27,
-    WORD_28,
-    WORD_29,
-    WORD_30,
-    WORD_31,
-    WORD_32,
-    WORD_33,
-    WORD_34,
-    WORD_35,
-    WORD_36,
-    WORD_37,
-    WORD_38,
-    WORD_39,
-    WORD_40,
-    WORD_41,
-    WORD_42,
-    WORD_43,
-    WORD_44,
-    WORD_45,
-    WORD_46,
-    WORD_47,
-    WORD_48,
-    WORD_49,
-    WORD_50,
-    WORD_51,
-    WORD_52,
-    WORD_53,
-    WORD_54,
-    WORD_55,
-    WORD_56,
-    WORD_57,
-    WORD_58,
-    WORD_59,
-    WORD_60,
-    WORD_61,
-    WORD_62,
-    WORD_63,
-    WORD_64,
-    WORD_65,
+static const char WORDS[WORDS_IN_ALL][WORD_SIZE] PROGMEM = {
+    "off",
+    "finished",
+    "stopped",
+    "stopped by a fault",
+    "interrupted: too far off",
+    "power was cut: unreadable",
+    "on",
+    "by hand",
+    "runs",
+    "held back",
+    "waits for temperature",
+    "waits for the operator",
+    "paused",
+    "returns to its setpoint",
+    "power was cut: looks around",
+    "paused by a fault",
+    "",
+    "time",
+    "K/h",
+    "fast",
+    "hold",
+    "until",
+    "",
+    "E01 NO SENSOR",
+    "E02 SENSOR SHORT",
+    "E03 SENSOR CRC",
+    "E04 SENSOR STALE",
+    "E05 SENSOR RESET",
+    "E06 TOO HOT",
+    "E07 TOO COLD",
+    "E08 JUMP",
+    "E09 FROZEN",
+    "E10 NO HEATING",
+    "E11 RUNAWAY HIGH",
+    "E12",
+    "E13 HEATS IN OFF",
+    "E14 WATCHDOG",
+    "E15 BROWN-OUT",
+    "E16 SETTINGS BAD",
+    "E17 SENSOR OPEN",
+    "E18 OUT OF RANGE",
+    "E19",
+    "E20",
+    "E21",
+    "E22",
+    "E23",
+    "E24 KILN LAGS",
+    "E25 RELAY WELDED",
+    "E26 RELAY OPEN",
+    "E27",
+    "E28",
+    "E29 MEMORY BAD",
+    "E30",
+    "E31",
+    "E32",
+    "E33 MUCH POWER",
+    "E34 LITTLE POWER",
+    "E35 RAM",
+    "E36 FLASH",
+    "E37 CLOCK",
+    "E38 EEPROM",
+    "E39 SEQUENCE",
+    "E40",
+    "E41 STACK",
+    "E42 NOT SEALED",
+    "E43 PIN HELD",
 };
 
 enum { MOST_COMPONENTS = 42 };
@@ -429,22 +328,31 @@ static uint16_t seen_step;
 
 static const char TYPES[] PROGMEM = "BEJKNRST"; /* of thermocouples, in the order of their codes */
 
+static char type_letter(uint8_t code)
+{
+    return code <= NEXTION_LAST_TYPE ? (char)pgm_read_byte(&TYPES[code]) : '?'; /* RAM may be damaged */
+}
+
 enum { KINDS = PROGRAM_UNTIL + 1 };
 
 static const int32_t HOUR = 6000; /* in hundredths of a minute */
 
 static const float LARGEST = 1.0e9f;
 
+static float limited(float value)
+{
+    if (!(value > -LARGEST)) {
+        return -LARGEST;
+    }
+    return value < LARGEST ? value : LARGEST;
+}
+
 /* Converts a value to steps, rounded half away from zero. */
 static int32_t steps(float value, float per_unit)
 {
-    float scaled = value * per_unit;
+    const float scaled = limited(value) * per_unit;
 
-    scaled += scaled < 0.0f ? -0.5f : 0.5f;
-    if (!(scaled > -LARGEST)) {
-        return (int32_t)-LARGEST;
-    }
-    return scaled < LARGEST ? (int32_t)scaled : (int32_t)LARGEST;
+    return (int32_t)limited(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f);
 }
 
 static int32_t tenths(float value)
@@ -461,12 +369,16 @@ static int32_t bits(float value)
     return same;
 }
 
-static float from_bits(int32_t same)
+static float gain(uint8_t shows)
 {
-    float value;
-
-    memcpy(&value, &same, sizeof value);
-    return value;
+    switch (shows) {
+    case SHOWS_KP:
+        return settings.chamber_kp;
+    case SHOWS_KI:
+        return settings.chamber_ki;
+    default:
+        return settings.chamber_kd;
+    }
 }
 
 /* A clock that counts control steps, converted for display. */
@@ -518,8 +430,9 @@ static int32_t program_word(void)
 static const struct program_segment *segment(uint8_t row)
 {
     static const struct program_segment none = { .kind = PROGRAM_NONE };
+    const uint8_t place = (uint8_t)(row - 1u);
 
-    return row <= points_shown.segments ? &points_shown.segment[row - 1u] : &none;
+    return place < points_shown.segments && place < PROGRAM_POINTS ? &points_shown.segment[place] : &none;
 }
 
 /* The number for a segment's amount: it also contains the kind, which decides the amount's form. */
@@ -594,7 +507,7 @@ static int32_t number_of(uint8_t shows, uint8_t row)
     case SHOWS_MAXIMUM:
         return tenths(settings.chamber_maximum_c);
     case SHOWS_TYPE:
-        return pgm_read_byte(&TYPES[settings.chamber_thermocouple]);
+        return type_letter(settings.chamber_thermocouple);
     case SHOWS_SAVES:
         return (int32_t)progress_saves();
     case SHOWS_ON_THE_WAY:
@@ -635,7 +548,7 @@ static int32_t number_of(uint8_t shows, uint8_t row)
 static void say_word(uint8_t word)
 {
     /* Damaged memory may contain a code that no rule has: it gets the words of "no fault". */
-    say_words((const char *)pgm_read_ptr(&WORDS[word < WORDS_IN_ALL ? word : WORD_OF_FAULTS]));
+    say_stored(WORDS[word < WORDS_IN_ALL ? word : WORD_OF_FAULTS], WORD_SIZE);
 }
 
 /* Appends a time as it is typed: 1h05. */
@@ -644,7 +557,10 @@ static void say_time(int32_t hundredths)
     const int32_t minutes = hundredths % HOUR;
 
     say_count((uint32_t)(hundredths / HOUR));
-    say_words(minutes < HOUR / 6 ? PSTR("h0") : PSTR("h"));
+    say_char('h');
+    if (minutes < HOUR / 6) {
+        say_char('0');
+    }
     say_scaled(minutes, 2, true);
 }
 
@@ -683,7 +599,7 @@ static void say_place(uint8_t number)
     struct stored_program there;
 
     if (programs_read(number, &there)) {
-        say_text(there.name);
+        say_text(there.name, sizeof there.name);
     } else {
         say_char('-');
     }
@@ -702,20 +618,20 @@ static void say_listed(const struct fault_log_entry *entry)
     say_scaled(tenths(entry->temperature_c), 1, false);
     say_words(PSTR(" C  "));
     say_count(hours / 24u);
-    say_words(hours % 24u < 10u ? PSTR("d 0") : PSTR("d "));
-    say_count(hours % 24u);
-    say_words(entry->time_s / 60u % 60u < 10u ? PSTR(":0") : PSTR(":"));
-    say_count(entry->time_s / 60u % 60u);
+    say_words(PSTR("d "));
+    say_digits(hours % 24u, 2);
+    say_char(':');
+    say_digits(entry->time_s / 60u % 60u, 2);
 }
 
-static void say_inside(uint8_t form, uint8_t row, int32_t number)
+static void say_inside(uint8_t form, const struct component *component, int32_t number)
 {
     switch (form) {
     case AS_TENTHS:
         say_scaled(number, 1, false);
         break;
     case AS_FLOAT:
-        say_float(from_bits(number));
+        say_float(gain(component->shows));
         break;
     case AS_WORD:
         say_word((uint8_t)number);
@@ -731,16 +647,16 @@ static void say_inside(uint8_t form, uint8_t row, int32_t number)
         say_amount(number);
         break;
     case AS_TARGET:
-        say_target(row);
+        say_target(component->row);
         break;
     case AS_NAME:
-        say_text(points_shown.name);
+        say_text(points_shown.name, sizeof points_shown.name);
         break;
     case AS_PLACE:
-        say_place(row);
+        say_place(component->row);
         break;
     default:
-        say_listed(fault_log_at((uint8_t)(row - 1u)));
+        say_listed(fault_log_at((uint8_t)(component->row - 1u)));
         break;
     }
 }
@@ -749,16 +665,16 @@ static void say_shown(const struct component *component, int32_t number)
 {
     const uint8_t form = pgm_read_byte(&FORMS[component->shows]);
 
-    say_words(component->name);
+    say_text(component->name, NAME_SIZE);
     if (component->row != 0) {
         say_count(component->row);
     }
     if (form >= AS_TENTHS) {
         say_words(PSTR(".txt=\""));
-        say_inside(form, component->row, number);
+        say_inside(form, component, number);
         say_char('"');
     } else {
-        say_words(form == AS_NUMBER ? PSTR(".val=") : form == AS_SWITCH ? PSTR(".en=") : PSTR(".bco="));
+        say_stored(FIELDS[form], sizeof FIELDS[form]);
         say_number(number);
     }
     say_end();
@@ -781,10 +697,9 @@ static void begin(uint8_t page)
     next = 0;
 }
 
-/* True also if a flipped bit has made the index larger than the number of components. */
 static bool is_complete(void)
 {
-    return next >= size || next >= MOST_COMPONENTS;
+    return next >= size;
 }
 
 bool show_is_due(uint8_t page)
@@ -799,9 +714,13 @@ bool show_say(void)
 {
     struct component component;
     const uint8_t place = next;
+    const uint8_t index = (uint8_t)(first + place);
 
     next++;
-    memcpy_P(&component, &COMPONENTS[first + place], sizeof component);
+    if (place >= MOST_COMPONENTS || index >= COMPONENTS_IN_ALL) {
+        return false; /* RAM is damaged */
+    }
+    memcpy_P(&component, &COMPONENTS[index], sizeof component);
     const int32_t number = number_of(component.shows, component.row);
     if (is_said[place] && said[place] == number) {
         return false;

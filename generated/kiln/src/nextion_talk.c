@@ -68,7 +68,7 @@ void talk_hear(void)
         case FRAME_NOTHING:
             break;
         case FRAME_ORDER:
-            (void)orders_do(frame_text);
+            (void)orders_do();
             show_anew(); /* a touched button has changed by itself: send the real state */
             return;
         case FRAME_PAGE:

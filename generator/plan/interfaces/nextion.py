@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends, rule_macro
 from heatwright.generator.plan.nextion.documents import documents
-from heatwright.generator.plan.nextion.shown import Begin, Placed, What, components, whats
+from heatwright.generator.plan.nextion.shown import Begin, Shows, What, components, whats
 from heatwright.generator.plan.nextion.words import words
 from heatwright.generator.plan.numbers import c_float, quantity, ticks, told_period
 from heatwright.generator.plan.parts import (
@@ -116,11 +116,12 @@ class DisplayNames:
     top_c: int
     fault_pages: list[FaultPage]
     whats: list[What]
-    stems: list[str]
-    components: list[Placed]
+    components: list[Shows]
+    name_size: int
     pages: list[Begin]
     most_components: int
     words: list[str]
+    word_size: int
     first_words: dict[str, int]
     headers: list[Header]
     uart: UartRegisters
@@ -133,7 +134,7 @@ def _context(source: Source, interface: Nextion) -> DisplayNames:
     controller, name = source.controller, interface.loop
     facts, uart = facts_of(controller, name), registers(controller.board, interface.port)
     shown = whats(source, interface)
-    stems, found, begins = components(source, shown)
+    found, begins = components(source, shown)
     texts, first = words(controller)
     return DisplayNames(
         where=source.where,
@@ -149,11 +150,12 @@ def _context(source: Source, interface: Nextion) -> DisplayNames:
         top_c=chart_top_c(controller),
         fault_pages=_fault_pages(source),
         whats=shown,
-        stems=stems,
         components=found,
+        name_size=1 + max(len(each.name) for each in found),
         pages=begins,
         most_components=max(page.size for page in begins),
         words=texts,
+        word_size=1 + max(map(len, texts)),
         first_words=first,
         headers=_headers(source, interface),
         uart=uart,

@@ -23,18 +23,9 @@ class What:
 class Shows:
     """A component with a content: its name without its row, its row, and the content."""
 
-    stem: str
+    name: str
     row: int
     what: str
-
-
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """A component of `Shows` in C; `stem` is the number of the component's name."""
-
-    stem: int
-    row: int
-    shows: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,17 +101,14 @@ def whats(source: Source, interface: Nextion) -> list[What]:
     return [what for what in known if what.macro in used]
 
 
-def components(source: Source, shown: list[What]) -> tuple[list[str], list[Placed], list[Begin]]:
-    """List the components' names without their rows, the components, and where pages begin."""
-    stems: dict[str, int] = {}
-    found: list[Placed] = []
+def components(source: Source, shown: list[What]) -> tuple[list[Shows], list[Begin]]:
+    """List the components, and where pages begin."""
+    found: list[Shows] = []
     begins: list[Begin] = []
     for name, rows in _by_page(source, shown):
         begins.append(Begin(name, len(found), len(rows)))
-        for row in rows:
-            stem = stems.setdefault(row.stem, len(stems) + 1)
-            found.append(Placed(stem, row.row, row.what))
-    return list(stems), found, begins
+        found += rows
+    return found, begins
 
 
 def _known(source: Source, interface: Nextion) -> list[What]:
@@ -196,7 +184,7 @@ def _settings(source: Source, interface: Nextion) -> list[What]:
         found.append(What("SHOWS_MAXIMUM", "AS_TENTHS", f"tenths(settings.{name}_maximum_c)"))
     if selectable_types(source.controller):
         type_code = f"settings.{loop.sensor}_thermocouple"
-        found.append(What("SHOWS_TYPE", "AS_LETTER", f"pgm_read_byte(&TYPES[{type_code}])"))
+        found.append(What("SHOWS_TYPE", "AS_LETTER", f"type_letter({type_code})"))
     return found
 
 

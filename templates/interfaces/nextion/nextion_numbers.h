@@ -3,14 +3,14 @@
 #include <stdbool.h> /* bool */
 #include <stdint.h>  /* uint8_t, int32_t */
 
-/* Each function reads a number at `*text`, and moves `*text` behind it. False: there is no number, or
- * it is too large; then the result is not valid. */
+/* Each function reads the number that is next in the command, up to the character behind it. False:
+ * there is no number, or it is too large; then the result is not valid. */
 
 /* A whole number from 0 to `most`. */
-bool number_whole(const char **text, uint8_t most, uint8_t *number);
+bool number_whole(uint8_t most, uint8_t *number);
 
 /* A number, also with a minus, in steps of 10^-decimals; further digits are rounded to nearest. */
-bool number_scaled(const char **text, uint8_t decimals, int32_t *steps);
+bool number_scaled(uint8_t decimals, int32_t *steps);
 
 /* The same as a float; decimals behind the sixth are rounded to nearest. */
-bool number_float(const char **text, float *number);
+bool number_float(float *number);

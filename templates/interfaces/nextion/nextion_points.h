@@ -15,11 +15,12 @@ void points_start(void);
 /* Show the program at a place. */
 bool points_show(uint8_t number);
 
-/* Change segments: `n,minutes,temperature[,kind]:` and so on; all of them, or none. */
-bool points_change(const char *text);
+/* Change segments by the rest of the command: `n,minutes,temperature[,kind]:` and so on; all of them,
+ * or none. */
+bool points_change(void);
 
-/* Change the program's name. */
-bool points_rename(const char *text);
+/* Change the program's name to the rest of the command. */
+bool points_rename(void);
 
 /* True while a change waits to be written. */
 bool points_are_waiting(void);

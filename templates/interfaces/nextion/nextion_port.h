@@ -6,6 +6,9 @@
 /* Replaces a byte that was damaged, or for which there was no room: no command contains it. */
 enum { NEXTION_PORT_DAMAGED = 0x15 };
 
+/* Maximum length of an instruction. */
+enum { NEXTION_PORT_SIZE = 75 };
+
 void nextion_port_start(void);
 
 /* Set the line's baud rate. The port must have been free for a turn: then the last byte is sent. */
@@ -20,5 +23,8 @@ bool nextion_port_take(uint8_t *byte);
 /* True when all bytes have been handed to the transmitter. */
 bool nextion_port_is_free(void);
 
-/* Send `size` bytes; only while the port is free. They must not change until it is free again. */
-void nextion_port_send(const char *bytes, uint8_t size);
+/* Put a byte of the next instruction in its place; only while the port is free. */
+void nextion_port_put(uint8_t place, char byte);
+
+/* Send the bytes in the first `length` places; only while the port is free. */
+void nextion_port_send(uint8_t length);
