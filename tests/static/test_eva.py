@@ -1,6 +1,6 @@
 """What Eva proves of the examples' firmware; `eva` tells how, and under what model of the world.
 
-Only those are here of which it proves all. It takes minutes of a processor each.
+It takes minutes of a processor each.
 """
 
 import re
@@ -16,7 +16,7 @@ from suite import amount
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
 PROVEN = (
     "feeder", "extruder", "chamber", "fabricator", "dryer", "incubator", "barrel", "hotplate",
-    "oven", "press", "kiln_uno", "printer",
+    "oven", "press", "kiln", "kiln_uno", "printer",
 )[: amount("eva_examples")]  # fmt: skip
 UNREACHED = {"kiln_uno": ("follow",)}  # nobody commands its manual mode
 DAMAGED = ("chamber", "press", "barrel", "fabricator")
