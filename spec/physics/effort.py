@@ -57,11 +57,9 @@ BEND_PERCENT = 1.0
 MOST_LINES = 8
 """Maximum number of straight lines that approximate a curve of radiation."""
 
-FALLS = 4
-"""Number of lower setpoints, evenly spaced, to which a healthy machine falls from its highest."""
-
-POINTS, SLOW_TIMES = 120, 8.0
-"""Points of a simulated course, and its length in time constants of the slowest part."""
+POINTS, SLOW_TIMES, FALLS = 120, 8.0, 4
+"""Points of a simulated course, its length in time constants of the slowest part, and how many
+lower setpoints, evenly spaced, it falls to from the highest."""
 
 
 TURNS = 12

@@ -96,20 +96,20 @@ void chart_beat(void)
 static void say_add(uint8_t chart, uint8_t to, uint8_t value)
 {
     say_words(PSTR("add "));
-    say_count(chart);
+    say_digits(chart, 1);
     say_char(',');
-    say_count(to);
+    say_digits(to, 1);
     say_char(',');
-    say_count(value);
+    say_digits(value, 1);
     say_end();
 }
 
 static void say_clear(void)
 {
     say_words(PSTR("cle "));
-    say_count(NEXTION_CHART_ID);
+    say_digits(NEXTION_CHART_ID, 1);
     say_char(',');
-    say_count((uint8_t)(CHANNELS - to_clear));
+    say_digits((uint8_t)(CHANNELS - to_clear), 1);
     say_end();
     to_clear--;
 }

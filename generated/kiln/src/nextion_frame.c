@@ -6,7 +6,6 @@
  */
 #include "nextion_frame.h"
 
-#include <stdbool.h> /* bool */
 #include <string.h>  /* memmove */
 
 #include "config.h" /* NEXTION_ORDER_SIZE */
@@ -85,4 +84,13 @@ char frame_peek(void)
 void frame_skip(void)
 {
     next_place++;
+}
+
+bool frame_skip_if(char character)
+{
+    if (frame_peek() != character) {
+        return false;
+    }
+    frame_skip();
+    return true;
 }

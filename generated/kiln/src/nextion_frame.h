@@ -3,7 +3,8 @@
 #ifndef NEXTION_FRAME_H
 #define NEXTION_FRAME_H
 
-#include <stdint.h> /* uint8_t */
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t */
 
 enum {
     FRAME_NOTHING = 0,
@@ -23,5 +24,8 @@ char frame_peek(void);
 
 /* Skip the character that frame_peek() returns. */
 void frame_skip(void);
+
+/* Skip it if it is this one; returns true if it was. */
+bool frame_skip_if(char character);
 
 #endif

@@ -8,7 +8,7 @@
 #include "fault.h" /* fault_acknowledge */
 #include "guard_chamber.h" /* guard_chamber_set_maximum */
 #include "loop_chamber.h" /* loop_chamber_* */
-#include "nextion_frame.h" /* frame_peek, frame_skip */
+#include "nextion_frame.h" /* frame_peek, frame_skip_if */
 #include "nextion_numbers.h" /* number_* */
 #include "nextion_pages.h" /* pages_* */
 #include "nextion_points.h" /* points_* */
@@ -255,8 +255,6 @@ bool orders_do(void)
     if (!number_whole(ORDER_LAST, &order)) {
         return false;
     }
-    if (frame_peek() == ' ') {
-        frame_skip();
-    }
+    (void)frame_skip_if(' ');
     return frame_peek() == '\0' ? do_plain(order) : do_control(order);
 }

@@ -9,7 +9,7 @@
 
 #include <string.h> /* memset */
 
-#include "nextion_frame.h" /* frame_peek, frame_skip */
+#include "nextion_frame.h" /* frame_* */
 #include "nextion_numbers.h" /* number_whole, number_scaled */
 
 /* The numbers of the kinds in a command. */
@@ -96,16 +96,6 @@ static bool keep(const struct stored_program *changed)
     return true;
 }
 
-static bool take_comma(void)
-{
-    const bool there = frame_peek() == ',';
-
-    if (there) {
-        frame_skip();
-    }
-    return there;
-}
-
 /* Reads a time or a rate: `90`, `1h30`, `1h`. */
 static bool read_amount(struct point *point)
 {
@@ -114,11 +104,10 @@ static bool read_amount(struct point *point)
     if (!number_scaled(2, &point->hundredths)) {
         return false;
     }
-    point->in_hours = frame_peek() == 'h';
+    point->in_hours = frame_skip_if('h');
     if (!point->in_hours) {
         return true;
     }
-    frame_skip();
     const int32_t hours = point->hundredths / 100;
     if (point->hundredths % 100 != 0 || hours < 0 || hours > LARGEST_HOURS
         || (frame_peek() != ',' && !number_scaled(2, &minutes)) || minutes < 0 || minutes >= HOUR) {
@@ -132,24 +121,19 @@ static bool read_amount(struct point *point)
 static bool read_point(struct point *point)
 {
     point->kind = KIND_OVER;
-    if (!number_whole(PROGRAM_POINTS + 1, &point->number) || !take_comma()
-        || !read_amount(point) || !take_comma()
-        || !number_scaled(1, &point->tenths)) {
+    if (!number_whole(PROGRAM_POINTS + 1, &point->number) || !frame_skip_if(',')
+        || !read_amount(point) || !frame_skip_if(',') || !number_scaled(1, &point->tenths)) {
         return false;
     }
-    if (take_comma() && !number_whole(KIND_LAST, &point->kind)) {
+    if (frame_skip_if(',') && !number_whole(KIND_LAST, &point->kind)) {
         return false;
     }
     if (point->in_hours && point->kind == KIND_RATE) {
         return false;
     }
-    if (frame_peek() != ':' || point->number == 0 || point->hundredths < 0
-        || point->hundredths > LARGEST_HUNDREDTHS || point->tenths > LARGEST_TENTHS
-        || point->tenths < -LARGEST_TENTHS) {
-        return false;
-    }
-    frame_skip();
-    return true;
+    return frame_skip_if(':') && point->number != 0 && point->hundredths >= 0
+        && point->hundredths <= LARGEST_HUNDREDTHS && point->tenths <= LARGEST_TENTHS
+        && point->tenths >= -LARGEST_TENTHS;
 }
 
 static bool has_target(uint8_t kind)

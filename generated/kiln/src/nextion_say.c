@@ -47,11 +47,6 @@ void say_digits(uint32_t count, uint8_t places)
     }
 }
 
-void say_count(uint32_t count)
-{
-    say_digits(count, 1);
-}
-
 /* Appends the sign, and returns the number without it. */
 static uint32_t say_sign(int32_t number)
 {
@@ -64,7 +59,7 @@ static uint32_t say_sign(int32_t number)
 
 void say_number(int32_t number)
 {
-    say_count(say_sign(number));
+    say_digits(say_sign(number), 1);
 }
 
 void say_scaled(int32_t steps, uint8_t decimals, bool short_form)
@@ -75,7 +70,7 @@ void say_scaled(int32_t steps, uint8_t decimals, bool short_form)
     for (uint8_t i = 0; i < decimals; i++) {
         scale *= 10u;
     }
-    say_count(behind / scale);
+    say_digits(behind / scale, 1);
     behind %= scale;
     while (short_form && decimals != 0 && behind % 10u == 0) {
         behind /= 10u;

@@ -51,7 +51,7 @@ static void order_speed(uint16_t divisor)
         say_char((char)END); /* ends the noise that the display has received before */
     }
     say_words(PSTR("bauds="));
-    say_count(NEXTION_BAUD);
+    say_digits(NEXTION_BAUD, 1);
     say_end();
 }
 

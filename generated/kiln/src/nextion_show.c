@@ -556,7 +556,7 @@ static void say_time(int32_t hundredths)
 {
     const int32_t minutes = hundredths % HOUR;
 
-    say_count((uint32_t)(hundredths / HOUR));
+    say_digits((uint32_t)(hundredths / HOUR), 1);
     say_char('h');
     if (minutes < HOUR / 6) {
         say_char('0');
@@ -617,7 +617,7 @@ static void say_listed(const struct fault_log_entry *entry)
     say_words(PSTR("  "));
     say_scaled(tenths(entry->temperature_c), 1, false);
     say_words(PSTR(" C  "));
-    say_count(hours / 24u);
+    say_digits(hours / 24u, 1);
     say_words(PSTR("d "));
     say_digits(hours % 24u, 2);
     say_char(':');
@@ -667,7 +667,7 @@ static void say_shown(const struct component *component, int32_t number)
 
     say_text(component->name, NAME_SIZE);
     if (component->row != 0) {
-        say_count(component->row);
+        say_digits(component->row, 1);
     }
     if (form >= AS_TENTHS) {
         say_words(PSTR(".txt=\""));
@@ -697,17 +697,12 @@ static void begin(uint8_t page)
     next = 0;
 }
 
-static bool is_complete(void)
-{
-    return next >= size;
-}
-
 bool show_is_due(uint8_t page)
 {
-    if (is_complete() && seen_step != loop_chamber.steps) {
+    if (next >= size && seen_step != loop_chamber.steps) {
         begin(page);
     }
-    return !is_complete();
+    return next < size;
 }
 
 bool show_say(void)

@@ -42,15 +42,12 @@ def ram_suffices(controller: Controller) -> Findings:
     has = f"and the {board.mcu} has {board.ram_bytes}"
     display = nextion_of(controller)
     if display is not None and least > board.ram_bytes:
-        programs = controller.programs
-        point = POINT_BYTES + POINT_SHOWN_BYTES
-        helps = programs is not None and least - (programs.points - 1) * point <= board.ram_bytes
-        fewer = ", or a smaller programs.points" if helps else ""
+        kept = " and programs" if controller.programs is not None else ""
         yield Finding(
             ("interfaces", controller.interfaces.index(display), "kind"),
-            f"with a nextion{' and programs' if programs is not None else ''} the firmware needs "
-            f"at least {least} bytes of RAM, {has}: {least - board.ram_bytes} too many",
-            f"Use a board with more RAM, such as mega2560, or an lcd_keypad instead{fewer}",
+            f"with a nextion{kept} the firmware needs at least {least} bytes of RAM, {has}: "
+            f"{least - board.ram_bytes} too many",
+            "Use a board with more RAM, such as mega2560, or an lcd_keypad instead",
             because_of,
         )
     elif rings and least + max(rings.values()) > board.ram_bytes:

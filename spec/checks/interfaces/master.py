@@ -80,12 +80,12 @@ def masters_have_time(controller: Controller) -> Findings:
             )
         elif host is not None and seconds < polls_s(host):
             needed = duration(float(rounded_up(polls_s(host))))
-            answer_s = polls_s(host) - 2 * HOST_POLLS_S
+            answer_s = float(rounded_up(polls_s(host) - 2 * HOST_POLLS_S))
             yield Finding(
                 path,
                 f"{duration(seconds)} is less than two polls of a healthy host and one long answer "
                 f"may take: it polls every {duration(HOST_POLLS_S)}, and at {host.baud} baud the "
-                f"answer takes up to {duration(float(rounded_up(answer_s)))}",
+                f"answer takes up to {duration(answer_s)}",
                 f"Use at least {needed}",
                 (("interfaces",),),
             )
@@ -164,11 +164,7 @@ def writes_in_range(controller: Controller) -> Findings:
 
 
 def written_loops_are_on(controller: Controller) -> Findings:
-    """Find loops that get a setpoint in the scenario, although nothing switches them on there.
-
-    The loop is reported, not its event: a file with a scenario, which may tell what an operator
-    did, need not heat.
-    """
+    """Find loops that get a setpoint, but stay off; a scenario's own file is not refused for it."""
     if modbus_of(controller) is None:
         return
     writes = list(_writes(controller))

@@ -1,6 +1,7 @@
 /* Assembles the bytes from a touch display to commands of its pages, and its own answers. */
 
-#include <stdint.h> /* uint8_t */
+#include <stdbool.h> /* bool */
+#include <stdint.h>  /* uint8_t */
 
 enum {
     FRAME_NOTHING = 0,
@@ -20,3 +21,6 @@ char frame_peek(void);
 
 /* Skip the character that frame_peek() returns. */
 void frame_skip(void);
+
+/* Skip it if it is this one; returns true if it was. */
+bool frame_skip_if(char character);

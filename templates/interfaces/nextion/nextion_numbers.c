@@ -3,7 +3,7 @@
 
 #include <avr/pgmspace.h> /* PROGMEM */
 
-#include "nextion_frame.h" /* frame_peek, frame_skip */
+#include "nextion_frame.h" /* frame_* */
 
 /* A number up to this one and one more digit fit into 32 bits, with the sign. */
 static const uint32_t MOST_BEFORE_DIGIT = 99999999UL;
@@ -35,10 +35,7 @@ static bool read(uint8_t decimals, struct written *number)
 
     number->digits = 0;
     number->decimals = 0;
-    number->negative = frame_peek() == '-';
-    if (number->negative) {
-        frame_skip();
-    }
+    number->negative = frame_skip_if('-');
     while (next_digit() <= LAST_DIGIT || (frame_peek() == '.' && !behind_point)) {
         const uint8_t digit = next_digit();
         frame_skip();
@@ -72,13 +69,12 @@ bool number_whole(uint8_t most, uint8_t *number)
     uint8_t digit = next_digit();
     const bool any = digit <= LAST_DIGIT;
 
-    while (digit <= LAST_DIGIT) {
+    for (; digit <= LAST_DIGIT; digit = next_digit()) {
         value = (uint16_t)(10u * value + digit);
         if (value > most) {
             return false;
         }
         frame_skip();
-        digit = next_digit();
     }
     *number = (uint8_t)value;
     return any;

@@ -7,7 +7,6 @@
 void say_char(char character);
 void say_words(const char *words);                /* a string in flash */
 void say_stored(const char *words, uint8_t most); /* the same, of `most` characters at most */
-void say_count(uint32_t count);
 void say_number(int32_t number);
 void say_digits(uint32_t count, uint8_t places); /* with at least `places` digits */
 
