@@ -79,12 +79,12 @@ struct host_course {
     uint32_t waited_ticks; /* ticks waited for the next step; 0 at the start */
 };
 
-/* Survives a reset of the firmware. Counts and ticks of heaters and coolers are summed over all loops. */
+/* Survives a reset of the firmware. Heaters and coolers are counted over all loops. */
 struct host_world {
     uint8_t main_hangs;       /* only the timer interrupt still runs */
     uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
     uint8_t fan_stands_still; /* nothing drives the fan's line */
-    uint16_t proof_line;      /* of the fans: HOST_PROVES to HOST_SHORTED, or the length of a pulse in reads */
+    uint16_t proof_line;      /* HOST_PROVES to HOST_SHORTED, or reads per pulse */
     uint8_t open_inputs;      /* of the machine, by their bits; 0 at power-up */
     uint8_t pull_ups_flip;    /* the inputs lose pull-up and direction after each `gate_tick` */
     uint32_t looks;           /* reads of the proof's line since the reset */

@@ -57,9 +57,9 @@ BEND_PERCENT = 1.0
 MOST_LINES = 8
 """Maximum number of straight lines that approximate a curve of radiation."""
 
-POINTS, SLOW_TIMES, FALLS = 120, 8.0, 4
-"""Points of a simulated course, its length in time constants of the slowest part, and how many
-lower setpoints, evenly spaced, it falls to from the highest."""
+POINTS, SLOW_TIMES, SETPOINTS = 120, 8.0, 8
+"""Points of a simulated course, its length in time constants of the slowest part, and the number
+of evenly spaced setpoints that are tried."""
 
 
 TURNS = 12
@@ -269,9 +269,12 @@ class _Search:
         cold = plant.start(0.0)
         up_s, arrived, rested = course.follow(cold, top_c)
         bottom_c = max(self._heated.lowest_c, corner.ambient_c)
-        # a body that is still hot holds a lower setpoint, and little power is given for long
-        lower_c = [bottom_c + (top_c - bottom_c) * fall / FALLS for fall in range(FALLS)]
-        down_s = max(course.follow(rested, each_c)[0] for each_c in lower_c)
+        down_s = course.follow(rested, bottom_c)[0]
+        # At a lower setpoint a body that is still cold takes much heat, one that is still hot gives
+        # much, and a large one for longest.
+        for each in range(1, SETPOINTS if corner.capacity > 1 else 1):
+            setpoint_c = bottom_c + (top_c - bottom_c) * each / SETPOINTS
+            up_s = max(up_s, course.follow(cold if weak else rested, setpoint_c)[0])
         if weak:  # a reset while all but the sensor is cold
             return max(up_s, down_s, course.follow(arrived, top_c)[0])
         # cooling in a warm room: at its end the reading is steady without power
@@ -329,7 +332,9 @@ class _Course:
         gain, arrived, sensed_c = plant.sensed_k(added), state, -math.inf
         effort, count, longest = 0.0, 0, 0
         from_c, is_there, is_on = -math.inf, False, True
-        for _ in range(POINTS):
+        for place in range(2 * POINTS):
+            if place >= POINTS and not count:
+                break  # one that is switched may be beyond the band when all is steady
             if plant.bent(about_state, state):
                 about_state = state
                 without, added = plant.pushed(self._step_s, state)

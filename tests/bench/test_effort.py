@@ -318,9 +318,8 @@ def falls_s(effort: Effort, off_c: int) -> int:
 
 def healthy(controller: Controller, random: Random, spread: Spread) -> Controller:
     """Draw a machine at a corner of the tolerances, or anywhere within them."""
-    simulation, at_corner = controller.simulation, random.random() < 0.5
-    plant = simulation.plant
-    share = plant.tolerance_percent / 100
+    at_corner = random.random() < 0.5
+    share = controller.simulation.plant.tolerance_percent / 100
     low, high = 1 - share, 1 + share
     both = random.choice((low, high)), random.choice((low, high))
 
@@ -330,10 +329,25 @@ def healthy(controller: Controller, random: Random, spread: Spread) -> Controlle
     power = (random.choice(spread.supply) if at_corner else random.uniform(*spread.supply)) ** 2
     rooms_c = [room_c(controller, each) for each in spread.rooms_c]
     ambient_c = random.choice(rooms_c) if at_corner else random.uniform(*rooms_c)
-    filament = plant.filament
+    return machine(controller, factor, power, ambient_c)
+
+
+def machine(
+    controller: Controller,
+    factor: Callable[[int], float],
+    power: float,
+    ambient_c: float,
+    initial_c: float | None = None,
+) -> Controller:
+    """Return a controller with another machine.
+
+    factor -- asked for each part: of a capacity (0), or of a resistance (1).
+    """
+    simulation = controller.simulation
+    plant, filament = simulation.plant, simulation.plant.filament
     # A power that is so many times as large is a machine of so much smaller parts.
     changed = plant.model_copy(update={
-        "initial_c": None,
+        "initial_c": initial_c,
         "nodes": ReadOnlyDict({name: own * factor(0) / power for name, own in plant.nodes.items()}),
         "links": tuple(
             each.model_copy(
@@ -446,19 +460,19 @@ def test_healthy_machines_never_trip(number: int) -> None:
 def test_a_body_that_is_still_hot_holds_a_lower_setpoint_with_little_power() -> None:
     """It did for longer than rule 34 waited: kilns with the largest parts tripped in health."""
     controller = controller_of("kiln")
-    random = Random(f"kiln {SEED}")  # noqa: S311 - machines, not secrets
-    machines = [initially(healthy(controller, random, WIDEST), 530.0) for _ in range(12)]
-    for logs in lanes_of(controller, machines, 1.25, [(1.0, "chamber", 300.0)]):
-        assert set(logs["chamber"]["fault.code"].tolist()) == {0}
+    power, room_c = max(WIDEST.supply) ** 2, max(WIDEST.rooms_c)
+    hot = machine(controller, lambda _: 1.3, power, room_c, initial_c=530.0)
+    (logs,) = lanes_of(controller, [hot], 1.25, [(1.0, "chamber", 300.0)])
+    assert set(logs["chamber"]["fault.code"].tolist()) == {0}
 
 
-def initially(controller: Controller, celsius: float) -> Controller:
-    """Return a controller whose machine is as hot as this in all its parts."""
-    simulation = controller.simulation
-    plant = simulation.plant.model_copy(update={"initial_c": celsius})
-    return controller.model_copy(
-        update={"simulation": simulation.model_copy(update={"plant": plant})}
-    )
+@pytest.mark.parametrize(("highest", "hysteresis"), [("200", "2"), ("250", "3"), ("270", "3")])
+def test_a_switched_loop_has_the_rule_wherever_its_last_swing_ends(
+    highest: str, hysteresis: str
+) -> None:
+    changes = ("maximum: 300 °C", f"maximum: {highest} °C"), ("s: 1 K", f"s: {hysteresis} K")
+    loop = controller_of(changed("hotplate", *changes)).loops["plate"]
+    assert loop.protection.effort is not None
 
 
 WITH_BINARIES = (*EXAMPLES, "kiln", "fabricator", "feeder", "dryer", "kiln_uno", "printer")
@@ -471,10 +485,10 @@ def test_nor_do_their_binaries(number: int) -> None:
     controller = controller_of(name)
     loop, *_ = controller.loops
     random = Random(f"{name} {number} {SEED}")  # noqa: S311 - machines, not secrets
-    machine = healthy(controller, random, CHECKED).simulation
-    ambient_c = machine.ambient_c
+    drawn = healthy(controller, random, CHECKED).simulation
+    ambient_c = drawn.ambient_c
     site = Site(controller, loop, whole(name))
-    world = World(site, Weather(ambient_c, ambient_c, machine.plant))
+    world = World(site, Weather(ambient_c, ambient_c, drawn.plant))
     first_steps(world)
     for setpoint_c in course_c(controller, loop):
         world.set_setpoint(setpoint_c)

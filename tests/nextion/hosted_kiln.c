@@ -4,7 +4,7 @@
  * receive; 'd', the same with a damaged byte before them; 'o', a count and an order that is done at
  * once, and whether it was taken is the next state's; 't', ticks; 'c', a temperature in degrees;
  * 'f', a fault's code; 'l', how many trips count; 'n', whether the sensor answers; 'p', to forget the
- * gains that are not kept; 'w', what the clock shows in seconds; 'm', what a program's clocks show;
+ * gains that are not kept; 'w', what the clock shows in seconds; 'm', what a program's clocks show, and its energy;
  * 's', the count of control steps; 'a', whether the display answers when it is asked for its page.
  * Each '?' writes `=`, the state as a line of words; each instruction that is sent is written as `>`,
  * the tick, the divisor of the line, itself, a new line.
@@ -248,6 +248,7 @@ static void follow(int command, uint32_t number)
         break;
     case 'm':
         program.clock = program.segment_clock = number;
+        program.energy = 4500u * number;
         break;
     case 'a':
         display_answers = number != 0;

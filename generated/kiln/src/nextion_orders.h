@@ -5,8 +5,8 @@
 
 #include <stdbool.h> /* bool */
 
-/* Execute the command that was received; false: it is unknown, malformed or refused now, and nothing
- * has changed. */
+/* Execute the received command. False: it is unknown, malformed or not allowed now; nothing has
+ * changed. */
 bool orders_do(void);
 
 #endif

@@ -330,29 +330,31 @@ static const char TYPES[] PROGMEM = "BEJKNRST"; /* of thermocouples, in the orde
 
 static char type_letter(uint8_t code)
 {
-    return code <= NEXTION_LAST_TYPE ? (char)pgm_read_byte(&TYPES[code]) : '?'; /* RAM may be damaged */
+    /* RAM may be damaged. */
+    return code <= NEXTION_LAST_TYPE ? (char)pgm_read_byte(&TYPES[code]) : '?';
 }
 
 enum { KINDS = PROGRAM_UNTIL + 1 };
 
 static const int32_t HOUR = 6000; /* in hundredths of a minute */
 
-static const float LARGEST = 1.0e9f;
+static const float LARGEST_STEPS = 1.0e9f;
+static const float LARGEST_VALUE = 1.0e30f; /* in steps it is still finite */
 
-static float limited(float value)
+static float limited(float value, float most)
 {
-    if (!(value > -LARGEST)) {
-        return -LARGEST;
+    if (!(value > -most)) {
+        return -most;
     }
-    return value < LARGEST ? value : LARGEST;
+    return value < most ? value : most;
 }
 
 /* Converts a value to steps, rounded half away from zero. */
 static int32_t steps(float value, float per_unit)
 {
-    const float scaled = limited(value) * per_unit;
+    const float scaled = limited(value, LARGEST_VALUE) * per_unit;
 
-    return (int32_t)limited(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f);
+    return (int32_t)limited(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f, LARGEST_STEPS);
 }
 
 static int32_t tenths(float value)
@@ -431,8 +433,9 @@ static const struct program_segment *segment(uint8_t row)
 {
     static const struct program_segment none = { .kind = PROGRAM_NONE };
     const uint8_t place = (uint8_t)(row - 1u);
+    const bool there = place < points_shown.segments && place < PROGRAM_POINTS;
 
-    return place < points_shown.segments && place < PROGRAM_POINTS ? &points_shown.segment[place] : &none;
+    return there ? &points_shown.segment[place] : &none;
 }
 
 /* The number for a segment's amount: it also contains the kind, which decides the amount's form. */
@@ -702,7 +705,7 @@ bool show_is_due(uint8_t page)
     if (next >= size && seen_step != loop_chamber.steps) {
         begin(page);
     }
-    return next < size;
+    return next < size && next < MOST_COMPONENTS;
 }
 
 bool show_say(void)

@@ -5,7 +5,7 @@
  */
 #include "nextion_frame.h"
 
-#include <string.h>  /* memmove */
+#include <string.h> /* memmove */
 
 #include "config.h" /* NEXTION_ORDER_SIZE */
 
@@ -53,7 +53,7 @@ static uint8_t take_order(uint8_t byte)
     if (!inside) {
         return FRAME_NOTHING;
     }
-    if (byte == ';') {
+    if (byte == ';' && length <= NEXTION_ORDER_SIZE) {
         inside = false;
         next_place = 0;
         return FRAME_ORDER;

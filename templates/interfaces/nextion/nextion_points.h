@@ -15,8 +15,8 @@ void points_start(void);
 /* Show the program at a place. */
 bool points_show(uint8_t number);
 
-/* Change segments by the rest of the command: `n,minutes,temperature[,kind]:` and so on; all of them,
- * or none. */
+/* Change segments by the rest of the command: `n,minutes,temperature[,kind]:` and so on; all of
+ * them, or none. */
 bool points_change(void);
 
 /* Change the program's name to the rest of the command. */
