@@ -58,8 +58,7 @@ MOST_LINES = 8
 """Maximum number of straight lines that approximate a curve of radiation."""
 
 POINTS, SLOW_TIMES, SETPOINTS = 120, 8.0, 8
-"""Points of a simulated course, its length in time constants of the slowest part, and the number
-of evenly spaced setpoints that are tried."""
+"""Points of a simulated course, its length in times of the slowest part, and setpoints tried."""
 
 
 TURNS = 12
@@ -263,24 +262,22 @@ class _Search:
         if top_c <= corner.ambient_c:
             return 0.0
         slow_s = self._slow_s * corner.capacity * corner.resistance
-        half_k = self._loop.algorithm.swing_k / 2
         step_s = SLOW_TIMES * slow_s / POINTS
+        half_k = self._loop.algorithm.swing_k / 2
         course = _Course(plant, self._heated, corner, band, step_s, half_k)
         cold = plant.start(0.0)
         up_s, arrived, rested = course.follow(cold, top_c)
         bottom_c = max(self._heated.lowest_c, corner.ambient_c)
-        down_s = course.follow(rested, bottom_c)[0]
-        # At a lower setpoint a body that is still cold takes much heat, one that is still hot gives
-        # much, and a large one for longest.
+        longest_s = max(up_s, course.follow(rested, bottom_c)[0])
+        # at a lower setpoint a large body takes heat while it is cold, or gives it while it is hot
         for each in range(1, SETPOINTS if corner.capacity > 1 else 1):
             setpoint_c = bottom_c + (top_c - bottom_c) * each / SETPOINTS
-            up_s = max(up_s, course.follow(cold if weak else rested, setpoint_c)[0])
+            longest_s = max(longest_s, course.follow(cold if weak else rested, setpoint_c)[0])
         if weak:  # a reset while all but the sensor is cold
-            return max(up_s, down_s, course.follow(arrived, top_c)[0])
+            return max(longest_s, course.follow(arrived, top_c)[0])
         # cooling in a warm room: at its end the reading is steady without power
-        return max(
-            up_s, down_s, *(course.follow(each, None)[0] for each in course.off(rested, top_c))
-        )
+        off_s = (course.follow(each, None)[0] for each in course.off(rested, top_c))
+        return max(longest_s, *off_s)
 
 
 class _Course:
