@@ -50,7 +50,7 @@ demo: $(READY) ## the whole way for the chamber: generate, compile, simulate, co
 test: lint types pytest ## what must hold before a change is shared (ARGS="-k name" for some of it)
 
 evidence: export SUITE_SIZE := $(SIZE)
-evidence: $(EVIDENCE_READY) pytest ## all the evidence, in an hour (SIZE=full: with all its numbers, in hours)
+evidence: $(EVIDENCE_READY) pytest ## all the evidence, in an hour and a half (SIZE=full: with all its numbers, in hours)
 
 lint: $(TESTS_READY)
 	@echo "ruff"

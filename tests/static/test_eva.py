@@ -11,13 +11,8 @@ import pytest
 from eva import ASKS, GIVES, SPLITS, Proof, proof_of
 from points import Firmware, pointed
 from rig.firmware import EXAMPLE_NAMES, controller_of, sources_of
-from suite import amount
 
 ON = "    UCSR0B |= (1u << UDRIE0);\n"
-PROVEN = (
-    "feeder", "extruder", "chamber", "fabricator", "dryer", "incubator", "barrel", "hotplate",
-    "oven", "press", "kiln", "kiln_uno", "printer",
-)[: amount("eva_examples")]  # fmt: skip
 UNREACHED = {"kiln_uno": ("follow",)}  # nobody commands its manual mode
 DAMAGED = ("chamber", "press", "barrel", "fabricator")
 ROUTINES = """static uint8_t head;
@@ -58,7 +53,7 @@ def proof(name: str, sources: dict[str, str], folder: Path, *, damaged: bool = F
     return proof_of(name, sources, folder, damaged=damaged)
 
 
-@pytest.mark.parametrize("name", PROVEN)
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_no_run_does_what_c_leaves_undefined(name: str, tmp_path: Path) -> None:
     """And a heater is off without a permit or with a fault, and a duty is from 0 to 100 %."""
     found = proof(name, sources_of(name), tmp_path)
