@@ -6,7 +6,7 @@ ELSEWHERE = {
         "TimeProportionalOutput",
         "current",
     ): "Only the kinds digital and pwm have it: change kind, or delete current",
-    ("Event", "setpoint"): "Let the simulated master write it: write: {LOOP.setpoint: 50 °C}",
+    ("Event", "setpoint"): "Use write: {LOOP.setpoint: 50 °C}, which needs an interface modbus_rtu",
     ("Segment", "rate"): "Write at:, as in {to: 540 °C, at: 150 K/h}",
 }
 """Keys that a user may try in a model, with the keys to write instead."""

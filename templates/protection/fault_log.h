@@ -1,4 +1,4 @@
-/* The last faults since the reset, for a display. */
+/* The last faults since the reset, also one that the reset latched again; for a display. */
 
 #include <stdint.h> /* uint8_t, uint32_t */
 
@@ -7,7 +7,7 @@ enum { FAULT_LOG_SIZE = 8 };
 struct fault_log_entry {
     uint8_t code;        /* the rule that tripped */
     float temperature_c; /* of the loop or monitor that tripped; 0 if another part tripped */
-    uint32_t time_s;     /* since reset; 0 if it was latched before the reset */
+    uint32_t time_s;     /* since the reset; 0 if the fault was latched before it */
 };
 
 /* The entry at `index`, 0 for the newest; null if there is none. */

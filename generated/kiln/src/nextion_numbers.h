@@ -15,7 +15,7 @@ bool number_whole(uint8_t most, uint8_t *number);
 /* A number, also with a minus, in steps of 10^-decimals; further digits are rounded to nearest. */
 bool number_scaled(uint8_t decimals, int32_t *steps);
 
-/* The same as a float; decimals behind the sixth are rounded to nearest. */
+/* Like number_scaled, but as a float; the number is rounded to six decimals. */
 bool number_float(float *number);
 
 #endif

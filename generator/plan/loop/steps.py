@@ -31,9 +31,9 @@ class Feature:
     includes: Mapping[str, str] = field(default_factory=dict)
     """Headers, and the symbols for which they are included."""
     helpers: tuple[str, ...] = ()
-    """Templates, in loop/step, of functions that the step calls."""
+    """Names of templates in the folder loop/step: functions that the control step calls."""
     public: tuple[str, ...] = ()
-    """Templates, in loop/public, of functions that others call."""
+    """Names of templates in the folder loop/public: functions that other parts call."""
     begin: str = ""
     """Runs at the start of a step: applies settings and commands since the last step."""
     read: str = ""

@@ -140,7 +140,7 @@ static inline unsigned subtract(struct flags *f, unsigned a, unsigned b, unsigne
     return res;
 }
 
-/* Z is only kept or cleared, never set (SBC, SBCI, CPC). */
+/* SBC, SBCI, CPC: Z stays set only if it was set and the result is 0 (z is 0 while Z is set). */
 static inline unsigned subtract_on(struct flags *f, unsigned a, unsigned b) {
     unsigned zero = f->z, res = subtract(f, a, b, f->c);
     f->z |= zero;

@@ -191,7 +191,7 @@ def warm_is_once(controller: Controller) -> Findings:
         if loop.ready_within_k is not None:
             yield Finding(
                 ("loops", name, "ready_within"),
-                "with three_position a loop is warm within its dead_band",
+                "with three_position a master reads the state warm by dead_band",
                 "Delete it",
                 (("loops", name, "algorithm"), ("interfaces",)),
             )

@@ -169,7 +169,7 @@ def efforts_are_known(controller: Controller) -> Findings:
                 ("loops", name, "protection", "effort"),
                 "on this plant a healthy machine would trip the rule, however long its time is"
                 if plant
-                else "without a plant the power that a reading needs is not known",
+                else "without a plant the power that holds a temperature is not known",
                 "Write effort: off" if plant else "Add a section simulation, or delete effort",
                 (("simulation",), ("loops", name), ("outputs", loop.heater)),
             )

@@ -143,7 +143,7 @@ def plant_covers_monitors(controller: Controller, plant: ThermalNetwork) -> Find
         if monitor.sensor in controller.sensors and monitor.sensor not in plant.sense:
             yield Finding(
                 ("simulation", "plant", "sense"),
-                f"there is no entry for {monitor.sensor}, the sensor of the monitor {name}",
+                f"the sensor of the monitor {name}, '{monitor.sensor}', has no entry",
                 f"Add {monitor.sensor}: {{node: …}}",
                 (("monitors", name), ("sensors", monitor.sensor)),
             )

@@ -141,14 +141,14 @@ def plant_covers_loops(controller: Controller, plant: ThermalNetwork) -> Finding
         if loop.sensor not in plant.sense and loop.sensor in controller.sensors:
             yield Finding(
                 (*_PLANT, "sense"),
-                f"there is no entry for {loop.sensor}, the sensor of the loop {name}",
+                f"the sensor of the loop {name}, '{loop.sensor}', has no entry",
                 f"Add {loop.sensor}: {{node: …}}",
                 (("loops", name), ("sensors", loop.sensor)),
             )
         if loop.heater not in plant.heat and loop.heater in controller.outputs:
             yield Finding(
                 (*_PLANT, "heat"),
-                f"there is no entry for {loop.heater}, the heater of the loop {name}",
+                f"the heater of the loop {name}, '{loop.heater}', has no entry",
                 f"Add {loop.heater}: with the name of the node that it heats",
                 (("loops", name), ("outputs", loop.heater)),
             )

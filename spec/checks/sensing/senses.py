@@ -44,7 +44,7 @@ def currents_are_sensed(controller: Controller, plant: ThermalNetwork) -> Findin
         if sensor in controller.sensors and sensor not in plant.sense:
             yield Finding(
                 _SENSE,
-                f"there is no entry for {sensor}, the sensor of the current of {output}",
+                f"the sensor of the current of {output}, '{sensor}', has no entry",
                 f"Add {sensor}: {{of: {output}}}",
                 (("sensors", sensor), ("outputs", output)),
             )
