@@ -433,9 +433,9 @@ static const struct program_segment *segment(uint8_t row)
 {
     static const struct program_segment none = { .kind = PROGRAM_NONE };
     const uint8_t place = (uint8_t)(row - 1u);
-    const bool there = place < points_shown.segments && place < PROGRAM_POINTS;
 
-    return there ? &points_shown.segment[place] : &none;
+    return place < points_shown.segments && place < PROGRAM_POINTS ? &points_shown.segment[place]
+                                                                   : &none;
 }
 
 /* The number for a segment's amount: it also contains the kind, which decides the amount's form. */
