@@ -365,7 +365,7 @@ class Nextion(_OfOneLoop):
         115_200, description="Speed of the line; the firmware sets the display to it."
     )
     port: _Port = Field(0, description=_PORT)
-    least: ClassVar[Least] = Least(4600, 1460)
+    least: ClassVar[Least] = Least(5300, 1460)
 
     @property
     def line(self) -> Line:
