@@ -460,8 +460,8 @@ def test_healthy_machines_never_trip(number: int) -> None:
 def test_a_body_that_is_still_hot_holds_a_lower_setpoint_with_little_power() -> None:
     """It did for longer than rule 34 waited: kilns with the largest parts tripped in health."""
     controller = controller_of("kiln")
-    power, room_c = max(WIDEST.supply) ** 2, max(WIDEST.rooms_c)
-    hot = machine(controller, lambda _: 1.3, power, room_c, initial_c=530.0)
+    power, ambient_c = max(WIDEST.supply) ** 2, max(WIDEST.rooms_c)
+    hot = machine(controller, lambda _: 1.3, power, ambient_c, initial_c=530.0)
     (logs,) = lanes_of(controller, [hot], 1.25, [(1.0, "chamber", 300.0)])
     assert set(logs["chamber"]["fault.code"].tolist()) == {0}
 

@@ -4,8 +4,9 @@
  * receive; 'd', the same with a damaged byte before them; 'o', a count and an order that is done at
  * once, and whether it was taken is the next state's; 't', ticks; 'c', a temperature in degrees;
  * 'f', a fault's code; 'l', how many trips count; 'n', whether the sensor answers; 'p', to forget the
- * gains that are not kept; 'w', what the clock shows in seconds; 'm', what a program's clocks show, and its energy;
- * 's', the count of control steps; 'a', whether the display answers when it is asked for its page.
+ * gains that are not kept; 'w', what the clock shows in seconds; 'm', what a program's clocks show,
+ * and its energy; 's', the count of control steps; 'a', whether the display answers when it is asked
+ * for its page.
  * Each '?' writes `=`, the state as a line of words; each instruction that is sent is written as `>`,
  * the tick, the divisor of the line, itself, a new line.
  */
