@@ -17,6 +17,7 @@ from heatwright.spec import BOARDS, Spec, load_text
 
 CHOICES = choices()
 USUAL = {each.machine: each for each in reversed(CHOICES)}
+SERVED = {each.interface: each for each in reversed(CHOICES)}
 MACHINES = {each._replace(board=""): each for each in CHOICES}
 """Of each machine, sensor, output and interface one; the board changes nothing that runs."""
 
@@ -48,8 +49,8 @@ def test_nothing_trips_on_its_machine(choice: Choice) -> None:
     assert rehearsed(spec_of(choice)) == ()
 
 
-@pytest.mark.parametrize("choice", USUAL.values(), ids="-".join)
-def test_the_usual_one_verifies(choice: Choice) -> None:
+@pytest.mark.parametrize("choice", dict.fromkeys((*USUAL.values(), *SERVED.values())), ids="-".join)
+def test_the_usual_one_of_each_machine_and_interface_verifies(choice: Choice) -> None:
     found = verified(spec_of(choice), amount("machine_faults"))
     assert found.fits
     assert found.red == ()
