@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import ROUND_HALF_UP, Context, Decimal
 
+import numpy as np
+
 from heatwright.spec import Controller, nextion_of
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
@@ -105,14 +107,15 @@ def segments_of(state: Mapping[str, str]) -> list[Segment]:
 
 def screens(state: Mapping[str, str], names: Mapping[int, str]) -> dict[str, str]:
     """All attributes that pages are told while a state lasts. names -- of programs, by place."""
-    kwh = Decimal(state["energy"]) * 484 / 1000 / 3600 / 1000
+    # Product and sum in single precision: an exact half of the last digit may go either way.
+    kwh_100 = int(np.float32(state["energy"]) * np.float32(484 / 36e6) + np.float32(0.5))
     fault, letter, duty = int(state["fault"]), "BEJKNRST"[int(state["type"])], state["duty"]
     found: dict[str, object] = {
         "main.temp.val": rounded(state["temperature"]), "main.set.val": rounded(state["target"]),
         "main.duty.val": rounded(duty), "main.programm.val": state["shown"],
         "main.point.val": state["segment"], "main.pname.txt": state["name"],
         "main.state.txt": _state(state), "main.bt1.val": int(state["state"] in "13"),
-        "main.energy.txt": f"{rounded(kwh, 2)} kWh", "main.ERROR.en": int(fault != 0),
+        "main.energy.txt": f"{Decimal(kwh_100).scaleb(-2)} kWh", "main.ERROR.en": int(fault != 0),
         "main.alarm.txt": f"E{fault:02d}" if fault else "", "points.programm.val": state["shown"],
         "points.pname.txt": state["name"], "settings.sp.txt": rounded(state["setpoint"], 1),
         "settings.crit.txt": rounded(state["maximum"], 1), "settings.type.txt": letter,
@@ -184,7 +187,8 @@ MOST_GAIN = 1e6
 NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
          "99999999999999999999", "4294967297", "65537", "-1", "256", "2147483648", " ", "1 ",
          "%s%n", "\\", '"', "½", "\t", "1\0", "A", "1;", "0/0", "   ", " 1", " 1,2,3:", ":", ",,:",
-         'a"b', "a\\b", "a" * 13, "ÿ", "\x01", "\r\n", "\r\n#", "#", "##")  # fmt: skip
+         'a"b', "a\\b", "a" * 13, "ÿ", "\x01", "\x1f", "\x7f", "\r\n",
+         "\r\n#", "#", "##")  # fmt: skip
 """What a number or a name is not."""
 FILLERS = ("1", "9,9,9:", "a", " ", "0")
 """Of orders that are too long."""

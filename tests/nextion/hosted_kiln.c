@@ -35,7 +35,11 @@
 void USART0_RX_vect(void);
 void USART0_UDRE_vect(void);
 
-enum { BYTES_SENT_PER_TICK = 115, EEPROM_BYTES = 4096 };
+enum {
+    BYTES_SENT_PER_TICK = 115,
+    EEPROM_BYTES = 4096,
+    LISTENS = 1u << TXEN0 | 1u << RXEN0 | 1u << RXCIE0
+};
 
 uint8_t reset_cause;
 volatile uint16_t reset_hang_mark;
@@ -152,6 +156,7 @@ static void tick(void)
         USART0_UDRE_vect();
         sent(UDR0);
     }
+    must((UCSR0B & (uint8_t) ~(1u << UDRIE0)) == LISTENS, "a line that is set otherwise");
     if (!(UCSR0B & (1u << UDRIE0))) {
         answer();
     }

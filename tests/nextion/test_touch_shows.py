@@ -140,16 +140,23 @@ def test_it_shows(hosted: Path, what: str) -> None:
 ORDERS = """2 1|2 0|4 35.5|16|17|8 1|8 2|8 3|9 0|9 1|10 2|10 3|18|5 9.5|6 0.000125|19 10|6 123.4567
 |19 999.5|5 1000.25|6 12345.68|5 99999|19 123456|5 1000000|19 0|3 0.05|3 640|20 999.5|11 0|11 1|13 1
 |13 3|14 a-b|15 6|15 3|7 1,0.9,700:|7 2,2.02,0:3,150.5,-0,1:|7 1,0,0:|7 3,20,600:"""
-DOES = (*(f"order {each.strip()}" for each in ORDERS.split("|")), "celsius -39", "celsius 20",
-        "celsius 490", "passed 59", "passed 183600", "passed 899999", "fault 24; 1 s; page main",
-        "fault 6; 1 s; page fault06", "fault 18; 1 s; page fault18")  # fmt: skip
+STARTS = """2 1; 1 s; order 4 35.5|8 1; 1 s; order 9 0|8 1; 1 s; order 18; 1 s; order 18
+|8 1; 1 s; order 10 5; 3 s|8 1; 1 s; order 10 3; 1 s; celsius 800; 3 s; order 18|8 1|8 2|2 1"""
+DOES = (*(f"order {each.strip()}" for each in f"{ORDERS}|{STARTS}".split("|")), "celsius -39",
+        "celsius 20", "celsius 490", "passed 59", "passed 183600", "passed 899999",
+        *(f"fault {code}; 1 s; trips 0; page {page}"
+          for code, page in ((24, "main"), (6, "fault06"), (18, "fault18"))))  # fmt: skip
 PAGES = (*3 * ("main",), "points", "programs", "settings", "debug", "thermo", "fault06", "stop")
 
 
 def test_each_page_shows_how_things_stand(hosted: Path) -> None:
     """All that a page shows, whatever has happened: it was told since the page began."""
     chance = random.Random(9)  # noqa: S311 - no secret
-    steps = [(chance.choice(DOES), chance.choice(PAGES)) for _ in range(1200)]
+    acknowledged = ("", "order 16; 1 s; ")
+    steps = [
+        (chance.choice(acknowledged) + chance.choice(DOES), chance.choice(PAGES))
+        for _ in range(1200)
+    ]
     lasts = (f"{chance.choice((2, 3, 5, 40))} s; look; page {page}; 3 s; look" for _, page in steps)
     texts = (f"{what}; {last}" for (what, _), last in zip(steps, lasts, strict=True))
     said = run(hosted, "99 ticks; 1 s; look", *texts)
@@ -167,6 +174,19 @@ def test_each_page_shows_how_things_stand(hosted: Path) -> None:
             name: value for name, value in expected.items() if name.startswith(f"{page}.")
         }
         assert shown == told_of_it, (number, steps[number - 1])
+        charted(said.instructions[first:last], page)
+        if said.states[2 * number - 1]["page"] == said.states[2 * number - 2]["page"] != "0":
+            before = said.counts[2 * number - 2]
+            assert not any(text[:3] == "cle" for text in said.instructions[before:first])
+
+
+def charted(told: list[str], page: str) -> None:
+    """From a page's beginning: only its own chart, of each column the two channels in turns."""
+    chart = {"main": 24, "debug": 7}.get(page)
+    added = [text.rpartition(",")[0] for text in told if text.startswith("add ")]
+    assert added == [f"add {chart},{place % 2}" for place in range(len(added))]
+    assert not any(text.startswith("cle ") for text in told)
+    assert (len(added) in range(4, 9)) == (page == "debug") or page == "main"
 
 
 @pytest.mark.parametrize("page", [name for name in PAGE if name[5:].isdigit()])
