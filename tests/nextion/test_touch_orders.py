@@ -122,6 +122,9 @@ LINES = {
         "on state mode", 3 * ["0 0 0"]),
     "a damaged byte spoils its order and no other": (
         ["1 s", damaged(b"2 1;"), "2 s; look; order 2 1; 2 s"], "on", ["0", "1"]),
+    "a byte that is no character spoils its order": (
+        ["1 s", received(b"#14 a\x7fb;"), "1 s; look", received(b"#14 a\x1fb;"), "1 s"],
+        "name", ["fuse", "fuse"]),
     "damaged bytes are no answer": (
         ["1 s; page points; 1 s", damaged(b"\0\0\xff\xff\xff"), "1 s"], "page", ["3"]),
     "an answer ends what is done in a tick": (
