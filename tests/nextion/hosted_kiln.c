@@ -1,7 +1,7 @@
 /* The world around a kiln's firmware: the display's line, a thermometer, an EEPROM.
  *
  * The script holds commands, each a letter and a number of 32 bits: 'r', a count, and bytes to
- * receive; 'd', the same with a damaged byte before them; 'o', a count and an order that is done at
+ * receive; 'd' and 'b', the same with a damaged byte, or one after a lost one, before them; 'o', a count and an order that is done at
  * once, and whether it was taken is the next state's; 't', ticks; 'c', a temperature in degrees;
  * 'f', a fault's code; 'l', how many trips count; 'n', whether the sensor answers; 'p', to forget the
  * gains that are not kept; 'w', what the clock shows in seconds; 'm', what a program's clocks show,
@@ -36,7 +36,7 @@ void USART0_RX_vect(void);
 void USART0_UDRE_vect(void);
 
 enum {
-    BYTES_SENT_PER_TICK = 115,
+    BYTES_PER_TICK_AND_DIVISOR = 2000, /* 16 MHz, double speed, ten bits a byte, 100 ticks a second */
     EEPROM_BYTES = 4096,
     LISTENS = 1u << TXEN0 | 1u << RXEN0 | 1u << RXCIE0
 };
@@ -55,6 +55,8 @@ static bool display_answers = true;
 static char instruction[256];
 static unsigned instruction_size;
 static bool taken;
+static uint16_t divisor;
+static uint32_t sent_last_ticks;
 
 uint32_t clock_seconds(void);
 uint32_t clock_seconds(void) { return now_ticks / 100u; }
@@ -152,9 +154,12 @@ static void tick(void)
     settings_tick();
     progress_tick();
     programs_tick();
-    for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
+    must(UBRR0 == divisor || now_ticks - sent_last_ticks > 1, "a divisor of bytes that still go out");
+    divisor = UBRR0;
+    for (int i = BYTES_PER_TICK_AND_DIVISOR / (divisor + 1); i > 0 && (UCSR0B & (1u << UDRIE0)); i--) {
         USART0_UDRE_vect();
         sent(UDR0);
+        sent_last_ticks = now_ticks;
     }
     must((UCSR0B & (uint8_t) ~(1u << UDRIE0)) == LISTENS, "a line that is set otherwise");
     if (!(UCSR0B & (1u << UDRIE0))) {
@@ -170,6 +175,7 @@ static void start(void)
     guard_chamber_reset();
     program_start_up();
     nextion_start();
+    divisor = UBRR0;
     loop_chamber_start();
 }
 
@@ -221,6 +227,10 @@ static void follow(int command, uint32_t number)
     switch (command) {
     case 'd':
         receive('#', 1u << FE0);
+        receive_many(number);
+        break;
+    case 'b':
+        receive('#', 1u << DOR0);
         receive_many(number);
         break;
     case 'r':

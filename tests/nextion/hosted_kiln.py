@@ -79,9 +79,9 @@ def told(text: str) -> bytes:
     return command("o", len(text), text.encode("latin-1"))
 
 
-def damaged(data: bytes) -> bytes:
-    """The same, a byte with a framing error before them."""
-    return command("d", len(data), data)
+def damaged(data: bytes, error: str = "d") -> bytes:
+    """The same, a byte with a framing error (d) or an overrun (b) before them."""
+    return command(error, len(data), data)
 
 
 def flooded(data: bytes, per_tick: int = 115) -> bytes:

@@ -32,7 +32,8 @@ DONE = {
     "13 2": {"shown": "2", "name": "slump", "points": "1/6000/1200,"},
     "13 3": {"shown": "3", "name": "", "points": ""},
     "14 bend-it": {"name": "bend-it"}, "14 ~ ~": {"name": "~ ~"}, "14bend": {"name": "bend"},
-    "11 4": {"marked": "4"},
+    "14 abcdefghijkl": {"name": "abcdefghijkl"}, "14 a ": {"name": "a "}, "11 10": {"marked": "10"},
+    "14 abcdefghijklm": {},
     "8 2": {"state": "1", "number": "2", "segment": "1", "shown": "2",
             "name": "slump", "points": "1/6000/1200,"},
     "21 3": {"page": "3"}, "21 23": {"page": "23"},
@@ -121,7 +122,8 @@ LINES = {
         ["2 s; fault 24; order 2 1; 2 s; look; order 8 1; 2 s; look; order 4 20; 2 s"],
         "on state mode", 3 * ["0 0 0"]),
     "a damaged byte spoils its order and no other": (
-        ["1 s", damaged(b"2 1;"), "2 s; look; order 2 1; 2 s"], "on", ["0", "1"]),
+        ["1 s", damaged(b"2 1;"), "2 s; look", damaged(b"2 1;", "b"), "2 s; look; order 2 1; 2 s"],
+        "on", ["0", "0", "1"]),
     "a byte that is no character spoils its order": (
         ["1 s", received(b"#14 a\x7fb;"), "1 s; look", received(b"#14 a\x1fb;"), "1 s"],
         "name", ["fuse", "fuse"]),
@@ -140,6 +142,10 @@ LINES = {
         ["1 s", ordered("3 100", "3 200"), "1 ticks; look; 1 ticks"], "setpoint", ["100", "200"]),
     "an order that the ring cuts is not completed by the next": (
         ["1 s", received(FULL), "1 s", received(b"55;"), "1 s"], "setpoint", ["20"]),
+    "the ring takes 254 bytes": (
+        ["1 s", received(247 * b"." + b"#3 640;"), "1 s; look",
+         received(248 * b"." + b"#3 100;"), "1 s"],
+        "setpoint", ["640", "640"]),
     "gains are kept when it is ordered": (
         ["1 s; order 5 12; 1 s; forget; look; order 5 13; 1 s; order 22; 5 s; forget"],
         "kp", ["7.5999999", "13"]),
