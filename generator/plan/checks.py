@@ -74,7 +74,6 @@ def _constants(root: Source) -> Iterator[Constant]:
     at, (least_ms, most_ms) = root.at("safety", "self_checks"), WATCHDOG_MS
     speed = f"{FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes per second"
     yield at.count("FLASH_BYTES_A_TICK", FLASH_BYTES_A_TICK, speed)
-    yield at.count("GUARD_JUDGED", 2, "second mark of a step, returned by its guard")
     if proves_watchdog(root.controller):
         told = f"{least_ms} ms, for a watchdog set to 16 ms"
         yield at.count("WATCHDOG_LEAST", 10 * least_ms, told)

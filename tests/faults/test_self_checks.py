@@ -216,6 +216,19 @@ def test_a_jump_over_the_guard_gives_no_permit() -> None:
     assert not device.outputs["heater"].on
 
 
+def test_a_broken_rule_is_off_though_nothing_is_latched() -> None:
+    """A program whose trip does nothing: the guard's own verdict sets the duty to 0."""
+    device = powered(5.0, broken(CHAMBER, "fault.c", "    set_code(code);\n    fault.t", "    fault.t"))
+    device.on_fraction("heater")
+    device.advance(6.0)
+    assert device.on_fraction("heater") > 0.5
+    device.sense("air", -30.0)  # below the minimum
+    device.advance(8.0)
+    device.on_fraction("heater")
+    device.advance(20.0)
+    assert (device.read("fault.code"), device.on_fraction("heater")) == (0, 0.0)
+
+
 @pytest.mark.parametrize("state", ["latched", "off"])
 def test_no_jump_into_a_control_step_opens_a_heater(state: str) -> None:
     site = site_of(CHAMBER)

@@ -188,6 +188,8 @@ static uint8_t judge(float change_k, uint16_t gap)
 
 uint8_t guard_air_step(float change_k, uint16_t gap)
 {
+    uint8_t code = FAULT_NONE;
+
     if (fault.code != FAULT_NONE) {
         return GUARD_JUDGED;
     }
@@ -195,12 +197,13 @@ uint8_t guard_air_step(float change_k, uint16_t gap)
             * (loop_air.duty_percent - guard_air.effort_percent)
         + EFFORT_FLOOR_PERCENT;
     if (loop_air.reading_status == READING_OK) {
-        const uint8_t code = judge(change_k, gap);
-        if (code != FAULT_NONE) {
-            fault_trip(code, loop_air.temperature_c);
-        }
+        code = judge(change_k, gap);
     } else if (loop_air.missing >= LOOP_AIR_STALE_STEPS) {
-        fault_trip(loop_air.reading_status, loop_air.temperature_c);
+        code = loop_air.reading_status;
     }
-    return GUARD_JUDGED;
+    if (code == FAULT_NONE) {
+        return GUARD_JUDGED;
+    }
+    fault_trip(code, loop_air.temperature_c);
+    return GUARD_JUDGED | GUARD_BROKEN;
 }

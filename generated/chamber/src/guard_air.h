@@ -27,7 +27,8 @@ extern struct guard_air_state guard_air;
 void guard_air_reset(void);
 
 /* Judge the reading that the loop has just taken; trips at most one fault.
- * `change_k` is the change since the last good reading, `gap` periods ago. Returns GUARD_JUDGED. */
+ * `change_k` is the change since the last good reading, `gap` periods ago. Returns
+ * GUARD_JUDGED, with GUARD_BROKEN if it tripped. */
 uint8_t guard_air_step(float change_k, uint16_t gap);
 
 #endif

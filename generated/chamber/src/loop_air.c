@@ -97,10 +97,11 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
-static void decide(const struct reading now)
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. A broken rule counts beside the
+ * latch: one damaged instruction does not separate the rules from the heater. */
+static void decide(const struct reading now, uint8_t verdict)
 {
-    if (fault.code != FAULT_NONE) {
+    if (fault.code != FAULT_NONE || verdict != GUARD_JUDGED) {
         algorithm_air_reset();
         loop_air.duty_percent = 0.0f;
     } else if (!now.ok) {
@@ -127,9 +128,10 @@ static void step(void)
     mark(READ);
 
     fault_judge(sound, loop_air.temperature_c);
-    mark(guard_air_step(now.change_k, now.gap));
+    const uint8_t verdict = guard_air_step(now.change_k, now.gap);
+    mark(verdict & GUARD_JUDGED);
 
-    decide(now);
+    decide(now, verdict);
 
     output_heater_set(loop_air.duty_percent);
     renew_if_in_order();

@@ -45,8 +45,6 @@
 
 /* fabricator.yaml:39 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* fabricator.yaml:39 safety.self_checks (default): second mark of a step, returned by its guard */
-#define GUARD_JUDGED 2u
 /* fabricator.yaml:39 safety.self_checks (default): 12 ms, for a watchdog set to 16 ms */
 #define WATCHDOG_LEAST 120u
 /* fabricator.yaml:39 safety.self_checks (default): 24 ms */

@@ -47,6 +47,9 @@ enum {
     FAULT_LAST = 43
 };
 
+/* What the guard of a loop returns in each control step: with GUARD_BROKEN if it has tripped. */
+enum { GUARD_BROKEN = 1, GUARD_JUDGED = 2 };
+
 struct fault_state {
     uint8_t code;             /* FAULT_NONE or the code of the rule that tripped */
     uint8_t acknowledgements; /* since reset, wraps */

@@ -202,6 +202,8 @@ void guard_nozzle_master(bool is_on)
 
 uint8_t guard_nozzle_step(float change_k, uint16_t gap)
 {
+    uint8_t code = FAULT_NONE;
+
     if (fault.code != FAULT_NONE) {
         return GUARD_JUDGED;
     }
@@ -209,12 +211,13 @@ uint8_t guard_nozzle_step(float change_k, uint16_t gap)
             * (loop_nozzle.duty_percent - guard_nozzle.effort_percent)
         + EFFORT_FLOOR_PERCENT;
     if (loop_nozzle.reading_status == READING_OK) {
-        const uint8_t code = judge(change_k, gap);
-        if (code != FAULT_NONE) {
-            fault_trip(code, loop_nozzle.temperature_c);
-        }
+        code = judge(change_k, gap);
     } else if (loop_nozzle.missing >= LOOP_NOZZLE_STALE_STEPS) {
-        fault_trip(loop_nozzle.reading_status, loop_nozzle.temperature_c);
+        code = loop_nozzle.reading_status;
     }
-    return GUARD_JUDGED;
+    if (code == FAULT_NONE) {
+        return GUARD_JUDGED;
+    }
+    fault_trip(code, loop_nozzle.temperature_c);
+    return GUARD_JUDGED | GUARD_BROKEN;
 }

@@ -126,10 +126,11 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
-static void decide(const struct reading now)
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. A broken rule counts beside the
+ * latch: one damaged instruction does not separate the rules from the heater. */
+static void decide(const struct reading now, uint8_t verdict)
 {
-    if (fault.code != FAULT_NONE) {
+    if (fault.code != FAULT_NONE || verdict != GUARD_JUDGED) {
         algorithm_nozzle_reset();
         loop_nozzle.duty_percent = 0.0f;
     } else if (!now.ok) {
@@ -159,9 +160,10 @@ static void step(void)
     relay_judge(loop_nozzle.temperature_c);
     guard_nozzle_master(!is_off());
     current_heater_step();
-    mark(guard_nozzle_step(now.change_k, now.gap));
+    const uint8_t verdict = guard_nozzle_step(now.change_k, now.gap);
+    mark(verdict & GUARD_JUDGED);
 
-    decide(now);
+    decide(now, verdict);
 
     limit_duty();
 

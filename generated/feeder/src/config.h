@@ -43,8 +43,6 @@
 
 /* feeder.yaml:43 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* feeder.yaml:43 safety.self_checks (default): second mark of a step, returned by its guard */
-#define GUARD_JUDGED 2u
 /* feeder.yaml:43 safety.self_checks (default): 1.1 V of the chip's own, 25 % less */
 #define ADC_KNOWN_LOW 256u
 /* feeder.yaml:43 safety.self_checks (default): 1.1 V of the chip's own, 25 % more */

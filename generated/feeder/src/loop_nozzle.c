@@ -114,10 +114,11 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
-static void decide(const struct reading now)
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. A broken rule counts beside the
+ * latch: one damaged instruction does not separate the rules from the heater. */
+static void decide(const struct reading now, uint8_t verdict)
 {
-    if (fault.code != FAULT_NONE) {
+    if (fault.code != FAULT_NONE || verdict != GUARD_JUDGED) {
         algorithm_nozzle_reset();
         loop_nozzle.duty_percent = 0.0f;
     } else if (!now.ok) {
@@ -146,10 +147,11 @@ static void step(void)
 
     fault_judge(sound, loop_nozzle.temperature_c);
     guard_nozzle_master(!is_off());
-    mark(guard_nozzle_step(now.change_k, now.gap));
+    const uint8_t verdict = guard_nozzle_step(now.change_k, now.gap);
+    mark(verdict & GUARD_JUDGED);
 
     run_experiment(now.ok, last_c);
-    decide(now);
+    decide(now, verdict);
 
     output_heater_set(loop_nozzle.duty_percent);
     renew_if_in_order();

@@ -235,6 +235,8 @@ bool guard_chamber_set_maximum(float maximum_c)
 
 uint8_t guard_chamber_step(float change_k, uint16_t gap)
 {
+    uint8_t code = FAULT_NONE;
+
     if (fault.code != FAULT_NONE) {
         return GUARD_JUDGED;
     }
@@ -242,12 +244,13 @@ uint8_t guard_chamber_step(float change_k, uint16_t gap)
             * (loop_chamber.duty_percent - guard_chamber.effort_percent)
         + EFFORT_FLOOR_PERCENT;
     if (loop_chamber.reading_status == READING_OK) {
-        const uint8_t code = judge(change_k, gap);
-        if (code != FAULT_NONE) {
-            fault_trip(code, loop_chamber.reading_c);
-        }
+        code = judge(change_k, gap);
     } else if (loop_chamber.missing >= LOOP_CHAMBER_STALE_STEPS) {
-        fault_trip(loop_chamber.reading_status, loop_chamber.reading_c);
+        code = loop_chamber.reading_status;
     }
-    return GUARD_JUDGED;
+    if (code == FAULT_NONE) {
+        return GUARD_JUDGED;
+    }
+    fault_trip(code, loop_chamber.reading_c);
+    return GUARD_JUDGED | GUARD_BROKEN;
 }

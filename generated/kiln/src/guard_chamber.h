@@ -33,7 +33,8 @@ bool guard_chamber_set_maximum(float maximum_c);
 void guard_chamber_reset(void);
 
 /* Judge the reading that the loop has just taken; trips at most one fault.
- * `change_k` is the change since the last good reading, `gap` periods ago. Returns GUARD_JUDGED. */
+ * `change_k` is the change since the last good reading, `gap` periods ago. Returns
+ * GUARD_JUDGED, with GUARD_BROKEN if it tripped. */
 uint8_t guard_chamber_step(float change_k, uint16_t gap);
 
 #endif

@@ -140,10 +140,11 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* Sets the duty: 0 with a latched fault, and 0 without a reading. */
-static void decide(const struct reading now)
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. A broken rule counts beside the
+ * latch: one damaged instruction does not separate the rules from the heater. */
+static void decide(const struct reading now, uint8_t verdict)
 {
-    if (fault.code != FAULT_NONE) {
+    if (fault.code != FAULT_NONE || verdict != GUARD_JUDGED) {
         algorithm_chamber_reset();
         loop_chamber.duty_percent = 0.0f;
     } else if (!now.ok) {
@@ -180,9 +181,10 @@ static void step(void)
 
     fault_judge(sound, loop_chamber.temperature_c);
     relay_judge(loop_chamber.temperature_c);
-    mark(guard_chamber_step(reading_change_k, now.gap));
+    const uint8_t verdict = guard_chamber_step(reading_change_k, now.gap);
+    mark(verdict & GUARD_JUDGED);
 
-    decide(now);
+    decide(now, verdict);
 
     output_element_set(loop_chamber.duty_percent);
     gate_want_chamber(!is_off());

@@ -143,8 +143,10 @@ PROTECTIONS = (
         guard="current_{heater}_step();",
         includes={"current_{heater}.h": "current_{heater}_step"},
     ),
-    Feature(includes={"guard_{name}.h": "guard_{name}_step"}),
-    Feature(when=lambda loop: not loop.checked, guard="guard_{name}_step({judged_k}, now.gap);"),
+    Feature(
+        includes={"guard_{name}.h": "guard_{name}_step"},
+        guard="const uint8_t verdict = guard_{name}_step({judged_k}, now.gap);",
+    ),
 )
 
 SELF_CHECKS = (
@@ -152,7 +154,7 @@ SELF_CHECKS = (
         when=lambda loop: loop.checked,
         helpers=("checked",),
         read="mark(READ);",
-        guard="mark(guard_{name}_step({judged_k}, now.gap));",
+        guard="mark(verdict & GUARD_JUDGED);",
     ),
 )
 
@@ -181,7 +183,7 @@ DUTY = (
     ),
     Feature(
         includes={"algorithm_{name}.h": "algorithm_{name}_step"},
-        decide="decide(now);",
+        decide="decide(now, verdict);",
     ),
     Feature(when=lambda loop: loop.limited, helpers=("current",), limit="limit_duty();"),
 )
