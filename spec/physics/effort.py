@@ -23,6 +23,7 @@ from heatwright.spec.simulation import Simulation, ThermalNetwork
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
+    from heatwright.spec.loops import Loop
 
 SUPPLY = (0.85, 1.1)
 """Mains may be 15 % low or 10 % high (EN 50160); the power changes with the square of it."""
@@ -97,15 +98,11 @@ def sights(controller: Controller) -> Iterator[str]:
         effort = loop.protection.effort
         if effort is None:
             continue
-        full, highest_c = loop.algorithm.full_percent, loop.protection.maximum_c
-        degrees = range(math.ceil(loop.protection.minimum_c), math.floor(highest_c) + 1)
-        seen_c = {
-            "effort_high": [each for each in degrees if effort.band.at(each)[0] < full],
-            "effort_low": [each for each in degrees if effort.band.at(each)[1] > 0],
-        }
+        low_c = [each for each in _degrees(loop) if effort.band.at(each)[1] > 0]
+        high_c = high_trips_up_to_c(loop)
         told = {
-            "effort_high": f"up to {seen_c['effort_high'][-1]} °C" if seen_c["effort_high"] else "",
-            "effort_low": f"from {seen_c['effort_low'][0]} °C on" if seen_c["effort_low"] else "",
+            "effort_high": "" if high_c is None else f"up to {high_c} °C",
+            "effort_low": f"from {low_c[0]} °C on" if low_c else "",
         }
         ends = {"effort_high": effort.high_percent, "effort_low": effort.low_percent}
         words = [
@@ -113,6 +110,20 @@ def sights(controller: Controller) -> Iterator[str]:
             for rule in ends
         ]
         yield f"{name}: {', '.join(words)}"
+
+
+def high_trips_up_to_c(loop: Loop) -> int | None:
+    """Return the highest reading at which effort_high can trip, °C; None if there is none."""
+    effort, full = loop.protection.effort, loop.algorithm.full_percent
+    if effort is None or effort.high_percent is None:
+        return None
+    return max((each for each in _degrees(loop) if effort.band.at(each)[0] < full), default=None)
+
+
+def _degrees(loop: Loop) -> range:
+    """Return the whole degrees between the fixed limits of a loop's reading, °C."""
+    lowest_c, highest_c = loop.protection.minimum_c, loop.protection.maximum_c
+    return range(math.ceil(lowest_c), math.floor(highest_c) + 1)
 
 
 class _Corner(NamedTuple):

@@ -1,7 +1,7 @@
 """The hazards of a machine: the rules that detect each, how soon, and the remaining risk."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from heatwright.generator.plan.adc import WRONG_TICKS
@@ -13,6 +13,7 @@ from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.breakable import rules_of
+from heatwright.spec.physics.effort import high_trips_up_to_c
 from heatwright.spec.rules import Rule
 from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, read_back
 
@@ -50,9 +51,19 @@ def _drift(controller: Controller) -> str:
     if "sensors_disagree" in known:
         return "a cause that shifts both sensors alike"
     if "effort_high" in known:
-        return "an error within the plant's tolerance: the machine gets hotter by this error"
+        hidden = "an error within the plant's tolerance: the machine gets hotter by this error"
+        return "; ".join((hidden, *_undetected(controller)))
     untold = "a reading that is too low" if "effort_low" in known else "it"
     return f"**No rule detects {untold}**: the machine gets hotter by the error"
+
+
+def _undetected(controller: Controller) -> Iterator[str]:
+    """Name the loops whose setpoints go beyond the readings at which effort_high can trip."""
+    for name, loop in controller.loops.items():
+        end_c = high_trips_up_to_c(loop)
+        if end_c is None or end_c < loop.setpoint.maximum_c:
+            above = "" if end_c is None else f" above {end_c} °C"
+            yield f"**of {name}{above} no rule detects a reading that is too low**"
 
 
 def _has_fan(controller: Controller) -> bool:
