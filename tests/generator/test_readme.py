@@ -163,6 +163,10 @@ def test_what_no_rule_sees_is_told() -> None:
     rows = {row.cause: row for row in hazards(example("chamber").controller)}
     assert rows["A fan that a heater needs stands still"].seen == "nothing"
     assert "only the thermal fuse" in rows["A heater's switch conducts permanently"].remains
+    drift = "The sensor drifts, creeps out of its place, or is of another kind"
+    for name, above in (("extruder", "nozzle above 146 °C"), ("kiln", "chamber above 620 °C")):
+        told = {row.cause: row.remains for row in hazards(example(name).controller)}[drift]
+        assert f"of {above} no rule detects a reading that is too low" in told
 
 
 def test_a_current_beside_a_ds18b20_brings_no_rule_of_what_a_thermometer_on_the_adc_reads() -> None:
