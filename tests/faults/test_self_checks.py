@@ -218,7 +218,9 @@ def test_a_jump_over_the_guard_gives_no_permit() -> None:
 
 def test_a_broken_rule_is_off_though_nothing_is_latched() -> None:
     """A program whose trip does nothing: the guard's own verdict sets the duty to 0."""
-    device = powered(5.0, broken(CHAMBER, "fault.c", "    set_code(code);\n    fault.t", "    fault.t"))
+    device = powered(
+        5.0, broken(CHAMBER, "fault.c", "    set_code(code);\n    fault.t", "    fault.t")
+    )
     device.on_fraction("heater")
     device.advance(6.0)
     assert device.on_fraction("heater") > 0.5
