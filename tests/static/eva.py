@@ -34,9 +34,10 @@ under the model that is made here:
   the main loop, interrupts among it, begins with any bytes. What it reads and writes by an index
   is in its array, and in the EEPROM.
 
-Three properties are asserted: without the main loop's permit, or with a fault, every heater's pin
-is off when the tick ends; what a loop asks of its heater is from 0 to 100 %; a fault is latched
-with a temperature from -1 000 000 to 1 000 000 degC, which is why this is admitted of a record's.
+Three properties are asserted: without each of its permits, or with a fault, every heater's pin is
+off when the tick ends, at its port and at its timer; what a loop asks of its heater is from 0 to
+100 %; a fault is latched with a temperature from -1 000 000 to 1 000 000 degC, which is why this is
+admitted of a record's.
 """
 
 import os
@@ -384,26 +385,39 @@ def _asserting(name: str, text: str, sources: Sources) -> str:
         return re.sub(r"const bool told = (.*);", r"/*@ split \1; */ ; \g<0>", text)
     if name == "gate.c":
         text = _once(text, _line(text, "const bool healthy = "), "    //@ split healthy;\n")
-        off = {
-            each: re.search(
-                rf"pin_output_{each}_off\(void\)\n\{{\n.*?(PORT\w) (&|\|)= .*?<< (\d)",
-                sources["pins.h"], re.DOTALL,
-            )
-            for each in re.findall(r"^    output_(\w+)_tick\(\w+_permitted", text, re.MULTILINE)
-        }  # fmt: skip
-        for each, found in off.items():
-            assert found is not None, f"how is {each} switched off?"
-            on = "!=" if found[2] == "&" else "=="
-            claim = (
-                f"    const uint8_t heats_{each} = ({found[1]} & {1 << int(found[3])}u) {on} 0;\n"
-                f"    //@ assert off_{each}: healthy != 0 || heats_{each} == 0;\n"
-            )
-            text = _once(text, _line(text, f"output_{each}_tick("), claim)
+        for each in re.findall(r"^    output_(\w+)_tick\(\w+_permitted", text, re.MULTILINE):
+            text = _once(text, _line(text, f"output_{each}_tick("), _off(each, sources))
+            permitted = rf"^    output_{each}_tick\((.*)\);"
+            text = re.sub(permitted, _PERMITTED.format(each), text, flags=re.MULTILINE)
         return text
     return re.sub(
         r"^( +)(output_\w+_set\((loop_\w+\.duty_percent)\);)",
         r"\1//@ assert duty: 0 <= \3 <= 100;\n\1\2", text, flags=re.MULTILINE,
     )  # fmt: skip
+
+
+_PERMITTED = (
+    r"    const bool permits_{0} = \1;\n"
+    r"    //@ assert permits_{0}: permits_{0} == 0 || healthy != 0;\n"
+    r"    //@ split permits_{0};\n"
+    r"    output_{0}_tick(permits_{0});"
+)
+
+
+def _off(heater: str, sources: Sources) -> str:
+    """Return what is asserted behind the tick of a heater: without permit its port is at the off
+    level, and no timer's compare output has the pin."""
+    off = rf"pin_output_{heater}_off\(void\)\n\{{\n.*?(PORT\w) (&|\|)= .*?<< (\d)"
+    found = re.search(off, sources["pins.h"], re.DOTALL)
+    assert found is not None, f"how is {heater} switched off?"
+    port, way, bit = found.groups()
+    claims = [f"({port} & {1 << int(bit)}u) {'==' if way == '&' else '!='} 0"]
+    compares = re.findall(r"(TCCR\w+) \|= (.*);", sources[f"output_{heater}.c"])
+    claims += [f"({register} & ({bits})) == 0" for register, bits in sorted(set(compares))]
+    return (
+        f"    const bool off_{heater} = {' && '.join(claims)};\n"
+        f"    //@ assert off_{heater}: permits_{heater} != 0 || off_{heater} != 0;\n"
+    )
 
 
 MAY = re.compile(r"^bool (settings_may_limit_\w+)(\([^)]*\))\n\{\n    return ([^;]*);\n\}", re.M)

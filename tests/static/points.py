@@ -27,7 +27,7 @@ ATOMIC = re.compile(
 MASKS = r"(?:TIMSK\d?|UCSR\d?B)"
 MASK = re.compile(rf"{MASKS}$")
 MASK_SET = re.compile(rf"\b({MASKS}) = ")
-LATCHED = re.compile(rf"(PORT[A-L]|{MASKS})$")
+LATCHED = re.compile(rf"(PORT[A-L]|TCCR\d[AC]|{MASKS})$")
 """Registers that hold what was written."""
 MASK_BIT = re.compile(r"(OCIE\d?[A-C]?|ADIE|(?:RXC|TXC|UDR)IE[1-9]?)0?$")
 SWITCHES = re.compile(rf"(cli|sei|interrupts_on|{MASKS})$")

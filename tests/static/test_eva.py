@@ -58,7 +58,7 @@ def test_no_run_does_what_c_leaves_undefined(name: str, tmp_path: Path) -> None:
     """And a heater is off without a permit or with a fault, and a duty is from 0 to 100 %."""
     found = proof(name, sources_of(name), tmp_path)
     assert found.alarms == ()
-    assert found.asserted == 1 + 2 * len(controller_of(name).loops)
+    assert found.asserted == 1 + 3 * len(controller_of(name).loops)
     assert found.unreached == UNREACHED.get(name, ())
 
 
@@ -92,10 +92,12 @@ def test_what_is_broken_is_told(tmp_path: Path) -> None:
         ("serial.c", "next < size && next < sizeof to_send", "next <= sizeof to_send"),
         ("serial.c", ON, f"{ON}    size = (uint8_t)(size / (uint8_t)(sent == 0));\n"),
         ("gate.c", "platen_permitted = healthy;", "platen_permitted = left != 0;"),
+        ("output_heater.c", "if (permitted && ", "if ("),
         ("loop_platen.c", "duty_percent = algorithm_", "duty_percent = 1.01f * algorithm_"),
     ):
         assert sources[file].count(old) == 1, old
         sources[file] = sources[file].replace(old, new)
     told = proof("press", sources, tmp_path).alarms
-    for kind in ("out of bounds index", "division by zero", "'off_heater'", "'duty'"):
+    kinds = "out of bounds index", "division by zero", "'permits_heater'", "'off_heater'", "'duty'"
+    for kind in kinds:
         assert any(kind in alarm for alarm in told), (kind, told)
