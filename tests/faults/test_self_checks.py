@@ -216,18 +216,24 @@ def test_a_jump_over_the_guard_gives_no_permit() -> None:
     assert not device.outputs["heater"].on
 
 
+LATCHES, LATCHES_NOTHING = "    set_code(code);\n    fault.t", "    fault.t"
+
+
+def off_by_verdict(program: Elf) -> None:
+    """Judge a program whose trip latches nothing: while a rule is broken its heater is off."""
+    device = powered(5.0, program)
+    device.avr.take_resets()
+    for celsius, is_on in ((19.0, True), (-30.0, False), (19.0, True)):  # the minimum is -10
+        device.sense("air", celsius)
+        device.advance(device.time_s + 6.0)
+        device.on_fraction("heater")
+        device.advance(device.time_s + 6.0)
+        assert (device.on_fraction("heater") > 0.5) == is_on
+    assert (device.read("fault.code"), len(device.avr.take_resets())) == (0, 0)
+
+
 def test_a_broken_rule_is_off_though_nothing_is_latched() -> None:
-    """A program whose trip does nothing: the guard's own verdict sets the duty to 0."""
-    latches, nothing = "    set_code(code);\n    fault.t", "    fault.t"
-    device = powered(5.0, broken(CHAMBER, "fault.c", latches, nothing))
-    device.on_fraction("heater")
-    device.advance(6.0)
-    assert device.on_fraction("heater") > 0.5
-    device.sense("air", -30.0)  # below the minimum
-    device.advance(8.0)
-    device.on_fraction("heater")
-    device.advance(20.0)
-    assert (device.read("fault.code"), device.on_fraction("heater")) == (0, 0.0)
+    off_by_verdict(broken(CHAMBER, "fault.c", LATCHES, LATCHES_NOTHING))
 
 
 @pytest.mark.parametrize("state", ["latched", "off"])

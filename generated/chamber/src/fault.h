@@ -37,7 +37,7 @@ enum {
     FAULT_LAST = 43
 };
 
-/* What the guard of a loop returns in each control step: with GUARD_BROKEN if it has tripped. */
+/* What the guard of a loop returns in each control step: with GUARD_BROKEN if a rule is broken. */
 enum { GUARD_BROKEN = 1, GUARD_JUDGED = 2 };
 
 struct fault_state {

@@ -188,22 +188,20 @@ static uint8_t judge(float change_k, uint16_t gap)
 
 uint8_t guard_air_step(float change_k, uint16_t gap)
 {
-    uint8_t code = FAULT_NONE;
+    uint8_t code = fault.code;
 
-    if (fault.code != FAULT_NONE) {
-        return GUARD_JUDGED;
-    }
-    guard_air.effort_percent += LOOP_AIR_EFFORT_SHARE
-            * (loop_air.duty_percent - guard_air.effort_percent)
-        + EFFORT_FLOOR_PERCENT;
-    if (loop_air.reading_status == READING_OK) {
-        code = judge(change_k, gap);
-    } else if (loop_air.missing >= LOOP_AIR_STALE_STEPS) {
-        code = loop_air.reading_status;
-    }
     if (code == FAULT_NONE) {
-        return GUARD_JUDGED;
+        guard_air.effort_percent += LOOP_AIR_EFFORT_SHARE
+                * (loop_air.duty_percent - guard_air.effort_percent)
+            + EFFORT_FLOOR_PERCENT;
+        if (loop_air.reading_status == READING_OK) {
+            code = judge(change_k, gap);
+        } else if (loop_air.missing >= LOOP_AIR_STALE_STEPS) {
+            code = loop_air.reading_status;
+        }
+        if (code != FAULT_NONE) {
+            fault_trip(code, loop_air.temperature_c);
+        }
     }
-    fault_trip(code, loop_air.temperature_c);
-    return GUARD_JUDGED | GUARD_BROKEN;
+    return code == FAULT_NONE ? GUARD_JUDGED : GUARD_JUDGED | GUARD_BROKEN;
 }

@@ -33,7 +33,7 @@ void guard_nozzle_reset(void);
 
 /* Judge the reading that the loop has just taken; trips at most one fault.
  * `change_k` is the change since the last good reading, `gap` periods ago. Returns
- * GUARD_JUDGED, with GUARD_BROKEN if it tripped. */
+ * GUARD_JUDGED, with GUARD_BROKEN if a rule is broken or a fault is latched. */
 uint8_t guard_nozzle_step(float change_k, uint16_t gap);
 
 #endif

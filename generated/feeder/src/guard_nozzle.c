@@ -204,22 +204,20 @@ void guard_nozzle_master(bool is_on)
 
 uint8_t guard_nozzle_step(float change_k, uint16_t gap)
 {
-    uint8_t code = FAULT_NONE;
+    uint8_t code = fault.code;
 
-    if (fault.code != FAULT_NONE) {
-        return GUARD_JUDGED;
-    }
-    guard_nozzle.effort_percent += LOOP_NOZZLE_EFFORT_SHARE
-            * (loop_nozzle.duty_percent - guard_nozzle.effort_percent)
-        + EFFORT_FLOOR_PERCENT;
-    if (loop_nozzle.reading_status == READING_OK) {
-        code = judge(change_k, gap);
-    } else if (loop_nozzle.missing >= LOOP_NOZZLE_STALE_STEPS) {
-        code = loop_nozzle.reading_status;
-    }
     if (code == FAULT_NONE) {
-        return GUARD_JUDGED;
+        guard_nozzle.effort_percent += LOOP_NOZZLE_EFFORT_SHARE
+                * (loop_nozzle.duty_percent - guard_nozzle.effort_percent)
+            + EFFORT_FLOOR_PERCENT;
+        if (loop_nozzle.reading_status == READING_OK) {
+            code = judge(change_k, gap);
+        } else if (loop_nozzle.missing >= LOOP_NOZZLE_STALE_STEPS) {
+            code = loop_nozzle.reading_status;
+        }
+        if (code != FAULT_NONE) {
+            fault_trip(code, loop_nozzle.temperature_c);
+        }
     }
-    fault_trip(code, loop_nozzle.temperature_c);
-    return GUARD_JUDGED | GUARD_BROKEN;
+    return code == FAULT_NONE ? GUARD_JUDGED : GUARD_JUDGED | GUARD_BROKEN;
 }

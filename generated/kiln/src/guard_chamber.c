@@ -235,22 +235,20 @@ bool guard_chamber_set_maximum(float maximum_c)
 
 uint8_t guard_chamber_step(float change_k, uint16_t gap)
 {
-    uint8_t code = FAULT_NONE;
+    uint8_t code = fault.code;
 
-    if (fault.code != FAULT_NONE) {
-        return GUARD_JUDGED;
-    }
-    guard_chamber.effort_percent += LOOP_CHAMBER_EFFORT_SHARE
-            * (loop_chamber.duty_percent - guard_chamber.effort_percent)
-        + EFFORT_FLOOR_PERCENT;
-    if (loop_chamber.reading_status == READING_OK) {
-        code = judge(change_k, gap);
-    } else if (loop_chamber.missing >= LOOP_CHAMBER_STALE_STEPS) {
-        code = loop_chamber.reading_status;
-    }
     if (code == FAULT_NONE) {
-        return GUARD_JUDGED;
+        guard_chamber.effort_percent += LOOP_CHAMBER_EFFORT_SHARE
+                * (loop_chamber.duty_percent - guard_chamber.effort_percent)
+            + EFFORT_FLOOR_PERCENT;
+        if (loop_chamber.reading_status == READING_OK) {
+            code = judge(change_k, gap);
+        } else if (loop_chamber.missing >= LOOP_CHAMBER_STALE_STEPS) {
+            code = loop_chamber.reading_status;
+        }
+        if (code != FAULT_NONE) {
+            fault_trip(code, loop_chamber.reading_c);
+        }
     }
-    fault_trip(code, loop_chamber.reading_c);
-    return GUARD_JUDGED | GUARD_BROKEN;
+    return code == FAULT_NONE ? GUARD_JUDGED : GUARD_JUDGED | GUARD_BROKEN;
 }
