@@ -111,7 +111,7 @@ def _plain(data: Any) -> Any:
     return [_plain(each) for each in data] if isinstance(data, tuple) else data
 
 
-def verify(piece: tuple[int, int | None]) -> dict[str, Any]:
+def verify(piece: tuple[int, int | None], _: object) -> dict[str, Any]:
     """Draw one and verify it; what it raises is found, too: any of them would end a user's run."""
     number, faults = piece
     began_s = time.process_time()
