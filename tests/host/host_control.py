@@ -83,8 +83,7 @@ def run_problem(
     host: Host, inputs: NDArray[Any], wanted: Expected, tripped: Sequence[int] = ()
 ) -> str:
     """Say where the host differs from the reference from power-up on; empty if nowhere."""
-    host.erase()
-    host.power_up()
+    host.renew()
     try:
         difference = first_difference(_run(host, inputs, tripped), wanted)
     except HostHangs as problem:
@@ -96,8 +95,7 @@ def all_problem(
     host: Host, inputs: Mapping[str, NDArray[Any]], wanted: Mapping[str, Expected]
 ) -> str:
     """The same of all loops at once."""
-    host.erase()
-    host.power_up()
+    host.renew()
     try:
         found = host.run_all(inputs)
     except HostHangs as problem:
