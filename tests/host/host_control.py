@@ -56,7 +56,7 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
             *([Stretch("setpoint", 1, 4), Stretch("off_and_on", 3, each)] for each in (60, -60)),
             *([Stretch("tune", 1 + number % 6, number)] for number in range(TUNED_COURSES)),
         ]
-    if host_specs.is_adjustable(name):
+    if "critical" in kinds:
         courses += [[Stretch("critical", 3, value)] for value in range(2 * len(CRITICAL_C))]
     drawn = range(COURSES // 4 if programmed else COURSES)
     if "limits" in kinds:
