@@ -17,9 +17,11 @@ from heatwright.spec import Controller, Spec, SpecError, load_text
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.loading.loader import problem_of
 
+_DOCUMENTS = Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
 MACHINES = {
-    text.partition("{name: ")[2].partition(",")[0]: f"heatwright: 1\n{text}"
-    for text in Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
+    text.partition("{name: ")[2].partition(",")[0]: "heatwright: 1\n"
+    + text.replace("  plant:\n", "  plant:\n    kind: thermal_network\n")
+    for text in _DOCUMENTS
 }
 REMEDY = re.compile(r"Write \w+: (.*)")
 MOST_MENDED = 6
