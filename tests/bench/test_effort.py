@@ -50,24 +50,24 @@ SETTLED_S = 1200.0
 
 # ---- the rule, step by step ----
 
-BAND = EffortBand(9.0, 2.0, (EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5),))
+LINE = EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5)
 """Between T − 10 and T/2 − 20 %."""
 
 
 def rule(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:
-    lines = [
-        line._replace(
-            **({} if high else {"high_percent": math.inf, "high_per_k": 0.0}),
-            **({} if low else {"low_percent": -math.inf, "low_per_k": 0.0}),
-        )
-        for line in BAND.lines
-    ]
-    effort = Effort.model_validate({"for": "5 s"}).model_copy(
-        update={"high_percent": high, "low_percent": low}
-    )
-    return EffortRule(
-        effort.with_band(BAND._replace(lines=tuple(lines))), Loop.model_construct(period_s=1.0)
-    )
+    line = LINE if high else LINE._replace(high_percent=math.inf, high_per_k=0.0)
+    line = line if low else line._replace(low_percent=-math.inf, low_per_k=0.0)
+    limits = {"high_percent": high, "low_percent": low}
+    effort = Effort.model_validate({"for": "5 s"}).model_copy(update=limits)
+    band = EffortBand(9.0, 2.0, (line,))
+    return EffortRule(effort.with_band(band), Loop.model_construct(period_s=1.0))
+
+
+def begun(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:
+    """A rule that has seen power and reading fit for long."""
+    effort = rule(high=high, low=low)
+    assert not any(stepped(effort, 60.0, 30.0, 100))
+    return effort
 
 
 def stepped(effort: EffortRule, celsius: float, duty: float, steps: int = 1) -> list[int]:
@@ -85,24 +85,20 @@ def test_too_little_trips_after_its_time_and_no_step_before() -> None:
 
 
 def test_too_much_trips_and_what_fits_begins_the_time_anew() -> None:
-    effort = rule()
-    assert not any(stepped(effort, 60.0, 30.0, 100))
+    effort = begun()
     found = stepped(effort, 60.0, 80.0, 30)
     assert set(found[:-1]) <= {0, EFFORT_HIGH}
-    over = effort.values()[0] > 50
-    assert over
+    assert effort.values()[0] > 50
     assert found[-1] == EFFORT_HIGH
     first = found.index(EFFORT_HIGH)
-    effort = rule()
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun()
     assert not any(stepped(effort, 60.0, 80.0, first))
     stepped(effort, 60.0, 0.0, 5)
     assert not any(stepped(effort, 60.0, 80.0, 5))
 
 
 def test_a_reading_that_moves_counts_for_nothing_and_takes_the_power_along() -> None:
-    effort = rule()
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun()
     for celsius in np.arange(60, 20, -2.0):
         assert not any(stepped(effort, float(celsius), 100.0))
         assert effort.values()[0] <= celsius - 10 + 9.1
@@ -111,12 +107,10 @@ def test_a_reading_that_moves_counts_for_nothing_and_takes_the_power_along() -> 
 
 @pytest.mark.parametrize(("high", "low"), [(210.0, 60.0), (None, 60.0), (210.0, None)])
 def test_what_is_no_number_trips(high: float | None, low: float | None) -> None:
-    effort = rule(high=high, low=low)
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun(high=high, low=low)
     effort._percent = Single(math.nan)
     assert stepped(effort, 60.0, 30.0, 5)[-1] == (EFFORT_HIGH if high else EFFORT_LOW) or not high
-    effort = rule(high=high, low=low)
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun(high=high, low=low)
     effort._from_c = Single(math.nan)
     assert not any(stepped(effort, 60.0, 30.0, 100))
     assert effort.values()[1] == 60

@@ -30,14 +30,12 @@ HOT_ONE = (
 
 def doubled(example: str, second: str, place: str, limits: str, agreement: str) -> str:
     """Give a machine's first loop a second sensor; place -- in the plant."""
-    sensor, _, loop = example.partition(":")
-    name = next(iter(controller_of(sensor).loops))
-    spec = controller_of(sensor).loops[name]
-    rules = f"stale_after: {spec.protection.stale_after_s:g} s"
+    loop = next(iter(controller_of(example).loops.values()))
+    rules = f"stale_after: {loop.protection.stale_after_s:g} s"
     return changed(
-        sensor,
+        example,
         ("\nsensors:\n", f"\nsensors:\n  twin: {second}\n"),
-        (f"    sensor: {loop or spec.sensor}\n", f"    sensor: {spec.sensor}\n    also: twin\n"),
+        (f"    sensor: {loop.sensor}\n", f"    sensor: {loop.sensor}\n    also: twin\n"),
         (rules, f"{rules}\n      agreement: {agreement}"),
         ("\nsafety:", f"\nmonitors: {{twin: {{sensor: twin, {limits}}}}}\n\nsafety:"),
         ("    sense: {", f"    sense: {{twin: {place}, "),
