@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import yaml
 from rig.controllers import Drawn, attempt
+from rig.firmware import plain, put
 from rig.verified import rehearsed, verified
 from suite import SEED, amount
 
@@ -94,23 +95,13 @@ def _good(text: str, spec: Spec, told: list[str]) -> tuple[str, Spec] | None:
 
 def _mended(spec: Spec, findings: Sequence[Finding]) -> str:
     """Write the numbers that are proposed; raises LookupError if one proposes none."""
-    data = _plain(spec.tree.data)
+    data = plain(spec.tree.data)
     for finding in findings:
         value = REMEDY.fullmatch(finding.remedy)
         if value is None:
             raise LookupError(finding.remedy)
-        part, *path, key = finding.path
-        entry = data[part]
-        for each in path:
-            entry = entry.setdefault(each, {})
-        entry[key] = value[1]
+        put(data, ".".join(finding.path), value[1])
     return yaml.dump(data, allow_unicode=True, sort_keys=False)
-
-
-def _plain(data: Any) -> Any:
-    if isinstance(data, dict):
-        return {key: _plain(value) for key, value in data.items()}
-    return [_plain(each) for each in data] if isinstance(data, tuple) else data
 
 
 def verify(piece: tuple[int, int | None], _: object) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from rig.firmware import changed, kept
+from rig.firmware import changed, kept, put
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.sim.host import Host, HostBuild, build_host
@@ -28,22 +28,11 @@ NOTHING = "null"
 _EXAMPLES = ("extruder", "feeder")
 
 
-def _put(place: Any, path: str, value: Any) -> None:
-    """Put a value at a path like `loops.air.period`; NOTHING takes away what is there."""
-    *way, last = (int(part) if part.isdecimal() else part for part in path.split("."))
-    for part in way:
-        place = place[part] if isinstance(place, list) else place.setdefault(part, {})
-    if value == NOTHING:
-        place.pop(last)
-    else:
-        place[last] = deepcopy(value)
-
-
 def _text(*changes: dict[str, Any]) -> str:
     spec: dict[str, Any] = {}
     for change in changes:
         for path, value in change.items():
-            _put(spec, path, value)
+            put(spec, path, None if value == NOTHING else deepcopy(value))
     return "".join(f"{key}: {_flow(value)}\n" for key, value in spec.items() if value)
 
 
