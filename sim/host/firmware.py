@@ -78,16 +78,16 @@ class Host:
         self.world.eeprom_bytes = build.controller.board.eeprom_bytes
         self._input = np.zeros(1, INPUT)
         self._input["setpoint_c"] = build.controller.loops[build.parts.name].setpoint.initial_c
-        self.erase()
-        self.power_up()
+        self.renew()
 
     def close(self) -> None:
         """Unload the library."""
         self._ffi.dlclose(self.library)
 
-    def erase(self) -> None:
-        """Erase the EEPROM to its factory state."""
+    def renew(self) -> None:
+        """Power up with the EEPROM erased to its factory state."""
         self.eeprom[:] = b"\xff" * len(self.eeprom)
+        self.power_up()
 
     @property
     def eeprom(self) -> Any:

@@ -14,17 +14,14 @@ machine. Nothing is kept from run to run. Ctrl-C ends it with the counts so far.
 
 import argparse
 import json
-import multiprocessing
 import os
 import re
-import signal
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-TESTS = Path(__file__).parents[1]
 INTERRUPTED = 130
 
 Found = dict[str, Any]
@@ -34,13 +31,22 @@ def main(words: Sequence[str] | None = None) -> int:
     asked = _parser().parse_args(words)
     if asked.only is not None:
         return _one(asked.only, asked.fault)
+    from any_machine.drawing import verify  # noqa: PLC0415
+    from rig.verified import Silent  # noqa: PLC0415
+
+    from heatwright.cli.pool import spread  # noqa: PLC0415
+
     found: list[Found] = []
+
+    def came(each: Found) -> None:
+        found.append(each)
+        _progress(found, asked.count)
+        _write(found, asked.json)
+
     status = 0
+    pieces = [(number, asked.faults) for number in range(asked.first, asked.first + asked.count)]
     try:
-        for each in _all(range(asked.first, asked.first + asked.count), asked.faults, asked.jobs):
-            found.append(each)
-            _progress(found, asked.count)
-            _write(found, asked.json)
+        spread(verify, pieces, [Silent()] * len(pieces), came=came, most=asked.jobs)
     except KeyboardInterrupt:
         status = INTERRUPTED
     print(file=sys.stderr)
@@ -57,25 +63,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--first", type=int, default=0, help="number of the first (0)")
     parser.add_argument("--only", type=int, help="number of the one that is looked at alone")
     parser.add_argument("--faults", type=int, help="how many faults of each; else all")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="at once")
+    parser.add_argument("--jobs", type=int, help="at once; else as many as processors")
     parser.add_argument("--json", type=Path, help="write what was found here")
     return parser
-
-
-def _all(numbers: Sequence[int], faults: int | None, jobs: int) -> Iterator[Found]:
-    """Verify them on all processors, in whatever order they end."""
-    from any_machine.drawing import verify  # noqa: PLC0415
-
-    context = multiprocessing.get_context("spawn")
-    pieces = [(number, faults) for number in numbers]
-    # Ctrl-C is this process's business, which then ends the others: they inherit the deafness.
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        pool = context.Pool(jobs)
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    with pool:
-        yield from pool.imap_unordered(verify, pieces)
 
 
 def _one(number: int, faults: Sequence[str]) -> int:
@@ -133,7 +123,5 @@ def _print(found: Sequence[Found]) -> None:
 
 
 if __name__ == "__main__":
-    if str(TESTS) not in sys.path:
-        sys.path.insert(0, str(TESTS))
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads would wait by spinning
     sys.exit(main())

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import yaml
 from rig.controllers import Drawn, attempt
+from rig.firmware import plain, put
 from rig.verified import rehearsed, verified
 from suite import SEED, amount
 
@@ -17,9 +18,11 @@ from heatwright.spec import Controller, Spec, SpecError, load_text
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.loading.loader import problem_of
 
+_DOCUMENTS = Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
 MACHINES = {
-    text.partition("{name: ")[2].partition(",")[0]: f"heatwright: 1\n{text}"
-    for text in Path(__file__).with_name("machines.yaml").read_text("utf-8").split("\n---\n")
+    text.partition("{name: ")[2].partition(",")[0]: "heatwright: 1\n"
+    + text.replace("  plant:\n", "  plant:\n    kind: thermal_network\n")
+    for text in _DOCUMENTS
 }
 REMEDY = re.compile(r"Write \w+: (.*)")
 MOST_MENDED = 6
@@ -92,26 +95,16 @@ def _good(text: str, spec: Spec, told: list[str]) -> tuple[str, Spec] | None:
 
 def _mended(spec: Spec, findings: Sequence[Finding]) -> str:
     """Write the numbers that are proposed; raises LookupError if one proposes none."""
-    data = _plain(spec.tree.data)
+    data = plain(spec.tree.data)
     for finding in findings:
         value = REMEDY.fullmatch(finding.remedy)
         if value is None:
             raise LookupError(finding.remedy)
-        part, *path, key = finding.path
-        entry = data[part]
-        for each in path:
-            entry = entry.setdefault(each, {})
-        entry[key] = value[1]
+        put(data, ".".join(finding.path), value[1])
     return yaml.dump(data, allow_unicode=True, sort_keys=False)
 
 
-def _plain(data: Any) -> Any:
-    if isinstance(data, dict):
-        return {key: _plain(value) for key, value in data.items()}
-    return [_plain(each) for each in data] if isinstance(data, tuple) else data
-
-
-def verify(piece: tuple[int, int | None]) -> dict[str, Any]:
+def verify(piece: tuple[int, int | None], _: object) -> dict[str, Any]:
     """Draw one and verify it; what it raises is found, too: any of them would end a user's run."""
     number, faults = piece
     began_s = time.process_time()

@@ -8,21 +8,22 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from any_machine.drawing import MACHINES, drawn_machine
+from machines import events
 from rig.firmware import changed, controller_of, example, whole
 from suite import SEED, amount
 
 from heatwright.sim.arrays.masks import afresh
 from heatwright.sim.arrays.world import Logs, _Runs
-from heatwright.sim.bench import ReferenceDevice, Run, step_of
+from heatwright.sim.bench import ReferenceDevice, bench, step_of
 from heatwright.sim.faults.bears import bears_c, room_c
 from heatwright.sim.faults.healthy import AMBIENTS_C
+from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.site import Place, Site
 from heatwright.sim.faults.starts import first_steps, setpoints_c
 from heatwright.sim.faults.world import Weather, World
-from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.protection.rules import EFFORT_HIGH, EFFORT_LOW, EffortRule, Look
-from heatwright.spec import Controller, Event, Loop
+from heatwright.spec import Controller, Loop
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.loops import Effort, EffortBand, EffortLine
 from heatwright.spec.physics.effort import band_percent
@@ -49,24 +50,24 @@ SETTLED_S = 1200.0
 
 # ---- the rule, step by step ----
 
-BAND = EffortBand(9.0, 2.0, (EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5),))
+LINE = EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5)
 """Between T − 10 and T/2 − 20 %."""
 
 
 def rule(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:
-    lines = [
-        line._replace(
-            **({} if high else {"high_percent": math.inf, "high_per_k": 0.0}),
-            **({} if low else {"low_percent": -math.inf, "low_per_k": 0.0}),
-        )
-        for line in BAND.lines
-    ]
-    effort = Effort.model_validate({"for": "5 s"}).model_copy(
-        update={"high_percent": high, "low_percent": low}
-    )
-    return EffortRule(
-        effort.with_band(BAND._replace(lines=tuple(lines))), Loop.model_construct(period_s=1.0)
-    )
+    line = LINE if high else LINE._replace(high_percent=math.inf, high_per_k=0.0)
+    line = line if low else line._replace(low_percent=-math.inf, low_per_k=0.0)
+    limits = {"high_percent": high, "low_percent": low}
+    effort = Effort.model_validate({"for": "5 s"}).model_copy(update=limits)
+    band = EffortBand(9.0, 2.0, (line,))
+    return EffortRule(effort.with_band(band), Loop.model_construct(period_s=1.0))
+
+
+def begun(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:
+    """A rule that has seen power and reading fit for long."""
+    effort = rule(high=high, low=low)
+    assert not any(stepped(effort, 60.0, 30.0, 100))
+    return effort
 
 
 def stepped(effort: EffortRule, celsius: float, duty: float, steps: int = 1) -> list[int]:
@@ -84,24 +85,20 @@ def test_too_little_trips_after_its_time_and_no_step_before() -> None:
 
 
 def test_too_much_trips_and_what_fits_begins_the_time_anew() -> None:
-    effort = rule()
-    assert not any(stepped(effort, 60.0, 30.0, 100))
+    effort = begun()
     found = stepped(effort, 60.0, 80.0, 30)
     assert set(found[:-1]) <= {0, EFFORT_HIGH}
-    over = effort.values()[0] > 50
-    assert over
+    assert effort.values()[0] > 50
     assert found[-1] == EFFORT_HIGH
     first = found.index(EFFORT_HIGH)
-    effort = rule()
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun()
     assert not any(stepped(effort, 60.0, 80.0, first))
     stepped(effort, 60.0, 0.0, 5)
     assert not any(stepped(effort, 60.0, 80.0, 5))
 
 
 def test_a_reading_that_moves_counts_for_nothing_and_takes_the_power_along() -> None:
-    effort = rule()
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun()
     for celsius in np.arange(60, 20, -2.0):
         assert not any(stepped(effort, float(celsius), 100.0))
         assert effort.values()[0] <= celsius - 10 + 9.1
@@ -110,12 +107,10 @@ def test_a_reading_that_moves_counts_for_nothing_and_takes_the_power_along() -> 
 
 @pytest.mark.parametrize(("high", "low"), [(210.0, 60.0), (None, 60.0), (210.0, None)])
 def test_what_is_no_number_trips(high: float | None, low: float | None) -> None:
-    effort = rule(high=high, low=low)
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun(high=high, low=low)
     effort._percent = Single(math.nan)
     assert stepped(effort, 60.0, 30.0, 5)[-1] == (EFFORT_HIGH if high else EFFORT_LOW) or not high
-    effort = rule(high=high, low=low)
-    stepped(effort, 60.0, 30.0, 100)
+    effort = begun(high=high, low=low)
     effort._from_c = Single(math.nan)
     assert not any(stepped(effort, 60.0, 30.0, 100))
     assert effort.values()[1] == 60
@@ -171,41 +166,28 @@ def test_where_it_would_see_nothing_it_is_off() -> None:
 # ---- what must trip ----
 
 Feel = Callable[[float, float], float]
+"""What a sensor feels, by the time since it has failed, s, and by what it would feel."""
 
 
-class Broken(Run):
-    """A machine whose sensor or switch fails after a while; ends when its heat has spread."""
+class Broken(ReferenceDevice):
+    """A controller whose sensor or switch fails when the machine has settled."""
 
-    feel: Feel | None = None
-    leak = 0.0
-    now_s = 0.0
+    def __init__(self, controller: Controller, feel: Feel, leak: float) -> None:
+        super().__init__(controller)
+        (loop,) = controller.loops.values()
+        self._heater, self._feel, self._leak, self._after_s = loop.heater, feel, leak, -SETTLED_S
 
-    def play(self, controller: Controller, loop: str, setpoint_c: float) -> dict[str, float]:
-        self.sensor, self.heater = controller.loops[loop].sensor, controller.loops[loop].heater
-        plant, device, peaks, left = self._plant, self._device, None, math.inf
-        assert isinstance(device, ReferenceDevice)
-        device.ask(loop, setpoint_c)
-        for row in range(1, self._count + 1):
-            self.now_s = row * self._step_s
-            for sensor, value in self._seen().items():
-                device.sense(sensor, value)
-            self._advance(self.now_s)
-            given = dict(self._coupling.supplied(self._coupling.active()))
-            if self.now_s > SETTLED_S:
-                given[self.heater] += self.leak * (1 - given[self.heater])
-            plant.step(given, 0.0)
-            now_c = plant.temperatures_c.copy()
-            peaks = now_c if peaks is None else np.maximum(peaks, now_c)
-            left = min(left, 600 / self._step_s) - 1 if device.fault else left
-            if left <= 0:
-                break
-        return dict(zip(plant.nodes, peaks.tolist(), strict=True))
+    def advance(self, until_s: float) -> None:
+        self._after_s = until_s - SETTLED_S
+        super().advance(until_s)
 
-    def _seen(self) -> dict[str, float]:
-        felt = dict(self._felt())
-        if self.feel is not None and self.now_s > SETTLED_S:
-            felt[self.sensor] = self.feel(self.now_s - SETTLED_S, felt[self.sensor])
-        return felt
+    def sense(self, sensor: str, felt: float) -> None:
+        super().sense(sensor, self._feel(self._after_s, felt) if self._after_s > 0 else felt)
+
+    def on_fraction(self, output: str) -> float:
+        on = super().on_fraction(output)
+        leaks = output == self._heater and self._after_s > 0
+        return on + self._leak * (1 - on) if leaks else on
 
 
 def drifts(after_s: float, felt_c: float) -> float:
@@ -230,42 +212,40 @@ class Stands:
         return self._stood_c
 
 
-CASES: list[tuple[str, str, float, float, Callable[[], Feel] | None, float, set[int]]] = [
+class Failure(NamedTuple):
+    """What is asked of an example, how it fails, and what must trip; leak -- share of the power."""
+
+    example: str
+    setpoint_c: float
+    hours: float
+    feel: Callable[[], Feel]
+    leak: float
+    codes: set[int]
+
+
+FAILURES = [
     # its air came to 94 °C, and stayed there
-    ("chamber", "air", 50.0, 3.0, Stands, 1.0, {EFFORT_LOW}),
+    Failure("chamber", 50.0, 3.0, Stands, 1.0, {EFFORT_LOW}),
     # a switch that leaks 45 % while the reading drifts: 379 °C
-    ("extruder", "nozzle", 200.0, 1.0, lambda: drifts, 0.45, {11, EFFORT_LOW}),
-    ("extruder", "nozzle", 200.0, 1.0, lambda: drifts, 0.28, {EFFORT_LOW}),
-    ("hotplate", "plate", 100.0, 2.0, lambda: drifts, 0.0, {EFFORT_HIGH}),
-    ("hotplate", "plate", 80.0, 2.0, lambda: creeps, 0.0, {EFFORT_HIGH}),
+    Failure("extruder", 200.0, 1.0, lambda: drifts, 0.45, {11, EFFORT_LOW}),
+    Failure("extruder", 200.0, 1.0, lambda: drifts, 0.28, {EFFORT_LOW}),
+    Failure("hotplate", 100.0, 2.0, lambda: drifts, 0.0, {EFFORT_HIGH}),
+    Failure("hotplate", 80.0, 2.0, lambda: creeps, 0.0, {EFFORT_HIGH}),
 ]
 
 
-@pytest.mark.parametrize(
-    ("name", "loop", "setpoint_c", "hours", "feel", "leak", "codes"),
-    CASES,
-    ids=[f"{case[0]}-{case[2]:g}-{case[5]:g}" for case in CASES],
-)
-def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(  # noqa: PLR0917
-    name: str,
-    loop: str,
-    setpoint_c: float,
-    hours: float,
-    feel: Callable[[], Feel] | None,
-    leak: float,
-    codes: set[int],
-) -> None:
-    controller = example(name).controller
-    plant, step_s = controller.simulation.plant, step_of(controller)
-    machine = plant_of(controller, plant, ambient_c=controller.simulation.ambient_c, step_s=step_s)
-    run = Broken(
-        controller, ReferenceDevice(controller, most_rows=1), machine, (), step_s, hours * 3600
-    )
-    run.feel, run.leak = feel and feel(), leak
-    peaks = run.play(controller, loop, setpoint_c)
-    assert run._device.fault in codes
-    bears = bears_c(controller, plant)
-    assert all(peak_c <= bears[node] for node, peak_c in peaks.items()), (peaks, bears)
+@pytest.mark.parametrize("failure", FAILURES, ids="{0.example}-{0.setpoint_c}-{0.leak}".format)
+def test_wrong_readings_and_switches_end_before_a_node_is_too_hot(failure: Failure) -> None:
+    controller = example(failure.example).controller
+    (loop,) = controller.loops
+    device = Broken(controller, failure.feel(), failure.leak)
+    device.ask(loop, failure.setpoint_c)
+    trace = bench(controller, device, events({"for": f"{failure.hours} h"}))
+    log, bears = trace.steps[loop], bears_c(controller, controller.simulation.plant)
+    assert log["fault.code"][-1] in failure.codes
+    spread_s = log["time_s"][(log["fault.code"] > 0).argmax()] + SPREADING_S
+    for node, course_c in trace.temperatures_c.items():
+        assert course_c[trace.times_s < spread_s].max() <= bears[node], node
 
 
 WIDE = changed(
@@ -413,9 +393,9 @@ def lanes_of(
     hours: float,
     asks: Sequence[tuple[float, str, float]] = (),
 ) -> list[Logs]:
-    end = Event.model_validate({"for": f"{3600 * hours:.0f} s"})
+    end = events({"for": f"{3600 * hours:.0f} s"})
     with afresh():
-        runs = Asked([controller] * len(machines), machines, (end,), kept=["fault.code"])
+        runs = Asked([controller] * len(machines), machines, end, kept=["fault.code"])
         runs.asks = sorted(asks or asked(controller, hours))
         runs.go(None)
         return runs.logs()

@@ -87,16 +87,24 @@ class Bench:
 
 
 @contextmanager
-def serving(spec: str, speed: float = 1.0) -> Iterator[Bench]:
-    """Serve the board of a spec (its text, or the name of an example) until the context's end."""
-    board = board_of(spec, speed)
-    server = Server(board)
+def running(server: Server) -> Iterator[tuple[Server, Thread]]:
+    """Let a server answer in a thread of its own until the context's end."""
     thread = Thread(target=server.run)
-    board.start()
     thread.start()
     try:
-        yield Bench(board, server, thread)
+        yield server, thread
     finally:
         server.stop()
         thread.join()
+
+
+@contextmanager
+def serving(spec: str, speed: float = 1.0) -> Iterator[Bench]:
+    """Serve the board of a spec (its text, or the name of an example) until the context's end."""
+    board = board_of(spec, speed)
+    board.start()
+    try:
+        with running(Server(board)) as (server, thread):
+            yield Bench(board, server, thread)
+    finally:
         board.stop()

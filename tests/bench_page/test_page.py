@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from benches import Bench, serving
+from benches import Bench, running, serving
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from heatwright.cli.bench.server import Server
@@ -236,8 +236,10 @@ frame.src = "PICTURE";
 
 
 def test_a_hostile_page_commands_nothing_even_with_the_address(
-    browser: Browser, kiln: Bench
+    browser: Browser, opened: Open, kiln: Bench
 ) -> None:
+    own = opened(kiln.address).locator(".screen img")
+    expect(own).to_have_js_property("naturalWidth", 800)  # there is a picture to be seen
     text = (
         HOSTILE.replace("LIVE", f"{kiln.address.replace('http', 'ws', 1)}live")
         .replace("ADDRESS", kiln.address)
@@ -288,10 +290,7 @@ def test_a_recorded_course_is_drawn_by_the_same_chart(opened: Open) -> None:
     about = {"title": "Oven", "loop": "air", "source": "step.csv", "live": False}
     shown = Shown(about, "air")
     shown.tell([Reading(float(s), 20 + s / 10, 60.0, 100.0) for s in range(600)])
-    server = Server(shown)
-    thread = Thread(target=server.run)
-    thread.start()
-    try:
+    with running(Server(shown)) as (server, _):
         page = opened(server.address)
         said = "air: measured 79.9 °C, setpoint 60.0 °C, duty 100.0 %"
         expect(page.locator(".chart")).to_have_attribute("aria-label", said)
@@ -299,6 +298,3 @@ def test_a_recorded_course_is_drawn_by_the_same_chart(opened: Open) -> None:
         page.evaluate(AXE.read_text("utf-8"))
         assert page.evaluate("axe.run()")["violations"] == []
         page.close()
-    finally:
-        server.stop()
-        thread.join()

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from fault_rules import rules_of
-from rig.firmware import changed, controller_of, whole
+from rig.firmware import changed, controller_of, edited, whole
 from rig.sensors import KEYS, KINDS, bed, crucible
 
 from heatwright.sim.faults import Fault, catalogue, try_fault
@@ -66,31 +66,27 @@ simulation:
 """
 
 # A transistor under PWM, a fast loop, a short patience; no display, no keys, no fan.
-BARE = changed(
-    "chamber",
-    (HEATER, "heater: {kind: pwm, pin: D3, frequency: 490 Hz, power: 240 W}"),
-    ("  fan: {kind: digital, pin: D11, runs: always}\n", ""),
-    ("    fan: fan                       # the heater may only be on while this fan is\n", ""),
-    ("initial: 20 °C", "initial: 50 °C"),
-    ("period: 1 s", "period: 500 ms"),
-    ("resolution: 12 bit", "resolution: 9 bit"),
-    (ON_OFF, "{kind: pid, kp: 20, ki: 0.1}"),
-    ("stale_after: 5 s", "stale_after: 50 s"),
-    ("watchdog: 2 s", "watchdog: 1 s"),
-    ("  - {kind: lcd_keypad, loop: air, step: 10 K}\n", ""),
-    ("    - {at: 10 s, press: up, times: 3}\n", ""),
-)
+BARE = edited("chamber", """
+outputs.heater: {kind: pwm, pin: D3, frequency: 490 Hz, power: 240 W}
+outputs.fan: null
+loops.air.fan: null
+loops.air.setpoint.initial: 50 °C
+loops.air.period: 500 ms
+sensors.air.resolution: 9 bit
+loops.air.algorithm: {kind: pid, kp: 20, ki: 0.1}
+loops.air.protection.stale_after: 50 s
+safety.watchdog: 1 s
+interfaces: [{kind: serial_plotter, loop: air, baud: 9600}]
+simulation.scenario.0: null
+""")  # fmt: skip
 
 # A cooler with minimum times, no current to tell.
-HELD = changed(
-    "fabricator",
-    (", current: {sensor: current, limit: 3 A}", ""),
-    ("  current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4, "
-     "tolerances: {scale: 2 %, offset: 10 mV, reference: 0.2 V}}\n", ""),
-    (", current: {of: heater}", ""),
-    ("{kind: digital, pin: PD6}",
-     "{kind: digital, pin: PD6, minimum_on: 1500 ms, minimum_off: 3 s}"),
-)  # fmt: skip
+HELD = edited("fabricator", """
+outputs.heater.current: null
+sensors.current: null
+simulation.plant.sense.current: null
+outputs.cooler: {kind: digital, pin: PD6, minimum_on: 1500 ms, minimum_off: 3 s}
+""")  # fmt: skip
 
 
 class Machine(NamedTuple):

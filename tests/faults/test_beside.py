@@ -10,7 +10,7 @@ from itertools import product
 
 import pytest
 from fault_machines import faults_of, judged, site_of
-from rig.firmware import changed, controller_of
+from rig.firmware import changed, controller_of, edited
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.machine_parts.monitors import untold
@@ -30,18 +30,14 @@ HOT_ONE = (
 
 def doubled(example: str, second: str, place: str, limits: str, agreement: str) -> str:
     """Give a machine's first loop a second sensor; place -- in the plant."""
-    sensor, _, loop = example.partition(":")
-    name = next(iter(controller_of(sensor).loops))
-    spec = controller_of(sensor).loops[name]
-    rules = f"stale_after: {spec.protection.stale_after_s:g} s"
-    return changed(
-        sensor,
-        ("\nsensors:\n", f"\nsensors:\n  twin: {second}\n"),
-        (f"    sensor: {loop or spec.sensor}\n", f"    sensor: {spec.sensor}\n    also: twin\n"),
-        (rules, f"{rules}\n      agreement: {agreement}"),
-        ("\nsafety:", f"\nmonitors: {{twin: {{sensor: twin, {limits}}}}}\n\nsafety:"),
-        ("    sense: {", f"    sense: {{twin: {place}, "),
-    )
+    name = next(iter(controller_of(example).loops))
+    return edited(example, f"""
+sensors.twin: {second}
+loops.{name}.also: twin
+loops.{name}.protection.agreement: {agreement}
+monitors: {{twin: {{sensor: twin, {limits}}}}}
+simulation.plant.sense.twin: {place}
+""")  # fmt: skip
 
 
 DOUBLED = {
@@ -88,11 +84,6 @@ def test_without_a_reading_of_the_second_nothing_heats() -> None:
     assert world.until(starts.heater_on(world.site), 10.0)
 
 
-MONITORS = """monitors:
-  lamp: {sensor: lamp, warning: 100 °C, limit: 110 °C, stale_after: 20 s}
-  drivers_of_motors: {sensor: box, warning: 60 °C, limit: 80 °C}
-
-"""
 MONITORED = {
     "chamber": (DS18B20, "A2", "A3", 1),
     "kiln": (DS18B20, "A4", "A5", 2),
@@ -111,21 +102,17 @@ RULES = {
 @cache
 def monitored(example: str) -> str:
     lamp, *pins, _ = MONITORED[example]
-    kinds = {"lamp": (lamp, pins[0]), "box": (THERMISTOR, pins[1])}
-    sensors = [f"  {name}: {kind.replace('PIN', pin)}\n" for name, (kind, pin) in kinds.items()]
-    places = "lamp: {node: box}, box: {node: box, lag: 5 s}, "
-    text = changed(
-        example,
-        ("\nsensors:\n", "\nsensors:\n" + "".join(sensors)),
-        ("\nsafety:", f"\n{MONITORS}safety:"),
-        ("    sense: {", f"    sense: {{{places}"),
-        ("    links:", "    LINKS:"),
-    )
-    link = "    links:\n      - {between: [box, ambient], resistance: 3 K/W}\n"
-    text = text.replace("    LINKS:", link.rstrip("\n"))
-    if "    nodes: {" in text:
-        return text.replace("    nodes: {", "    nodes: {box: 300 J/K, ")
-    return text.replace("      air: 900 J/K", "      air: 900 J/K\n      box: 300 J/K")
+    links = len(controller_of(example).simulation.plant.links)
+    return edited(example, f"""
+sensors.lamp: {lamp.replace("PIN", pins[0])}
+sensors.box: {THERMISTOR.replace("PIN", pins[1])}
+monitors.lamp: {{sensor: lamp, warning: 100 °C, limit: 110 °C, stale_after: 20 s}}
+monitors.drivers_of_motors: {{sensor: box, warning: 60 °C, limit: 80 °C}}
+simulation.plant.nodes.box: 300 J/K
+simulation.plant.links.{links}: {{between: [box, ambient], resistance: 3 K/W}}
+simulation.plant.sense.lamp: {{node: box}}
+simulation.plant.sense.box: {{node: box, lag: 5 s}}
+""")  # fmt: skip
 
 
 CASES = [
@@ -152,19 +139,14 @@ def test_who_is_not_told_is_found(example: str, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("fault", ["switch_shorted_when_hot", "fire"])
 def test_a_monitor_that_trips_below_the_loops_maximum_lets_each_fault_begin(fault: str) -> None:
-    text = changed(
-        "chamber",
-        ("\nsensors:\n", f"\nsensors:\n  outlet: {DS18B20.replace('PIN', 'A2')}\n"),
-        (
-            "\nsafety:",
-            "\nmonitors:\n  outlet: {sensor: outlet, warning: 74 °C, limit: 78 °C}\n\nsafety:",
-        ),
-        ("    sense: {", "    sense: {outlet: {node: air, lag: 5 s}, "),
-    )
+    text = edited("chamber", f"""
+sensors.outlet: {DS18B20.replace("PIN", "A2")}
+monitors.outlet: {{sensor: outlet, warning: 74 °C, limit: 78 °C}}
+simulation.plant.sense.outlet: {{node: air, lag: 5 s}}
+""")  # fmt: skip
     assert judged(text, fault) == "monitor_limit"
 
 
-INPUTS = "safety:\n  inputs: {{door: {{pin: {}, trips: false, for: 30 ms}}, stop: {{pin: {}}}}}"
 PINS = {
     "chamber": ("A2", "A3"),
     "kiln": ("A4", "A5"),
@@ -179,7 +161,10 @@ KEPT = ("gate.c:input_ticks", "gate.c:air_paused", "inputs.c:found", "inputs.c:s
 
 
 def with_inputs(example: str) -> str:
-    return changed(example, ("safety:", INPUTS.format(*PINS[example])))
+    door, stop = PINS[example]
+    return edited(example, f"""
+safety.inputs: {{door: {{pin: {door}, trips: false, for: 30 ms}}, stop: {{pin: {stop}}}}}
+""")  # fmt: skip
 
 
 SHUT = with_inputs("chamber")
@@ -238,23 +223,19 @@ def test_an_open_contact_outlives_a_loss_of_power() -> None:
     assert world.fault
 
 
-PROVEN = changed(
-    "chamber",
-    ("fan: {kind: digital, pin: D11, runs: always}",
-     "fan: {kind: digital, pin: D11, active: low, runs: always, proof: {pin: A3, within: 2 s}}"),
-)  # fmt: skip
-SHARED = changed(
-    "printer",
-    ("outputs:\n", "outputs:\n  air: {kind: digital, pin: D11, runs: always, "
-     "proof: {pin: D6, within: 3 s}}\n"),
-    ("    heater: hotend_heater\n", "    heater: hotend_heater\n    fan: air\n"),
-    ("    heater: bed_heater\n", "    heater: bed_heater\n    fan: air\n"),
-)  # fmt: skip
+PROVEN = edited("chamber", """
+outputs.fan: {kind: digital, pin: D11, active: low, runs: always, proof: {pin: A3, within: 2 s}}
+""")  # fmt: skip
+SHARED = edited("printer", """
+outputs.air: {kind: digital, pin: D11, runs: always, proof: {pin: D6, within: 3 s}}
+loops.hotend.fan: air
+loops.bed.fan: air
+""")  # fmt: skip
 """Two loops with one fan: the first one's step judges it, both are without heat."""
-COUNTED = changed(
-    SHARED, ("proof: {pin: D6, within: 3 s}", "active: low, proof: {pin: D6, within: 3 s, "
-             "tachometer: {speed: 5800 rpm, pulses: 3, minimum: 900 rpm, maximum: 7000 rpm}}"),
-)  # fmt: skip
+COUNTED = edited(SHARED, """
+outputs.air.active: low
+outputs.air.proof.tachometer: {speed: 5800 rpm, pulses: 3, minimum: 900 rpm, maximum: 7000 rpm}
+""")  # fmt: skip
 """As fast, and with limits as far apart, as can be counted."""
 FANS = {
     "dryer": ("dryer", "fan"),

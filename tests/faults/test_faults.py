@@ -2,7 +2,7 @@
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
-from rig.firmware import ROOT, changed, controller_of, whole
+from rig.firmware import ROOT, changed, controller_of, edited, whole
 from rig.sensors import KEYS, bed
 
 from heatwright.sim.faults import catalogue, starts
@@ -12,53 +12,50 @@ from heatwright.sim.replay import replay_all
 from heatwright.spec import Controller
 from heatwright.spec.rules import RULES
 
-LID = """
-  lid: {sensor: lid, heater: lid_heater, period: 300 ms, starts: disabled,
-    setpoint: {initial: 40 °C, minimum: 30 °C, maximum: 60 °C},
-    algorithm: {kind: on_off, hysteresis: 1 K}, protection: {maximum: 75 °C, stale_after: 3 s}}
-"""
-TWO = changed(
-    "dryer",
-    ("sensors:\n", "sensors:\n  lid: {kind: ds18b20, pin: PC0, resolution: 9 bit}\n"),
-    ("  fan: {kind", "  lid_heater: {kind: digital, pin: PB2, power: 100 W}\n  fan: {kind"),
-    ("\nsafety:", f"{LID}\nsafety:"),
-    ("walls: 3 kJ/K}", "walls: 3 kJ/K, lid: 400 J/K}"),
-    ("    links:\n", "    links:\n      - {between: [lid, ambient], resistance: 1 K/W}\n"
-     "      - {between: [lid, air], resistance: 5 K/W}\n"),
-    ("heater: air}", "heater: air, lid_heater: lid}"),
-    ("lag: 10 s}}", "lag: 10 s}, lid: {node: lid}}"), ("board: atmega16", "board: atmega32"),
-    ("indicators, leds", "indicators, loop: air, leds"),
-)  # fmt: skip
+TWO = edited("dryer", """
+controller.board: atmega32
+sensors.lid: {kind: ds18b20, pin: PC0, resolution: 9 bit}
+outputs.lid_heater: {kind: digital, pin: PB2, power: 100 W}
+loops.lid: {sensor: lid, heater: lid_heater, period: 300 ms, starts: disabled,
+  setpoint: {initial: 40 °C, minimum: 30 °C, maximum: 60 °C},
+  algorithm: {kind: on_off, hysteresis: 1 K}, protection: {maximum: 75 °C, stale_after: 3 s}}
+interfaces.1.loop: air
+simulation.plant.nodes.lid: 400 J/K
+simulation.plant.links.2: {between: [lid, ambient], resistance: 1 K/W}
+simulation.plant.links.3: {between: [lid, air], resistance: 5 K/W}
+simulation.plant.heat.lid_heater: lid
+simulation.plant.sense.lid: {node: lid}
+""")  # fmt: skip
 """Another sensor, another period, an algorithm that switches."""
-WARM_TWO = changed(
-    TWO, ("starts: disabled               #", "starts: enabled  #"),
-    ("75 °C, stale_after: 3 s", "75 °C, stale_after: 40 s"),
-)  # fmt: skip
+WARM_TWO = edited(TWO, "{loops.air.starts: enabled, loops.lid.protection.stale_after: 40 s}")
 """Where one sensor is lost, the other loop heats on until that is a fault."""
-GENTLE = changed(
-    changed("fabricator").split("\ncomparison:")[0],
-    ("    cooler: cooler\n", ""), ("  cooler: {kind: digital, pin: PD6}\n", ""),
-    ("kind: three_position, dead_band: 2 K, hysteresis: 1.5 K, lead: 2.2 s, lead_filter: 0.8 s",
-     "kind: pid, kp: 1, ki: 0.01"), ("runaway: {above: 20 K, for: 60 s}", "runaway: off"),
-    ("    fans: {cooler: {link: [block, ambient], factor: 4}}\n", ""), (", PB2: cooling", ""),
-)  # fmt: skip
+GENTLE = edited("fabricator", """
+comparison: null
+outputs.cooler: null
+loops.nozzle.cooler: null
+loops.nozzle.algorithm: {kind: pid, kp: 1, ki: 0.01}
+loops.nozzle.protection.runaway: 'off'
+simulation.plant.fans: null
+interfaces.1.leds.PB2: null
+""")  # fmt: skip
 """Its heater is shorted at a duty of 5 %, below that of a soft start."""
 TENTHS = changed("fabricator", ("maximum: 320 °C", "maximum: 319.9 °C"))
 """A setpoint that single precision does not hold."""
 SLOW = changed(
     "kiln_uno", ("    period: 1 s\n", "    period: 70 s\n"), ("after: 5 s", "after: 140 s")
 )
-SLOW_KEYS = changed(
-    SLOW, ("board: uno", "board: mega2560"),
-    ("\noutputs:\n", "  lid: {kind: ds18b20, pin: D40}\n\noutputs:\n"),
-    ("heat: {", "heat: {lid_heater: lid, "),
-    ("  safety_relay: {kind",
-     "  lid_heater: {kind: digital, pin: D41, power: 100 W}\n  safety_relay: {kind"),
-    ("\nprograms:", LID.replace("starts: disabled,", "").replace("300 ms", "1 s") + "\nprograms:"),
-    ("brick: 600 J/K}", "brick: 600 J/K, lid: 400 J/K}"),
-    ("    links:\n", "    links:\n      - {between: [lid, ambient], resistance: 1 K/W}\n"),
-    ("lag: 5 s}}", "lag: 5 s}, lid: {node: lid}}"),
-)  # fmt: skip
+SLOW_KEYS = edited(SLOW, """
+controller.board: mega2560
+sensors.lid: {kind: ds18b20, pin: D40}
+outputs.lid_heater: {kind: digital, pin: D41, power: 100 W}
+loops.lid: {sensor: lid, heater: lid_heater, period: 1 s,
+  setpoint: {initial: 40 °C, minimum: 30 °C, maximum: 60 °C},
+  algorithm: {kind: on_off, hysteresis: 1 K}, protection: {maximum: 75 °C, stale_after: 3 s}}
+simulation.plant.nodes.lid: 400 J/K
+simulation.plant.links.3: {between: [lid, ambient], resistance: 1 K/W}
+simulation.plant.heat.lid_heater: lid
+simulation.plant.sense.lid: {node: lid}
+""")  # fmt: skip
 """The menu is of a loop that makes a step in 70 s; the other loop's fault is told at once."""
 STOPPED = changed(
     "chamber", ("kind: serial_plotter, loop: air, baud: 9600", "kind: gcode, loops: {C: air}"),

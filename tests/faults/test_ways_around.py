@@ -2,7 +2,7 @@
 
 import pytest
 from fault_machines import site_of
-from rig.firmware import ROOT, changed
+from rig.firmware import ROOT, changed, edited
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.effects import SHORTED
@@ -22,17 +22,12 @@ SETTLED_S = 6.0
 """Five times what a limited heater takes to its limit, and more."""
 
 
-NO_RELAY = (
-    ("  supply_relay: {kind: digital, pin: PD7}\n", ""),
-    ("  relay: supply_relay              # a shorted switch would put 217 W on the"
-     " wire permanently\n", ""),
-    ("  relay_feedback: PD3              # its mirror contact, closed to ground while"
-     " it is open\n", ""),
-)  # fmt: skip
-WEAK = changed("fabricator", *NO_RELAY, (", rated: 25.57 V", ""))
-"""The same power from the whole supply: all that a switch that has died can give."""
-STRONG = changed("fabricator", *NO_RELAY)
+STRONG = edited(
+    "fabricator", "{outputs.supply_relay: null, safety.relay: null, safety.relay_feedback: null}"
+)
 """It can give the wire the whole supply, which is (43/25.57)² of its power."""
+WEAK = edited(STRONG, "outputs.heater.rated: null")
+"""The same power from the whole supply: all that a switch that has died can give."""
 
 
 def died(spec: str) -> World:

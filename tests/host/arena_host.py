@@ -1,7 +1,6 @@
 """The host builds as arenas of the mutation engine: their C, and all that judges a host build."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import host_specs
@@ -9,7 +8,7 @@ import host_watch
 from host_control import control_problem, prepare_control
 from host_gate import gate_problem, on_time_problem, switching_problem
 from host_power import answers_problem, power_problem, prepare_answers
-from host_specs import build_of, sources_of
+from host_specs import BuildArena, sources_of
 from host_values import all_text_problems, limits_problem, types_problem
 from storage_host import ordered_wrongly
 from storage_settings import SettingsKept
@@ -21,34 +20,21 @@ FIRST_COURSES = 25
 """Most of what can be killed is dead after them."""
 
 
-@dataclass(frozen=True)
-class HostArena:
-    spec: str
-    together: bool = True
-
-    @property
-    def name(self) -> str:
-        return f"host/{self.spec}"
+class HostArena(BuildArena):
+    def __init__(self, spec: str) -> None:
+        super().__init__(f"host/{spec}", lambda: host_specs.spec_of(spec))
+        self.spec = spec
 
     def sources(self) -> Mapping[str, str]:
-        build = build_of(self.spec, sanitized=False)
+        build = self.built
         files = {name: text for name, text in sources_of(build).items() if name.endswith(".c")}
         if build.controller.outputs[build.parts.heater].kind == "pwm":
             del files[f"output_{build.parts.heater}.c"]  # of timers, which this computer has not
         files.pop("countdown.c", None)  # broken in the panel's arenas, which set a time by keys
         return files
 
-    def headers(self) -> Mapping[str, str]:
-        return sources_of(build_of(self.spec, sanitized=False))
-
-    def build(self, changed: Mapping[str, str], folder: Path) -> Path:
-        build = build_of(self.spec, sanitized=False)
-        for name, text in changed.items():
-            build = build.with_changed(name, text, folder)
-        return build.library
-
     def prepare(self) -> None:
-        host = Host(build_of(self.spec, sanitized=False))
+        host = Host(self.built)
         prepare_control(host, self.spec)
         if self.spec in host_specs.COMMANDED:
             prepare_answers(self.spec)
@@ -57,7 +43,7 @@ class HostArena:
         host.close()
 
     def problem(self, built: Path) -> str:
-        host = Host(replace(build_of(self.spec, sanitized=False), library=built))
+        host = self.host(built)
         judges = [*judges_of(self.spec, FIRST_COURSES).values(), judges_of(self.spec)["control"]]
         return next((problem for judge in judges if (problem := judge(host))), "")
 

@@ -56,7 +56,7 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
             *([Stretch("setpoint", 1, 4), Stretch("off_and_on", 3, each)] for each in (60, -60)),
             *([Stretch("tune", 1 + number % 6, number)] for number in range(TUNED_COURSES)),
         ]
-    if host_specs.is_adjustable(name):
+    if "critical" in kinds:
         courses += [[Stretch("critical", 3, value)] for value in range(2 * len(CRITICAL_C))]
     drawn = range(COURSES // 4 if programmed else COURSES)
     if "limits" in kinds:
@@ -83,8 +83,7 @@ def run_problem(
     host: Host, inputs: NDArray[Any], wanted: Expected, tripped: Sequence[int] = ()
 ) -> str:
     """Say where the host differs from the reference from power-up on; empty if nowhere."""
-    host.erase()
-    host.power_up()
+    host.renew()
     try:
         difference = first_difference(_run(host, inputs, tripped), wanted)
     except HostHangs as problem:
@@ -96,8 +95,7 @@ def all_problem(
     host: Host, inputs: Mapping[str, NDArray[Any]], wanted: Mapping[str, Expected]
 ) -> str:
     """The same of all loops at once."""
-    host.erase()
-    host.power_up()
+    host.renew()
     try:
         found = host.run_all(inputs)
     except HostHangs as problem:

@@ -42,8 +42,7 @@ class Running:
         """Power up, switch on, and do a few steps at a temperature."""
         host = self.host
         host.world.main_hangs = host.world.loop_hangs = host.world.fan_stands_still = 0
-        host.erase()
-        host.power_up()
+        host.renew()
         host.set_reading(0, self.scale.code(celsius))
         host.set_setpoint(TARGET_C)
         host.step()
@@ -136,8 +135,7 @@ class _Gate(Running):
             yield f"heater on for {found} ticks, not {wanted}, when {when}"
 
     def _before_the_first_step(self) -> int:
-        self.host.erase()
-        self.host.power_up()
+        self.host.renew()
         return self.full(self.period_ticks - 1)
 
     def _after(self, event: Callable[[], None], ticks: int, renew: str = "") -> int:

@@ -94,8 +94,7 @@ def _problem(host: Host, name: str, number: int) -> str:
     ffi = declarations(host.build.project, parts)
     loop = f"loop_{parts.name}"
     tells = getattr(library, f"{loop}_is_enabled" if parts.switched else f"{loop}_is_ready")
-    host.erase()
-    host.power_up()
+    host.renew()
     for place, (row, taken, told, members) in enumerate(_course(name, number)):
         command, value = Command(row[0]["command"]), float(row[0]["value"])
         asked = ASKED.get(command) if parts.switched and not row[0]["acknowledge"] else None
@@ -232,7 +231,7 @@ def _cut(host: Host, name: str) -> Iterator[str]:
     controller = host_specs.spec_of(name).controller
     for number, (inputs, states) in enumerate(_before(name)):
         noted = _Noted(controller, states)
-        _erase(host)
+        host.renew()
         host.run(inputs)
         host.library.host_settle()
         if host.library.progress_saves() != noted.saves:
@@ -245,14 +244,9 @@ def _cut(host: Host, name: str) -> Iterator[str]:
             yield f"course {number}, after the cut, {problem}"
 
 
-def _erase(host: Host) -> None:
-    host.erase()
-    host.power_up()
-
-
 def _run(host: Host) -> None:
     """Be in the first program for a few steps."""
-    _erase(host)
+    host.renew()
     host.set_reading(0, scale_of(host.build.controller).code(BEGIN_C))
     host.step()
     host.order(program.START, 1)
@@ -344,7 +338,7 @@ def _interrupted(host: Host, _: str) -> Iterator[str]:
 def _edited(host: Host, _: str) -> Iterator[str]:
     """Another program at its place cannot go on, and that is said until the next one begins."""
     library = host.library
-    _erase(host)
+    host.renew()
     yield from _expect(host, "blank", **{name: 0 for name, _ in program.MEMBERS})
     _run(host)
     edited = library.program_loaded()[0]

@@ -4,17 +4,18 @@ A build is made once (`build/rig`), by all that goes into it.
 """
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import deepcopy
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import yaml
-from rig.firmware import changed, kept
+from rig.firmware import changed, kept, put
 
 from heatwright.generator import plan_firmware, render, write
-from heatwright.sim.host import HostBuild, build_host
+from heatwright.sim.host import Host, HostBuild, build_host
 from heatwright.sim.host import __file__ as package
 from heatwright.sim.host.parts import parts_of
 from heatwright.spec import Spec, load_text
@@ -27,22 +28,11 @@ NOTHING = "null"
 _EXAMPLES = ("extruder", "feeder")
 
 
-def _put(place: Any, path: str, value: Any) -> None:
-    """Put a value at a path like `loops.air.period`; NOTHING takes away what is there."""
-    *way, last = (int(part) if part.isdecimal() else part for part in path.split("."))
-    for part in way:
-        place = place[part] if isinstance(place, list) else place.setdefault(part, {})
-    if value == NOTHING:
-        place.pop(last)
-    else:
-        place[last] = deepcopy(value)
-
-
 def _text(*changes: dict[str, Any]) -> str:
     spec: dict[str, Any] = {}
     for change in changes:
         for path, value in change.items():
-            _put(spec, path, value)
+            put(spec, path, None if value == NOTHING else deepcopy(value))
     return "".join(f"{key}: {_flow(value)}\n" for key, value in spec.items() if value)
 
 
@@ -90,28 +80,16 @@ def spec_of(name: str) -> Spec:
     return load_text(TEXTS[name], f"{name}.yaml")
 
 
-def is_adjustable(name: str) -> bool:
-    """Tell whether the operator may lower the critical temperature of the one loop."""
-    ((_, loop),) = spec_of(name).controller.loops.items()
-    return loop.protection.maximum_adjustable
-
-
 @cache
-def build_of(name: str, *, sanitized: bool = True) -> HostBuild:
-    """Return the build of one of `host_specs`.
+def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
+    """Return the build of any specification.
 
     Args:
-        name: of the specification.
+        spec: the specification.
         sanitized: else without gcc's sanitizer, which would end the process at a mutant's first
             overflow.
 
     """
-    return build_of_spec(spec_of(name), sanitized=sanitized)
-
-
-@cache
-def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
-    """Return the build of any specification of one loop."""
     files = render(plan_firmware(spec))
     key = repr((sorted(files.items()), sanitized)).encode() + _world()
 
@@ -143,3 +121,29 @@ def sources_of(build: HostBuild) -> Mapping[str, str]:
         path for path in source.iterdir() if path.suffix == ".h" or path.name in build.objects
     ]
     return {path.name: path.read_text(encoding="utf-8") for path in chosen}
+
+
+class BuildArena:
+    """An arena of the mutation engine: all mutants of a host build are one library."""
+
+    together = True
+
+    def __init__(self, name: str, spec: Callable[[], Spec]) -> None:
+        self.name, self._spec = name, spec
+
+    @property
+    def built(self) -> HostBuild:
+        return build_of_spec(self._spec(), sanitized=False)
+
+    def headers(self) -> Mapping[str, str]:
+        return sources_of(self.built)
+
+    def build(self, changed: Mapping[str, str], folder: Path) -> Path:
+        built = self.built
+        for name, text in changed.items():
+            built = built.with_changed(name, text, folder)
+        return built.library
+
+    def host(self, library: Path) -> Host:
+        """Load what was built."""
+        return Host(replace(self.built, library=library))

@@ -13,8 +13,10 @@ from functools import cache
 from importlib import import_module
 from itertools import product
 from math import inf, nan
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import INPUT
@@ -166,24 +168,34 @@ LEAST_RANGE = 1.0
 """Of the output, above its minimum."""
 
 
+def begun_at(host: Host, celsius: float) -> NDArray[Any]:
+    """Begin anew; return the inputs of a step that reads this temperature."""
+    inputs = np.zeros(1, INPUT)
+    inputs["reading_raw"] = scale_of(host.build.controller).code(celsius)
+    host.renew()
+    return inputs
+
+
+def next_step(host: Host, inputs: NDArray[Any]) -> Any:
+    """Do a step without a latched fault; return its states."""
+    host.library.fault.code, host.library.fault_complement = 0, 255
+    return host.run(inputs).states[0]
+
+
 def limits_problem(host: Host) -> str:
     """Say which settings the next step does not take, or takes although they cannot be."""
     ((name, loop),) = host.build.controller.loops.items()
     algorithm, library = loop.algorithm, host.library
     if not isinstance(algorithm, Pid) or not algorithm.limits_adjustable:
         return ""
-    inputs = np.zeros(1, INPUT)
-    inputs["reading_raw"] = scale_of(host.build.controller).code(MILD_C)
-    host.erase()
-    host.power_up()
+    inputs = begun_at(host, MILD_C)
     for limits in doubtful_limits(algorithm):
         sound = may_limit(algorithm, limits)
         if getattr(library, f"settings_may_limit_{name}")(*limits) != sound:
             return f"{limits}: they {'may' if sound else 'may not'} be"
         for member, limit in zip(Limits._fields, limits, strict=True):
             setattr(library.settings, f"{name}_{member}_percent", limit)
-        library.fault.code, library.fault_complement = 0, 255
-        row = host.run(inputs).states[0]
+        row = next_step(host, inputs)
         wanted = limits if sound else limits_of(algorithm)
         found = Limits(*(row[f"{member}_percent"] for member in Limits._fields))
         kept = [getattr(library.settings, f"{name}_{each}_percent") for each in Limits._fields]
@@ -259,8 +271,7 @@ class _Chosen:
     def _power_up(self, celsius: float) -> None:
         """As if the type had been chosen when more was asked for."""
         host, loop = self.host, self.controller.loops[self.parts.name]
-        host.erase()
-        host.power_up()
+        host.renew()
         settings = host.library.settings
         setattr(settings, f"{self.parts.sensor}_thermocouple", self.code)
         setattr(settings, f"{self.parts.name}_setpoint_c", loop.setpoint.maximum_c)

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 from courses.host_stretches_commanded import current_of
 from host_gate import COLD_C, LONG, Running
-from host_values import scale_of
+from host_values import MILD_C, begun_at, next_step
 from numpy.typing import NDArray
 
 from heatwright.sim.host import Host
-from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.host.parts import healthy_line, looks_of
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.protection.limiter import HALF, TWO, Limiter
@@ -33,14 +32,15 @@ Part = tuple[int, int]
 class _Watched(Running):
     """A loop that asks for full power, whatever its algorithm wants."""
 
-    def acknowledged(self, line: str, level: int, code: int, periods: int) -> Iterator[str]:
-        """Whoever acknowledges with such a line has this fault so many periods later."""
-        setattr(self.host.world, line, level)
-        self.ticks(LONG)
-        self.library.host_acknowledge()
-        self.ticks(periods * self.period_ticks)
-        if int(self.library.fault.code) != code:
-            yield f"acknowledged, {line} {level}: fault {self.library.fault.code}, not {code}"
+    def goes_by(self, line: str, trips: int, code: int, periods: int) -> Iterator[str]:
+        """Whoever acknowledges is told again, so many periods later, while a line trips."""
+        for level, told in ((trips, code), (0, 0)):
+            setattr(self.host.world, line, level)
+            self.ticks(LONG)
+            self.library.host_acknowledge()
+            self.ticks(periods * self.period_ticks)
+            if int(self.library.fault.code) != told:
+                yield f"acknowledged, {line} {level}: fault {self.library.fault.code}, not {told}"
 
 
 INPUT_OPEN = 31
@@ -121,7 +121,8 @@ class _Opened(_Watched):
                 if int(self.library.fault.code) != latched:
                     yield f"{at}: fault {self.library.fault.code}, not {latched}"
                 if latched:
-                    yield from self._goes_by()
+                    tripping = sum(each.trips << bit for bit, each in enumerate(self._given))
+                    yield from self.goes_by("open_inputs", tripping, INPUT_OPEN, PATIENCE)
                     return
                 if not self.host.world.ticks % self.period_ticks:
                     paused = bool(getattr(self.library, f"loop_{self.parts.name}").paused)
@@ -133,12 +134,6 @@ class _Opened(_Watched):
         """Whether the heater's own shortest times may keep it off."""
         output = self.host.build.controller.outputs[self.parts.heater]
         return bool(getattr(output, "minimum_off_s", 0) or getattr(output, "window_s", 0))
-
-    def _goes_by(self) -> Iterator[str]:
-        """Whoever acknowledges is told again while it lasts, and then no more."""
-        tripping = sum(each.trips << number for number, each in enumerate(self._given))
-        for mask, code in ((tripping, INPUT_OPEN), (0, 0)):
-            yield from self.acknowledged("open_inputs", mask, code, PATIENCE)
 
 
 PROVES, TORN, SHORTED = 0, 1, 2
@@ -245,13 +240,8 @@ class _Proven(_Watched):
                 if code != latched:
                     yield f"{parts}, part {number}, tick {tick}: fault {code}, not {latched}"
                 if latched:
-                    yield from self._goes_by()
+                    yield from self.goes_by("proof_line", TORN, FAN_STOPPED, 2)
                     return
-
-    def _goes_by(self) -> Iterator[str]:
-        """Whoever acknowledges is told again while it lasts, and then no more."""
-        for line, code in ((TORN, FAN_STOPPED), (PROVES, 0)):
-            yield from self.acknowledged("proof_line", line, code, 2)
 
     def lasting(self) -> Iterator[str]:
         """For more ticks than two bytes can count."""
@@ -270,7 +260,6 @@ class _Proven(_Watched):
 
 
 RAWS = 1024
-MILD_C = 30.0
 LASTS = 60
 """Steps in which each pair stays: a limit rises to its end, and a fault would come."""
 UPSETS = (nan, inf, 1e30)
@@ -286,17 +275,13 @@ def current_problem(host: Host) -> str:
         return ""
     limiter = Limiter(controller, loop)
     members = [name for name, _ in limiter.members]
-    inputs = np.zeros(1, INPUT)
-    inputs["reading_raw"] = scale_of(controller).code(MILD_C)
-    host.erase()
-    host.power_up()
+    inputs = begun_at(host, MILD_C)
     sensor = controller.sensors[current.sensor]
     for applied, raw in at_limits(limiter, getattr(sensor, "oversample", 1)):
         inputs["current_raw"] = raw
         for step in range(LASTS):
             getattr(host.library, f"loop_{name}").duty_percent = applied
-            host.library.fault.code, host.library.fault_complement = 0, 255
-            row = host.run(inputs).states[0]
+            row = next_step(host, inputs)
             limiter.measure(raw, applied)
             code = limiter.watch()
             wanted = [*limiter.values(), code]
@@ -314,8 +299,7 @@ def _upset(host: Host, inputs: NDArray[Any], limiter: Limiter) -> str:
         if upset is not None:
             getattr(host.library, f"current_{parts.heater}").limit_percent = upset
         getattr(host.library, f"loop_{parts.name}").duty_percent = applied
-        host.library.fault.code, host.library.fault_complement = 0, 255
-        row = host.run(inputs).states[0]
+        row = next_step(host, inputs)
         limiter.measure(int(inputs["current_raw"][0]), applied)
         found = row["current.limit_percent"]
         if found != limiter.top_percent:
@@ -347,11 +331,16 @@ UNCOUNTED = (14, 15, 16, 19, 23, 30)
 """Those of the controller, its supply, its host, and who has forgotten it."""
 
 
+def _without_fault(host: Host) -> Any:
+    """Power up without a latched fault, and return the library."""
+    host.power_up()
+    host.library.host_acknowledge()
+    return host.library
+
+
 def restored_problem(host: Host) -> str:
     """Say whether a processor that jumps to where the start restores a fault clears the latch."""
-    library = host.library
-    host.power_up()
-    library.host_acknowledge()
+    library = _without_fault(host)
     library.fault_trip(HOT, 0.0)
     library.fault_restore([{"code": 0}])
     library.fault_judge(True, 0.0)
@@ -361,20 +350,18 @@ def restored_problem(host: Host) -> str:
 
 def lockout_problem(host: Host) -> str:
     """Say the first thing that is wrong; empty if nothing."""
-    controller, library = host.build.controller, host.library
+    controller = host.build.controller
     lockout = lockout_of(controller)
     if lockout is None:
         return ""
     for rule in rules_of(controller):
-        host.power_up()
-        library.host_acknowledge()
+        library = _without_fault(host)
         library.fault.trips = 0
         library.fault_trip(rule.code, 0.0)
         if library.fault.trips != (rule.code not in UNCOUNTED):
             return f"{rule.id}: {library.fault.trips} trips are counted"
     for missing in (1, 0):
-        host.power_up()
-        library.host_acknowledge()
+        library = _without_fault(host)
         library.fault.trips = max(0, lockout.trips - missing - 1)
         library.fault_trip(HOT, 0.0)
         if library.fault_is_locked() != (library.fault.trips == lockout.trips):

@@ -110,11 +110,9 @@ def test_one_step_at_a_time_is_the_same_as_many(hosts):
     inputs["acknowledge"] = 0, 0, 0, 1
     inputs["reading_raw"] = 300, 300, 340, 2000
     inputs["setpoint_c"] = 40, 40, 40, 41
-    host.erase()
-    host.power_up()
+    host.renew()
     together = host.run(inputs).states
-    host.erase()
-    host.power_up()
+    host.renew()
     for row, wanted in zip(inputs, together, strict=True):
         host.set_reading(int(row["reading_status"]), int(row["reading_raw"]))
         host.set_setpoint(float(row["setpoint_c"]))

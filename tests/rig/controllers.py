@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import count as naturals
 from itertools import islice
 from random import Random
 from typing import Any, NamedTuple
@@ -97,29 +96,20 @@ def drawings(random: Random, loops: Sequence[int] = (1, 2, 3), seldom: int = 6) 
             yield found
 
 
-_RANDOM = Random(f"controllers {SEED}")  # noqa: S311 - no secret
-_ATTEMPTS: list[Drawn | SpecError | None] = []
+def _seeded() -> Random:
+    return Random(f"controllers {SEED}")  # noqa: S311 - no secret
 
 
 def attempts(count: int) -> list[Drawn | SpecError | None]:
     """Attempt a number of them, the same ones for the same SUITE_SEED."""
-    while len(_ATTEMPTS) < count:
-        _ATTEMPTS.append(attempt(_RANDOM.randint))
-    return _ATTEMPTS[:count]
-
-
-def accepted() -> Iterator[Drawn]:
-    """Draw one after the other: the attempts that are accepted."""
-    for number in naturals(1):
-        found = attempts(number)[-1]
-        if isinstance(found, Drawn):
-            yield found
+    random = _seeded()
+    return [attempt(random.randint) for _ in range(count)]
 
 
 @cache
 def drawn(count: int) -> tuple[Drawn, ...]:
-    """Draw a number of them."""
-    return tuple(islice(accepted(), count))
+    """Draw a number of them: the attempts that are accepted."""
+    return tuple(islice(drawings(_seeded()), count))
 
 
 class _Controller:

@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import yaml
 
 from heatwright.generator import plan_firmware, render
 from heatwright.sim.avr import Avr
@@ -120,6 +121,38 @@ def changed(spec: str, *changes: tuple[str, str]) -> str:
         assert text.count(old) == 1, f"it stands there {text.count(old)} times: {old}"
         text = text.replace(old, new)
     return text
+
+
+def plain(data: Any) -> Any:
+    """Return a loaded spec as mappings and lists that can be changed."""
+    if isinstance(data, Mapping):
+        return {key: plain(value) for key, value in data.items()}
+    return [plain(each) for each in data] if isinstance(data, tuple | list) else data
+
+
+def put(data: Any, path: str, value: Any) -> None:
+    """Put a value at a place like `loops.air.period`; None takes away what is there."""
+    *way, last = (int(part) if part.isdecimal() else part for part in path.split("."))
+    for part in way:
+        data = data[part] if isinstance(data, list) else data.setdefault(part, {})
+    if value is None:
+        data.pop(last)
+    elif isinstance(data, list):
+        data[last : last + 1] = [value]  # also behind the last one
+    else:
+        data[last] = value
+
+
+def edited(spec: str, changes: str) -> str:
+    """Return a spec's text, or that of the example of that name, with other values at places.
+
+    changes -- in YAML, a line for each, such as `loops.air.period: 2 s`; `null` takes one away.
+    """
+    found = spec_of(spec) if "\n" in spec else example(spec)
+    data = plain(found.tree.data)
+    for path, value in yaml.safe_load(changes).items():
+        put(data, path, value)
+    return yaml.dump(data, allow_unicode=True, sort_keys=False)
 
 
 TEMPLATES = Path(templates).parent

@@ -400,18 +400,19 @@ def _hang_problem(bench: OutputBoard) -> str:
     for hangs, due in ((0, 0), (1, WATCHDOG_RESET), (0, 0)):
         bench.put("hangs", hangs)
         bench.avr.run(0.2)
-        bench.avr.reset("external")
-        bench.avr.run(0.005)  # the main loop has not run yet
-        if bench.get("fault.code") != due:
-            return f"behind a hang: fault {bench.get('fault.code')}, not {due}"
-        bench.avr.reset("external")
-        bench.avr.run(0.05)
-        if bench.get("fault.code"):
+        found = _fault_after_reset(bench, 0.005)  # the main loop has not run yet
+        if found != due:
+            return f"behind a hang: fault {found}, not {due}"
+        if _fault_after_reset(bench, 0.05):
             return "a hang is told twice"
     for random in (HANG_MARK - 1, HANG_MARK + 1):
         bench.put("reset_hang_mark", random)
-        bench.avr.reset("external")
-        bench.avr.run(0.005)
-        if bench.get("fault.code"):
+        if _fault_after_reset(bench, 0.005):
             return "what memory has by chance is taken for a hang"
     return ""
+
+
+def _fault_after_reset(bench: OutputBoard, seconds: float) -> int:
+    bench.avr.reset("external")
+    bench.avr.run(seconds)
+    return int(bench.get("fault.code"))

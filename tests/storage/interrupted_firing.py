@@ -83,8 +83,7 @@ class Kiln:
             controller, simulation.plant.model_copy(update={"initial_c": ambient_c}),
             ambient_c=ambient_c, step_s=1.0,
         )  # fmt: skip
-        self.host.erase()
-        self.host.power_up()
+        self.host.renew()
         self._counts, self._writes = 0, -1
         self.dead, self._lies = False, []
 

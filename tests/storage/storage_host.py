@@ -340,8 +340,7 @@ def ordered_wrongly(host: Host) -> Iterator[str]:
     ffi = declarations(host.build.project, host.build.parts)
     orders = ("", "stop", "pause", "skip")
     for state, order in (*product(range(5), orders), (IDLE, "start and pause")):
-        host.erase()
-        host.power_up()
+        host.renew()
         library.program.state, library.program.ended = state, 1
         if order == "start and pause":  # nothing has begun that could be paused
             assert library.program_start(1)

@@ -252,8 +252,7 @@ class World:
         """
         ffi, library = _year()
         random = Random(f"year {SEED} {seed}")  # noqa: S311 - no secret
-        self.host.erase()
-        self.host.power_up()
+        self.host.renew()
         coldest = setpoint_c == self._highest_c
         lasting_s = steps * self._machine.period_s
         self._machine.start_s = (

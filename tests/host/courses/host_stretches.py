@@ -141,12 +141,18 @@ class Walk:
         goal, fastest_k = self._scale.code(goal_c) + nudge, self._fastest_k / slower
         self._good(self._last_good)
         while self._raw != goal and len(self._rows) < LONGEST:
-            left_k = self._scale.celsius(goal) - self._scale.celsius(self._raw)
-            far = self._scale.moved(self._raw, fastest_k if left_k > 0 else -fastest_k)
             before = self._raw
-            self._good(goal if abs(left_k) <= fastest_k or far == before else far)
+            far = self._towards(goal, fastest_k)
+            self._good(goal if far == before else far)
             if self._raw == before:
                 return  # as far as codes go
+
+    def _towards(self, goal: int, fastest_k: float) -> int:
+        """Return the code that is as near to another as one step may take it."""
+        left_k = self._scale.celsius(goal) - self._scale.celsius(self._raw)
+        if abs(left_k) <= fastest_k:
+            return goal
+        return self._scale.moved(self._raw, fastest_k if left_k > 0 else -fastest_k)
 
     def _jump(self, stretch: Stretch) -> None:
         """Change by just what is allowed since the last good reading."""

@@ -102,8 +102,13 @@ class CommandedWalk(Walk):
         if self._switched and not self._waiting:
             self._waiting = [order(Command.DISABLE), order(Command.ENABLE)]
 
-    def _set_others(self, status: int = 0, share: int = AS_DUE, silent_ticks: int = 0) -> None:
+    def _zigzag_while(
+        self, stretch: Stretch, *, status: int = 0, share: int = AS_DUE, silent_ticks: int = 0
+    ) -> None:
+        """Zigzag with another status or share of the current, or without the master."""
         self._others = (status, share, silent_ticks)
+        self._zigzag(stretch)
+        self._others = (0, AS_DUE, 0)
 
     def _order_switched(self, stretch: Stretch) -> None:
         self._command = SWITCHED_ORDERS[stretch.value % len(SWITCHED_ORDERS)]
@@ -117,47 +122,39 @@ class CommandedWalk(Walk):
 
     def _by_percent(self, stretch: Stretch) -> None:
         """By hand with a duty given before and after, and back."""
-        self._command = (Command.PERCENT, abs(stretch.value) / 1.9, NO_GAINS)
-        self._hold(stretch)
-        self._command = (Command.MANUAL, abs(stretch.value) / 2.0, NO_GAINS)
-        self._hold(stretch)
-        self._command = (Command.PERCENT, abs(stretch.value) / 2.1, NO_GAINS)
-        self._hold(stretch)
+        for command, part in (
+            (Command.PERCENT, 1.9), (Command.MANUAL, 2.0), (Command.PERCENT, 2.1)
+        ):  # fmt: skip
+            self._command = (command, abs(stretch.value) / part, NO_GAINS)
+            self._hold(stretch)
         self._command = order(Command.AUTOMATIC)
         self._hold(stretch)
 
     def _silence(self, stretch: Stretch) -> None:
-        self._set_others(silent_ticks=max(0, self._lost_ticks + stretch.nudge))
-        self._zigzag(stretch._replace(steps=1 + stretch.steps // 4))
-        self._set_others()
+        silent_ticks = max(0, self._lost_ticks + stretch.nudge)
+        shorter = stretch._replace(steps=1 + stretch.steps // 4)
+        self._zigzag_while(shorter, silent_ticks=silent_ticks)
 
     def _load(self, stretch: Stretch) -> None:
         """The heater draws another share of what is due, at the setpoint or below it."""
         if stretch.value % 3 == 0:
             self._ramp_to(self._setpoint_c - 5 - stretch.steps % 5)
-        self._set_others(share=SHARES[stretch.value % len(SHARES)])
-        self._zigzag(stretch)
-        self._set_others()
+        self._zigzag_while(stretch, share=SHARES[stretch.value % len(SHARES)])
 
     def _leak(self, stretch: Stretch) -> None:
         """About as little current as is called none, far above the setpoint or anywhere."""
         if stretch.value % 3:
             self._ramp_to(self._setpoint_c + 6)
-        self._draw(IDLE_CODES + stretch.nudge, stretch)
+        self._zigzag_while(stretch, share=-1 - (IDLE_CODES + stretch.nudge))
 
     def _over(self, stretch: Stretch) -> None:
         assert self._current is not None
-        self._draw(round(self._current.over_a * CODES_PER_AMPERE) - 2 + stretch.nudge, stretch)
-
-    def _draw(self, codes: int, stretch: Stretch) -> None:
-        self._set_others(share=-1 - codes)
-        self._zigzag(stretch)
-        self._set_others()
+        codes = round(self._current.over_a * CODES_PER_AMPERE) - 2 + stretch.nudge
+        self._zigzag_while(stretch, share=-1 - codes)
 
     def _no_scan(self, stretch: Stretch) -> None:
-        self._set_others(status=SCAN_LOST, share=SHARES[stretch.value % len(SHARES)])
-        self._zigzag(stretch)
-        self._set_others()
+        share = SHARES[stretch.value % len(SHARES)]
+        self._zigzag_while(stretch, status=SCAN_LOST, share=share)
 
     def _critical(self, stretch: Stretch) -> None:
         """Move the critical temperature, at times to just above this one."""
@@ -337,10 +334,7 @@ class ProgrammedWalk(CommandedWalk):
 
     def _near(self, goal_c: float, nudge: int = 0) -> None:
         """Take one step towards a temperature."""
-        goal = self._scale.code(goal_c) + nudge
-        left_k = self._scale.celsius(goal) - self._scale.celsius(self._raw)
-        far = self._scale.moved(self._raw, self._fastest_k if left_k > 0 else -self._fastest_k)
-        self._good(goal if abs(left_k) <= self._fastest_k else far)
+        self._good(self._towards(self._scale.code(goal_c) + nudge, self._fastest_k))
 
     def _come_back(self, stretch: Stretch) -> None:
         """After a reset: find a temperature that it may go on from, or not, or wait for one."""
@@ -420,18 +414,13 @@ class ProgrammedWalk(CommandedWalk):
 
     def _order_late(self, stretch: Stretch) -> None:
         """Orders while there is no reading; a later one may replace an earlier one."""
-        if stretch.value % 2:
+        number, value = len(PROGRAM_ORDERS), stretch.value
+        if value % 2:
             self._give(JUMP, 2)
-        self._ordered = (
-            PROGRAM_ORDERS[stretch.value % len(PROGRAM_ORDERS)],
-            abs(stretch.value) % PLACES,
-        )
+        self._ordered = PROGRAM_ORDERS[value % number], abs(value) % PLACES
         for _ in range(1 + stretch.steps // 4):
             self._missed(1)
-        if stretch.value % 3:
-            self._ordered = (
-                PROGRAM_ORDERS[stretch.value // 8 % len(PROGRAM_ORDERS)],
-                abs(stretch.value) // 5 % PLACES,
-            )
+        if value % 3:
+            self._ordered = PROGRAM_ORDERS[value // 8 % number], abs(value) // 5 % PLACES
             self._missed(4)
         self._zigzag(stretch)
