@@ -176,8 +176,8 @@ def test_no_bit_of_a_serial_line_s_registers_cuts_it_off(example: str, file: str
     ]
     if file == "modbus_line":
         pin = controller_of(example).board.pins["D2"]
-        for name in (f"PORT{pin.port}", f"DDR{pin.port}"):
-            bits.append((name, device.variables[name].address, pin.bit))
+        driver = (f"PORT{pin.port}", f"DDR{pin.port}")
+        bits += [(name, device.variables[name].address, pin.bit) for name in driver]
     for name, address, bit in bits:
         before = device.avr.read_ram(address, 1)[0]
         try:
