@@ -154,7 +154,9 @@ static void tick(void)
     programs_tick();
     for (int i = 0; i < BYTES_SENT_PER_TICK && (UCSR0B & (1u << UDRIE0)); i++) {
         USART0_UDRE_vect();
-        sent(UDR0);
+        if (UCSR0B & (1u << UDRIE0)) {
+            sent(UDR0);
+        }
     }
     must((UCSR0B & (uint8_t) ~(1u << UDRIE0)) == LISTENS, "a line that is set otherwise");
     if (!(UCSR0B & (1u << UDRIE0))) {

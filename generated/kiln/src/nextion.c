@@ -11,6 +11,7 @@
 
 void nextion_start(void)
 {
+    nextion_port_set_registers(NEXTION_DIVISOR);
     talk_start();
 }
 
