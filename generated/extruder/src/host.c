@@ -158,7 +158,8 @@ void host_set_registers(void)
     }
     UCSR0A = (1u << U2X0);
     UCSR0C = (1u << UCSZ01) | (1u << UCSZ00); /* 8N1 */
-    UCSR0B = (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0) | (1u << UDRIE0); /* without a byte UDRIE goes off */
+    /* Without a byte to send, its interrupt switches itself off. */
+    UCSR0B = (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0) | (1u << UDRIE0);
 }
 
 bool host_take(char *byte)

@@ -179,7 +179,8 @@ def _context(source: Source, interface: Gcode) -> HostNames:
         uart=uart,
         setup=[
             *uart.formed("HOST_DIVISOR", "8N1"),
-            f"{uart.enabled('TXEN', 'RXEN', 'RXCIE', 'UDRIE')} /* without a byte UDRIE goes off */",
+            "/* Without a byte to send, its interrupt switches itself off. */",
+            uart.enabled("TXEN", "RXEN", "RXCIE", "UDRIE"),
         ],
         output=output,
         prefix=f"OUTPUT_{output.upper()}" if output else "",
