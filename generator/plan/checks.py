@@ -36,7 +36,6 @@ class CheckNames:
     read_back: tuple[str, ...]
     pulses: bool
     watchdog: str
-    released: list[str]
 
 
 def plan_checks(root: Source) -> tuple[Part, ...]:
@@ -44,7 +43,6 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
     if not self_checked(root.controller):
         return ()
     controller = root.controller
-    lets_go = {controller.safety.relay, *(loop.heater for loop in controller.loops.values())}
     context = CheckNames(
         where=root.at("safety", "self_checks").where,
         adc=measures_known_voltage(controller),
@@ -54,7 +52,6 @@ def plan_checks(root: Source) -> tuple[Part, ...]:
         read_back=read_back(controller),
         pulses=any(controller.switches[name].is_windowed for name in read_back(controller)),
         watchdog=f"WDTO_{WATCHDOG_NAMES[controller.safety.watchdog_s]}",
-        released=[name for name in controller.outputs if name in lets_go],
     )
     names = ("checks.h", "checks.c", "cpu.c", "flash.h", "flash.c", "ram.h", "ram.c")
     return (
@@ -79,7 +76,6 @@ def _constants(root: Source) -> Iterator[Constant]:
         yield at.count("WATCHDOG_LEAST", 10 * least_ms, told)
         yield at.count("WATCHDOG_MOST", 10 * most_ms, f"{most_ms} ms")
     yield from known_limits(root)
-    if read_back(root.controller):
-        why = "one test may come just while the tick switches the pin"
-        yield at.count("PIN_HELD_TICKS", PIN_HELD_TICKS, why)
+    why = "one test may come just while the tick switches the pin"
+    yield at.count("PIN_HELD_TICKS", PIN_HELD_TICKS, why)
     yield at.count("CHECKS_MOST_TICKS", MOST_TICKS_WAITING, "most ticks that can wait (clock.c)")

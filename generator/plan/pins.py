@@ -30,9 +30,10 @@ def _test(pin: Pin, name: str, comparison: str) -> PinFunction:
     )
 
 
-def _obeys(pin: Pin) -> PinFunction:
+def _obeys(pin: Pin, pulses: str) -> PinFunction:
     looked = f"const uint8_t levels = PIN{pin.port};"
-    answer = f"return ((levels ^ PORT{pin.port}) & {_mask(pin)}) == 0;"
+    same = f"((levels ^ PORT{pin.port}) & {_mask(pin)}) == 0"
+    answer = f"return {same}{pulses and f' || {pulses} != 0'};"
     return PinFunction("obeys", "bool", (looked, answer), False)
 
 
@@ -54,10 +55,12 @@ def switched(  # noqa: PLR0913 - all values of one pin
     *,
     released: bool = False,
     read_back: bool = False,
+    pulses: str = "",
 ) -> PinPlan:
     """Plan an output that is on or off, with either active level.
 
-    released -- it can be turned into an input; read_back -- its level is compared with its pin.
+    released -- it can be turned into an input; read_back -- its level is compared with its pin,
+    except while the condition `pulses` is not 0.
     """
     on, off = (_set, _clear) if active == "high" else (_clear, _set)
     release = (_change(pin, "release", _clear("DDR", pin)),) if released else ()
@@ -71,7 +74,7 @@ def switched(  # noqa: PLR0913 - all values of one pin
         _change(pin, "drive", _set("DDR", pin)),
         *release,
         _test(pin, "is_on", "!=" if active == "high" else "=="),
-        *((_obeys(pin),) if read_back else ()),
+        *((_obeys(pin, pulses),) if read_back else ()),
     )
 
 

@@ -17,7 +17,7 @@ class UartRegisters:
     vectors: str
     """First part of the vectors' names: USART0, or USART alone."""
     old: bool = False
-    """True if the divisor has no 16-bit name, and its high byte shares an address with UCSRC."""
+    """True if the divisor's high byte shares an address with UCSRC."""
 
     @property
     def data(self) -> str:
@@ -46,18 +46,27 @@ class UartRegisters:
 
     def setup(self, divisor: str, *, receives: bool) -> list[str]:
         """Set 8N1 at double speed; enable the transmitter and, if `receives`, the receiver."""
+        n = self.number
         enabled = ["TXEN", "RXEN", "RXCIE"] if receives else ["TXEN"]
-        return [*self.formed(divisor, "8N1"), self.enabled(*enabled)]
+        bits = " | ".join(f"(1u << {name}{n})" for name in enabled)
+        kept = f"UCSR{n}B = (uint8_t)((UCSR{n}B & (1u << UDRIE{n})) | {bits});"
+        return [*self.formed(divisor, "8N1"), kept]
 
     def formed(self, divisor: str, form: str) -> list[str]:
-        """Set speed (doubled) and format: 8 bits, no, even or odd parity, 1 or 2 stops: `8E1`."""
+        """Set speed (doubled) and format: 8 bits, no, even or odd parity, 1 or 2 stops: `8E1`.
+
+        The same values written again disturb no byte, except one in UBRRL: it restarts a bit.
+        """
         n = self.number
         bits = [f"(1u << UCSZ{n}1)", f"(1u << UCSZ{n}0)"]
         bits += [f"(1u << UPM{n}1)"] if "N" not in form else []
         bits += [f"(1u << UPM{n}0)"] if "O" in form else []
         bits += [f"(1u << USBS{n})"] if form.endswith("2") else []
         return [
-            *self.divided_by(divisor),
+            f"UBRR{n}H = (uint8_t)({divisor} >> 8);",
+            f"if (UBRR{n}L != (uint8_t){divisor}) {{",
+            f"    UBRR{n}L = (uint8_t){divisor}; /* only then: it disturbs a byte on the line */",
+            "}",
             f"UCSR{n}A = (1u << U2X{n});",
             f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* {form} */",
         ]
@@ -66,12 +75,6 @@ class UartRegisters:
         """Enable the named bits, such as TXEN, and disable all others."""
         bits = " | ".join(f"(1u << {name}{self.number})" for name in names)
         return f"UCSR{self.number}B = {bits};"
-
-    def divided_by(self, divisor: str) -> list[str]:
-        """Set the speed."""
-        if not self.old:
-            return [f"UBRR{self.number} = {divisor};"]
-        return [f"UBRRH = (uint8_t)({divisor} >> 8);", f"UBRRL = (uint8_t){divisor};"]
 
     @property
     def _format(self) -> str:

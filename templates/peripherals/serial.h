@@ -5,7 +5,8 @@
 
 enum { SERIAL_SIZE = 16 };
 
-void serial_start(void);
+/* Called in each tick: a flipped register bit lasts until the next one. */
+void serial_set_registers(void);
 
 /* True when all bytes have been handed to the transmitter. */
 bool serial_is_empty(void);

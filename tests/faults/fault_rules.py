@@ -8,7 +8,7 @@ from typing import Any
 
 from heatwright.spec import Controller
 from heatwright.spec.commands import countdown_of
-from heatwright.spec.self_checks import proves_watchdog, read_back, self_checked
+from heatwright.spec.self_checks import proves_watchdog, self_checked
 
 Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
@@ -73,6 +73,7 @@ _SELF_CHECKS = _of(
     flash_damaged="flash_flipped", flash_unsealed="flash_not_sealed",
     sequence_broken="duty_left_out", stack_overrun="stack_guard_flipped",
     ram_damaged="ram_cell_stuck", eeprom_worn="eeprom_decays",
+    pin_held="pin_held",
 )  # fmt: skip
 _ON_ADC = {"thermistor", "rtd", "analog", "current"}
 _RELAY = _of(
@@ -134,8 +135,6 @@ def _checks(controller: Controller) -> Rules:
     found = {**_SELF_CHECKS}
     if {each.kind for each in controller.sensors.values()} & _ON_ADC:
         found |= _of(adc_wrong="adc_reference_off")
-    if read_back(controller):
-        found |= _of(pin_held="pin_held")
     if proves_watchdog(controller):
         found |= _of(clock_wrong="crystal_slow")
     return found

@@ -410,6 +410,21 @@ def test_a_heater_s_pin_that_is_held_is_told_and_the_relay_opens(
     assert not device.relay.closed
 
 
+@pytest.mark.parametrize("example", ["extruder", "fabricator", "feeder"])
+def test_a_pulse_width_s_pin_that_is_held_on_is_told_while_it_must_be_off(example: str) -> None:
+    """By interrupts, by timer, active low; no look at a pin that pulses tells anything."""
+    world = starts.heating(site_of(example))
+    heater = world.site.loop.heater
+    switch = world.device.outputs[heater]
+    world.run(2.0)
+    assert world.fault == 0
+    world.switch_off()
+    world.run(2 * world.site.loop.period_s)
+    world.device.avr.pins.drive(switch.pin, switch.active)
+    world.device.advance(world.now_s + memory.HELD_S)
+    assert world.fault == CODES["pin_held"]
+
+
 @pytest.mark.parametrize(("example", "within_s"), [(CHAMBER, 4 * TICK_S), ("kiln", 1.1)])
 def test_a_pin_that_is_disturbed_for_two_looks_is_not_held(example: str, within_s: float) -> None:
     """The third in turn tells; of pulses in the same window, or the next."""

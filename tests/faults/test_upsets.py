@@ -2,17 +2,18 @@
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 from random import Random
 from typing import TypeVar
 
 import pytest
 from fault_machines import CODES, DECIDING, site_of
-from rig.firmware import EXAMPLE_NAMES, sources_of
+from rig.firmware import EXAMPLE_NAMES, controller_of, device_of, sources_of
 from suite import SEED, amount
 
 from heatwright.sim.avr import AvrError
+from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import start_up_s
 from heatwright.sim.faults.controller import memory
@@ -22,6 +23,8 @@ from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import World
 
 DRAWN = amount("upsets")
+FLAGS = {"A": 0xFC, "B": 0x23}
+"""Bits of UCSRA and UCSRB that say what happens on the line, and UDRIE."""
 T = TypeVar("T")
 
 
@@ -47,8 +50,9 @@ def deciding(site: Site) -> Iterator[tuple[str, int, int]]:
 
 def timer_registers(example: str, file: str) -> list[str]:
     """Name what a file sets anew, such as the pace of the tick."""
-    started = sources_of(example)[file].partition("void set_registers")[2].partition("\n}")[0]
-    named = re.findall(r"^ +(TCCR\w+|OCR\w+|ICR\w+|TIMSK\w*)", started, re.MULTILINE)
+    started = sources_of(example)[file].partition("set_registers(")[2].partition("\n}")[0]
+    kinds = r"TCCR\w+|OCR\w+|ICR\w+|TIMSK\w*|UBRR\d|UCSR\w+"
+    named = re.findall(rf"^ +({kinds})", started, re.MULTILINE)
     return list(dict.fromkeys(named))
 
 
@@ -125,6 +129,67 @@ def test_no_bit_of_a_pulse_width_s_timer_stays_flipped(example: str) -> None:
                 world = starts.heating(site)
             if world.fault:  # as of the current, before the register was written
                 world = starts.heating(site)
+
+
+def heard(device: AvrDevice, file: str) -> int:
+    """Say something on the line of a port, and count what comes back on it within two seconds."""
+    said: dict[str, tuple[Callable[[], object], Callable[[], int]]] = {
+        "serial": (lambda: None, lambda: len(device.plotter.lines)),
+        "modbus_line": (lambda: None, lambda: device.master.polls),
+        "host": (lambda: device.host.send_bytes(b"\nM105\n"), lambda: len(device.host.lines)),
+        "nextion_port": (
+            lambda: device.display.send(b"\0\0\0\xff\xff\xff"),
+            lambda: device.display.instructions,
+        ),
+        "log_port": (
+            lambda: device.log_reader.send_bytes(b"\nhelp\n"),
+            lambda: len(device.log_reader.lines),
+        ),
+    }
+    say, count = said[file]
+    before = count()
+    say()
+    device.advance(device.time_s + 2.0)
+    return count() - before
+
+
+@pytest.mark.parametrize(
+    ("example", "file"),
+    [("chamber", "serial"), ("barrel", "modbus_line"), ("extruder", "host"),
+     ("kiln", "nextion_port"), ("kiln", "log_port")],
+)  # fmt: skip
+def test_no_bit_of_a_serial_line_s_registers_cuts_it_off(example: str, file: str) -> None:
+    """Neither receiver nor transmitter, speed nor format, nor the direction of a driver."""
+
+    def healthy() -> AvrDevice:
+        device = device_of(example, 20.0)
+        device.advance(6.0)
+        return device
+
+    device, cut = healthy(), []
+    names = timer_registers(example, f"{file}.c")
+    assert len([name for name in names if name.startswith("U")]) == len(["UBRR", *"ABC"])
+    bits = [
+        (name, device.variables[name].address + bit // 8, bit % 8)
+        for name in names
+        for bit in range(8 * device.variables[name].size)
+    ]
+    if file == "modbus_line":
+        pin = controller_of(example).board.pins["D2"]
+        driver = (f"PORT{pin.port}", f"DDR{pin.port}")
+        bits += [(name, device.variables[name].address, pin.bit) for name in driver]
+    for name, address, bit in bits:
+        before = device.avr.read_ram(address, 1)[0]
+        try:
+            device.avr.flip(address, bit)
+            device.advance(device.time_s + 2.0)
+            changed = (before ^ device.avr.read_ram(address, 1)[0]) & ~FLAGS.get(name[-1], 0)
+            if changed or not heard(device, file):
+                cut.append((name, bit))
+                device = healthy()
+        except AvrError:  # a mode that is not simulated
+            device = healthy()
+    assert cut == []
 
 
 @pytest.mark.parametrize("example", DECIDING)

@@ -16,7 +16,6 @@
 #include "plotter.h" /* plotter_tick */
 #include "reset.h" /* reset_prove_watchdog, reset_report */
 #include "sensor_air.h" /* sensor_air_tick */
-#include "serial.h" /* serial_start */
 #include "settings.h" /* settings_start, settings_tick */
 
 static void start(void)
@@ -33,7 +32,6 @@ static void start(void)
     loop_air_start();
     lcd_start();
     panel_refresh();
-    serial_start();
     sei();
     clock_start();
 }

@@ -10,7 +10,7 @@
 #include "algorithm_air.h" /* algorithm_air */
 #include "config.h" /* PLOTTER_DECIMALS */
 #include "loop_air.h" /* loop_air */
-#include "serial.h" /* serial_send */
+#include "serial.h" /* serial_* */
 #include "text.h" /* text_number */
 
 enum { FIELDS = 4 };
@@ -40,6 +40,7 @@ void plotter_send(void)
 
 void plotter_tick(void)
 {
+    serial_set_registers();
     if (next >= FIELDS || !serial_is_empty()) {
         return;
     }

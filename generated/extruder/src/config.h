@@ -51,6 +51,8 @@
 #define ADC_KNOWN_HIGH 282u
 /* extruder.yaml:49 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
+/* extruder.yaml:49 safety.self_checks (default): one test may come just while the tick switches the pin */
+#define PIN_HELD_TICKS 3u
 /* extruder.yaml:49 safety.self_checks (default): most ticks that can wait (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 

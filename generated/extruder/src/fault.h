@@ -40,7 +40,8 @@ enum {
     FAULT_ADC_WRONG = 40, /* The ADC measures a known voltage wrongly. */
     FAULT_STACK_OVERRUN = 41, /* The program's stack has grown into its variables. */
     FAULT_FLASH_UNSEALED = 42, /* The program was put into the chip without its checksum. */
-    FAULT_LAST = 42
+    FAULT_PIN_HELD = 43, /* A heater's or the relay's pin is not at the level that was written to it. */
+    FAULT_LAST = 43
 };
 
 /* What the guard of a loop returns in each control step: with GUARD_BROKEN if a rule is broken. */

@@ -16,7 +16,7 @@
 #include "gcode_tools.h" /* tool_set */
 #include "gcode_wait.h" /* wait_for_heat */
 #include "gcode_words.h" /* words_find */
-#include "host.h" /* host_take_urgent */
+#include "host.h" /* host_set_registers, host_take_urgent */
 #include "settings.h" /* settings_keep */
 
 enum { MOST_REPORT_S = 60 }; /* longest interval of M155's reports, as in Marlin */
@@ -525,13 +525,13 @@ uint16_t gcode_silent_ticks(void)
 
 void gcode_start(void)
 {
-    host_start();
     line_start();
     report_add(REPORT_START);
 }
 
 void gcode_tick(void)
 {
+    host_set_registers();
     heed(host_take_urgent());
     wait_count();
     count_silence();

@@ -33,6 +33,12 @@ static inline bool pin_output_heater_is_on(void)
     return (PINB & (1u << 4)) != 0;
 }
 
+static inline bool pin_output_heater_obeys(void)
+{
+    const uint8_t levels = PINB;
+    return ((levels ^ PORTB) & (1u << 4)) == 0 || (TIMSK5 & (1u << OCIE5A)) != 0;
+}
+
 /* D9 = PH6: output part_fan, active high (extruder.yaml:21 outputs.part_fan.pin) */
 static inline void pin_output_part_fan_on(void)
 {

@@ -46,7 +46,7 @@ static bool pins_are_free(void)
 {
     static uint8_t ticks_held;
 
-    if (pin_output_supply_relay_obeys()) {
+    if (pin_output_heater_obeys() && pin_output_supply_relay_obeys()) {
         ticks_held = 0;
     } else if (ticks_held < PIN_HELD_TICKS) {
         ticks_held++;

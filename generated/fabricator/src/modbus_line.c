@@ -107,16 +107,30 @@ ISR(USART_TXC_vect)
     UCSRB = (1u << TXEN) | (1u << TXCIE) | (1u << RXEN) | (1u << RXCIE);
 }
 
-void modbus_line_start(void)
+void modbus_line_set_registers(void)
 {
     pin_modbus_rx_pull_up(); /* so that an open line is idle, not noisy */
     UBRRH = (uint8_t)(MODBUS_DIVISOR >> 8);
-    UBRRL = (uint8_t)MODBUS_DIVISOR;
+    if (UBRRL != (uint8_t)MODBUS_DIVISOR) {
+        UBRRL = (uint8_t)MODBUS_DIVISOR; /* only then: it disturbs a byte on the line */
+    }
     UCSRA = (1u << U2X);
     UCSRC = (1u << URSEL) | (1u << UCSZ1) | (1u << UCSZ0) | (1u << UPM1); /* 8E1 */
     TCCR0 = (1u << CS02);
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        if (phase == ANSWERING) {
+            UCSRB = (1u << TXEN) | (1u << TXCIE);
+        } else {
+            UCSRB = (1u << TXEN) | (1u << TXCIE) | (1u << RXEN) | (1u << RXCIE);
+        }
+    }
+}
+
+void modbus_line_start(void)
+{
     listen();
-    UCSRB = (1u << TXEN) | (1u << TXCIE) | (1u << RXEN) | (1u << RXCIE);
+    modbus_line_set_registers();
 }
 
 bool modbus_line_is_asked(void)

@@ -26,6 +26,9 @@ extern struct modbus_counters modbus_counters;
 
 void modbus_line_start(void);
 
+/* Called in each tick: a flipped bit of a register or of the driver lasts until the next one. */
+void modbus_line_set_registers(void);
+
 /* True if a request to this slave or to all, with a good CRC, waits. */
 bool modbus_line_is_asked(void);
 

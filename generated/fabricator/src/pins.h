@@ -32,6 +32,12 @@ static inline bool pin_output_heater_is_on(void)
     return (PIND & (1u << 5)) != 0;
 }
 
+static inline bool pin_output_heater_obeys(void)
+{
+    const uint8_t levels = PIND;
+    return ((levels ^ PORTD) & (1u << 5)) == 0 || (TCCR1A & ((1u << COM1A1) | (1u << COM1A0))) != 0;
+}
+
 /* PD6: output cooler, active high (fabricator.yaml:18 outputs.cooler.pin) */
 static inline void pin_output_cooler_on(void)
 {

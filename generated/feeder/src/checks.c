@@ -19,7 +19,7 @@
 #include "flash.h" /* flash_is_sound, flash_start, flash_tick */
 #include "gate.h"  /* gate_has_run, gate_renew_main */
 #include "loop_nozzle.h" /* loop_nozzle_is_in_order */
-#include "pins.h"  /* pin_output_*_release */
+#include "pins.h"  /* pin_output_*_release, pin_output_*_obeys */
 #include "ram.h"   /* ram_start, ram_tick */
 
 /* .noinit is behind all other variables: a stack that grows too large overwrites it first. */
@@ -40,6 +40,19 @@ static bool eeprom_has_kept_it(void)
     return EEDR == held;
 }
 
+/* True if the pins have the levels that the tick has written (feeder.yaml:43 safety.self_checks (default)). */
+static bool pins_are_free(void)
+{
+    static uint8_t ticks_held;
+
+    if (pin_output_heater_obeys()) {
+        ticks_held = 0;
+    } else if (ticks_held < PIN_HELD_TICKS) {
+        ticks_held++;
+    }
+    return ticks_held < PIN_HELD_TICKS;
+}
+
 /* Runs the checks: the code of the first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(void)
 {
@@ -56,6 +69,9 @@ static uint8_t judge(void)
     }
     if (!ram_tick()) {
         return FAULT_RAM_DAMAGED;
+    }
+    if (!pins_are_free()) {
+        return FAULT_PIN_HELD;
     }
     if (checks_stack_guard != GUARD) {
         checks_stack_guard = GUARD;

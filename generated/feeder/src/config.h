@@ -49,6 +49,8 @@
 #define ADC_KNOWN_HIGH 427u
 /* feeder.yaml:43 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
+/* feeder.yaml:43 safety.self_checks (default): one test may come just while the tick switches the pin */
+#define PIN_HELD_TICKS 3u
 /* feeder.yaml:43 safety.self_checks (default): most ticks that can wait (clock.c) */
 #define CHECKS_MOST_TICKS 10u
 

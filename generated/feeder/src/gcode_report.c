@@ -41,7 +41,7 @@ static uint8_t step; /* the next piece of that report */
 static bool waits;   /* for room in the transmit ring: the piece is said again in the next tick */
 
 /* The text of each rule's fault. */
-enum { RULES_TOLD = 29 };
+enum { RULES_TOLD = 30 };
 static const uint8_t RULES[RULES_TOLD] PROGMEM = {
     FAULT_SENSOR_NO_ANSWER,
     FAULT_SENSOR_SHORT,
@@ -72,6 +72,7 @@ static const uint8_t RULES[RULES_TOLD] PROGMEM = {
     FAULT_ADC_WRONG,
     FAULT_STACK_OVERRUN,
     FAULT_FLASH_UNSEALED,
+    FAULT_PIN_HELD,
 };
 /* The texts of the rules, one behind the other, each with its closing 0. A code that belongs to no
  * rule of this machine, from damaged memory, gets the last text. */
@@ -105,6 +106,7 @@ static const char FAULT_TEXTS[] PROGMEM =
     "Error:E40 ADC\0"
     "Error:E41 STACK\0"
     "Error:E42 NOT SEALED\0"
+    "Error:E43 PIN HELD\0"
     "Error:E?? NO SUCH CODE";
 
 static const char *text_of_fault(uint8_t code)

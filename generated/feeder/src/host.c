@@ -149,13 +149,17 @@ ISR(USART_UDRE_vect)
     send_out = (send_out + 1u) & SEND_MASK;
 }
 
-void host_start(void)
+void host_set_registers(void)
 {
     pin_host_rx_pull_up(); /* so that an open line is idle, not noisy */
-    UBRR0 = HOST_DIVISOR;
+    UBRR0H = (uint8_t)(HOST_DIVISOR >> 8);
+    if (UBRR0L != (uint8_t)HOST_DIVISOR) {
+        UBRR0L = (uint8_t)HOST_DIVISOR; /* only then: it disturbs a byte on the line */
+    }
     UCSR0A = (1u << U2X0);
     UCSR0C = (1u << UCSZ01) | (1u << UCSZ00); /* 8N1 */
-    UCSR0B = (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0);
+    /* Without a byte to send, its interrupt switches itself off. */
+    UCSR0B = (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0) | (1u << UDRIE0);
 }
 
 bool host_take(char *byte)

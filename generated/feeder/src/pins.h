@@ -32,6 +32,12 @@ static inline bool pin_output_heater_is_on(void)
     return (PINB & (1u << 1)) == 0;
 }
 
+static inline bool pin_output_heater_obeys(void)
+{
+    const uint8_t levels = PINB;
+    return ((levels ^ PORTB) & (1u << 1)) == 0 || (TCCR1A & ((1u << COM1A1) | (1u << COM1A0))) != 0;
+}
+
 /* D7 = PD7: output fan, active high (feeder.yaml:23 outputs.fan.pin) */
 static inline void pin_output_fan_on(void)
 {

@@ -6,6 +6,7 @@
 
 #include "config.h"   /* LOG_EVERY_TICKS */
 #include "log_note.h" /* log_note */
+#include "log_port.h" /* log_port_set_registers */
 #include "log_talk.h" /* log_talk */
 
 static uint32_t ticks; /* since the last entry */
@@ -17,6 +18,7 @@ void log_begin_anew(void)
 
 void log_tick(void)
 {
+    log_port_set_registers();
     ticks++;
     if (ticks == LOG_EVERY_TICKS) {
         ticks = 0;

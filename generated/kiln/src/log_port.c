@@ -37,26 +37,26 @@ ISR(USART1_RX_vect)
 
 ISR(USART1_UDRE_vect)
 {
-    uint8_t next = sent;
+    const uint8_t next = sent;
 
-    if (next < size && next < sizeof to_send) {
-        UDR1 = (uint8_t)to_send[next];
-        next++;
-        sent = next;
-    }
     if (next >= size || next >= sizeof to_send) {
-        /* the last byte disables this interrupt: it must not come while the next text is copied */
-        UCSR1B &= (uint8_t)~(1u << UDRIE1);
+        UCSR1B &= (uint8_t)~(1u << UDRIE1); /* until the next text is complete */
+        return;
     }
+    UDR1 = (uint8_t)to_send[next];
+    sent = (uint8_t)(next + 1u);
 }
 
-void log_port_start(void)
+void log_port_set_registers(void)
 {
     pin_log_rx_pull_up(); /* so that an open line is idle, not noisy */
-    UBRR1 = LOG_DIVISOR;
+    UBRR1H = (uint8_t)(LOG_DIVISOR >> 8);
+    if (UBRR1L != (uint8_t)LOG_DIVISOR) {
+        UBRR1L = (uint8_t)LOG_DIVISOR; /* only then: it disturbs a byte on the line */
+    }
     UCSR1A = (1u << U2X1);
     UCSR1C = (1u << UCSZ11) | (1u << UCSZ10); /* 8N1 */
-    UCSR1B = (1u << TXEN1) | (1u << RXEN1) | (1u << RXCIE1);
+    UCSR1B = (uint8_t)((UCSR1B & (1u << UDRIE1)) | (1u << TXEN1) | (1u << RXEN1) | (1u << RXCIE1));
 }
 
 bool log_port_has_received(void)

@@ -4,13 +4,14 @@
 
 #include <stdint.h> /* uint8_t */
 
-#include "config.h"       /* NEXTION_TURN_TICKS */
-#include "nextion_port.h" /* nextion_port_start, nextion_port_is_silent */
+#include "config.h" /* NEXTION_DIVISOR, NEXTION_TURN_TICKS */
+#include "nextion_port.h" /* nextion_port_set_registers, nextion_port_is_silent */
+#include "nextion_search.h" /* search_is_on */
 #include "nextion_talk.h" /* talk_* */
 
 void nextion_start(void)
 {
-    nextion_port_start();
+    nextion_port_set_registers(NEXTION_DIVISOR);
     talk_start();
 }
 
@@ -18,6 +19,9 @@ void nextion_tick(void)
 {
     static uint8_t ticks_left = NEXTION_TURN_TICKS;
 
+    if (!search_is_on()) { /* the search has set another baud rate */
+        nextion_port_set_registers(NEXTION_DIVISOR);
+    }
     if (!nextion_port_is_silent()) {
         talk_hear();
     }

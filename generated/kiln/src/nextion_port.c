@@ -41,31 +41,26 @@ ISR(USART0_RX_vect)
 
 ISR(USART0_UDRE_vect)
 {
-    uint8_t next = sent;
+    const uint8_t next = sent;
 
-    if (next < size && next < sizeof to_send) {
-        UDR0 = (uint8_t)to_send[next];
-        next++;
-        sent = next;
-    }
     if (next >= size || next >= sizeof to_send) {
-        /* the last byte disables this interrupt: it must not come while the next text is copied */
-        UCSR0B &= (uint8_t)~(1u << UDRIE0);
+        UCSR0B &= (uint8_t)~(1u << UDRIE0); /* until the next text is complete */
+        return;
     }
+    UDR0 = (uint8_t)to_send[next];
+    sent = (uint8_t)(next + 1u);
 }
 
-void nextion_port_start(void)
+void nextion_port_set_registers(uint16_t divisor)
 {
     pin_nextion_rx_pull_up(); /* so that an open line is idle, not noisy */
-    UBRR0 = NEXTION_DIVISOR;
+    UBRR0H = (uint8_t)(divisor >> 8);
+    if (UBRR0L != (uint8_t)divisor) {
+        UBRR0L = (uint8_t)divisor; /* only then: it disturbs a byte on the line */
+    }
     UCSR0A = (1u << U2X0);
     UCSR0C = (1u << UCSZ01) | (1u << UCSZ00); /* 8N1 */
-    UCSR0B = (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0);
-}
-
-void nextion_port_divide(uint16_t divisor)
-{
-    UBRR0 = divisor;
+    UCSR0B = (uint8_t)((UCSR0B & (1u << UDRIE0)) | (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0));
 }
 
 bool nextion_port_is_silent(void)

@@ -12,10 +12,9 @@ enum { NEXTION_PORT_DAMAGED = 0x15 };
 /* Maximum length of an instruction. */
 enum { NEXTION_PORT_SIZE = 75 };
 
-void nextion_port_start(void);
-
-/* Set the line's baud rate. The port must have been free for a turn: then the last byte is sent. */
-void nextion_port_divide(uint16_t divisor);
+/* Called in each tick: a flipped register bit lasts until the next one. Before another baud rate
+ * is set, the port must have been free for a turn: then the last byte is sent. */
+void nextion_port_set_registers(uint16_t divisor);
 
 /* True while no received byte waits. */
 bool nextion_port_is_silent(void);

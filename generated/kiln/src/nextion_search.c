@@ -10,7 +10,7 @@
 #include <stdint.h>       /* uint8_t, uint16_t */
 
 #include "config.h"       /* NEXTION_BAUD, NEXTION_DIVISOR */
-#include "nextion_port.h" /* nextion_port_is_free, nextion_port_divide */
+#include "nextion_port.h" /* nextion_port_is_free, nextion_port_set_registers */
 #include "nextion_say.h"  /* say_* */
 
 /* Divisors of the other baud rates that a display may have. */
@@ -46,7 +46,7 @@ bool search_is_on(void)
 
 static void order_speed(uint16_t divisor)
 {
-    nextion_port_divide(divisor);
+    nextion_port_set_registers(divisor);
     for (uint8_t i = 0; i < ENDS; i++) {
         say_char((char)END); /* ends the noise that the display has received before */
     }
@@ -68,7 +68,7 @@ bool search_turn(void)
         return true;
     }
     if (next >= SPEEDS) {
-        nextion_port_divide(NEXTION_DIVISOR);
+        nextion_port_set_registers(NEXTION_DIVISOR);
         say_end(); /* ends the noise for a display with this baud rate */
         next = IDLE;
     } else {

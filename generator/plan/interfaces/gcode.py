@@ -177,7 +177,11 @@ def _context(source: Source, interface: Gcode) -> HostNames:
         keyed=any(facts[name].keyed for name in minded),
         temperature_pieces=_temperature_pieces(interface, source.controller.monitors),
         uart=uart,
-        setup=uart.setup("HOST_DIVISOR", receives=True),
+        setup=[
+            *uart.formed("HOST_DIVISOR", "8N1"),
+            "/* Without a byte to send, its interrupt switches itself off. */",
+            uart.enabled("TXEN", "RXEN", "RXCIE", "UDRIE"),
+        ],
         output=output,
         prefix=f"OUTPUT_{output.upper()}" if output else "",
         ready_loops=[

@@ -126,7 +126,6 @@ class DisplayNames:
     headers: list[Header]
     uart: UartRegisters
     setup: list[str]
-    divide: list[str]
     speeds: list[Speed]
 
 
@@ -159,8 +158,7 @@ def _context(source: Source, interface: Nextion) -> DisplayNames:
         first_words=first,
         headers=_headers(source, interface),
         uart=uart,
-        setup=uart.setup("NEXTION_DIVISOR", receives=True),
-        divide=uart.divided_by("divisor"),
+        setup=uart.setup("divisor", receives=True),
         speeds=_speeds(source, interface),
     )
 

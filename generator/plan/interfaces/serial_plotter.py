@@ -61,7 +61,6 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
             *pair("text", "interfaces/text"),
         ),
         groups=(Group("Serial plotter", constants),),
-        start_calls=(Call(Stage.SHOW, "serial.h", "serial_start();"),),
         tick_calls=(Call(Stage.SHOW, "plotter.h", "plotter_tick();"),),
         wiring=(
             Wiring(

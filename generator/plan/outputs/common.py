@@ -112,6 +112,7 @@ def output_part(  # noqa: PLR0913 - all values of one part
     tick_calls: tuple[Call, ...] = (),
     wired: str = "",
     connected: tuple[str, ...] = (),
+    pulses: str = "",
 ) -> Part:
     """Plan an output of one pin.
 
@@ -120,6 +121,7 @@ def output_part(  # noqa: PLR0913 - all values of one part
     wired -- further text for the README.
     connected -- statements that disconnect the pin from timers: after a restart without a reset,
     the timers are as the program left them.
+    pulses -- C expression that is not 0 while something else than the tick switches the pin.
     """
     pin = source.controller.board.pins[output.pin]
     stem = f"pin_output_{name}"
@@ -139,6 +141,7 @@ def output_part(  # noqa: PLR0913 - all values of one part
                 f"output {name}",
                 released=use.heats and self_checked(source.controller),
                 read_back=name in read_back(source.controller),
+                pulses=pulses,
             ),
         ),
         start_calls=start_calls,

@@ -32,6 +32,7 @@ class ByTimer:
     disconnect: str
     connect: str
     compare_type: str
+    pulses: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,7 @@ class ByInterrupts:
     vector: str
     interrupt_on: str
     interrupt_off: str
-    interrupt_is_on: str
+    pulses: str
 
 
 def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part:
@@ -82,6 +83,7 @@ def plan(source: Source, name: str, output: PwmOutput, use: UseOfOutput) -> Part
         start_calls=(Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();"),),
         wired=f", {quantity(channel.frequency_hz, 'Hz')} {by}",
         connected=(made.disconnect,) if isinstance(made, ByTimer) else (),
+        pulses=made.pulses,
     )
 
 
@@ -139,6 +141,7 @@ def _by_timer(
         disconnect=f"{names.control_a} &= (uint8_t)~({both});",
         connect=f"{names.control_a} |= {bits};",
         compare_type=names.compare_type,
+        pulses=f"({names.control_a} & ({both}))",
     )
 
 
@@ -151,7 +154,7 @@ def _by_interrupts(board: Board, output: PwmOutput, channel: PwmChannel) -> ByIn
         vector=names.vector(letter),
         interrupt_on=names.interrupt_on(letter),
         interrupt_off=names.interrupt_off(letter),
-        interrupt_is_on=names.interrupt_is_on(letter),
+        pulses=names.interrupt_is_on(letter),
     )
 
 

@@ -20,7 +20,6 @@ from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import (
     measures_known_voltage,
     proves_watchdog,
-    read_back,
     self_checked,
 )
 
@@ -82,7 +81,7 @@ def _self_checked(site: Site, start_s: float) -> Iterator[Fault]:
     if measures_known_voltage(site.controller):
         off, right = partial(measure, times=REFERENCE_OFF), partial(measure, times=1.0)
         yield tripping(site, "adc_reference_off", off, Trip(("adc_wrong",), WRONG_S), right)
-    yield from _held_pins(site)
+    yield _held_pin(site, start_s)
     if proves_watchdog(site.controller):
         slow, usual = partial(change_crystal, times=SLOW), partial(change_crystal, times=1.0)
         wrong = Trip(("clock_wrong",), start_s / SLOW)
@@ -149,15 +148,20 @@ def change_crystal(world: World, times: float) -> None:
     world.power_cut(world.step_s)
 
 
-def _held_pins(site: Site) -> Iterator[Fault]:
-    """Yield a fault that holds the relay's pin, otherwise the heater's, if the pin is read back."""
-    able, relay = read_back(site.controller), site.controller.safety.relay
-    output = relay if relay in able else site.loop.heater
-    if output not in able:
-        return
-    trip = Trip(("pin_held",), HELD_S + _asked_within_s(site.controller.switches[output]))
+def _held_pin(site: Site, start_s: float) -> Fault:
+    """Return the fault that holds the relay's pin, otherwise the heater's.
+
+    A heater under PWM is read back only while it does not pulse: surely at a start.
+    """
+    output = site.controller.safety.relay or site.loop.heater
+    switch = site.controller.switches[output]
+    if switch.frequency_hz:
+        within_s = start_s + HELD_S
+        holds = partial(hold_on_from_start, output=output, within_s=within_s)
+        return tripping(site, "pin_held", holds, Trip(("pin_held",), within_s))
+    trip = Trip(("pin_held",), HELD_S + _asked_within_s(switch))
     holds, lets_go = partial(hold_off, output=output), partial(let_go, output=output)
-    yield tripping(site, "pin_held", holds, trip, lets_go)
+    return tripping(site, "pin_held", holds, trip, lets_go)
 
 
 def _asked_within_s(output: Any) -> float:
@@ -172,6 +176,25 @@ def hold_off(world: World, output: str) -> None:
     """Short the pin of an output that is on to its off level."""
     switch = world.device.outputs[output]
     world.device.avr.pins.drive(switch.pin, "low" if switch.active == "high" else "high")
+
+
+def hold_on_from_start(world: World, output: str, within_s: float) -> None:
+    """Restart, and short the pin of an output to its on level until a fault is latched."""
+    world.power_cut(world.step_s)
+    avr, switch = world.device.avr, world.device.outputs[output]
+    latches, tripped = world.site.program.function("fault_trip"), False
+
+    def act(end_s: float) -> None:
+        nonlocal tripped
+        end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
+        avr.pins.drive(switch.pin, switch.active)
+        tripped = avr.run_to_code(latches, end)
+        avr.pins.drive(switch.pin, None)
+        world.device.advance(end_s)
+
+    end_s = world.now_s + within_s
+    while not tripped and world.now_s < end_s:
+        world.act_within(act)
 
 
 def let_go(world: World, output: str) -> None:

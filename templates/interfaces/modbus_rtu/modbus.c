@@ -295,6 +295,7 @@ void modbus_answer(void)
 
 void modbus_tick(void)
 {
+    modbus_line_set_registers();
     if (silent_ticks < UINT16_MAX) {
         silent_ticks++;
     }

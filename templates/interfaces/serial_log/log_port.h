@@ -8,7 +8,8 @@ enum { LOG_PORT_SIZE = 32 };
 /* Replaces a byte that was damaged on the line, or for which there was no room. */
 enum { LOG_PORT_DAMAGED = 0 };
 
-void log_port_start(void);
+/* Called in each tick: a flipped register bit lasts until the next one. */
+void log_port_set_registers(void);
 
 /* True if a received byte waits. */
 bool log_port_has_received(void);

@@ -9,9 +9,10 @@
 #define REGISTER extern
 #endif
 
-REGISTER volatile uint8_t UCSR0A, UCSR0B, UCSR0C, UDR0;
-REGISTER volatile uint16_t UBRR0;
+REGISTER volatile uint8_t UCSR0A, UCSR0B, UCSR0C, UDR0, UBRR0H, UBRR0L;
 REGISTER volatile uint8_t TIFR2;
+
+#define UBRR0 ((unsigned)UBRR0H << 8 | UBRR0L)
 
 enum { U2X0 = 1, UPE0 = 2, DOR0 = 3, FE0 = 4 };
 enum { UCSZ00 = 1, UCSZ01 = 2, USBS0 = 3, UPM00 = 4, UPM01 = 5 };
