@@ -79,6 +79,8 @@ def test_names_that_are_not_there(program: Elf) -> None:
         with pytest.raises(ElfError, match=message):
             variables[name]
     assert "state.code" in variables
+    with pytest.raises(ElfError, match="hidden is not in the RAM range"):
+        variables.decode(np.zeros((2, 4), np.uint8), 0x700, ["hidden"])
 
 
 def test_static_variables_are_told_apart_by_their_files(tmp_path: Path) -> None:
@@ -93,13 +95,6 @@ def test_static_variables_are_told_apart_by_their_files(tmp_path: Path) -> None:
     assert variables["a.c:same"].address != variables["b.c:same"].address
     with pytest.raises(ElfError, match="several files: name the file"):
         variables["same"]
-
-
-def test_variables_outside_the_images() -> None:
-    variables = Variables(compiled(SOURCE))
-    images = np.zeros((2, 4), np.uint8)
-    with pytest.raises(ElfError, match="hidden is not in the RAM range"):
-        variables.decode(images, 0x700, ["hidden"])
 
 
 def test_constants_in_flash(program: Elf) -> None:
