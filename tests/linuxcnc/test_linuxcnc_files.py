@@ -32,13 +32,10 @@ SENSOR = """
 OUTPUT = "  h{n}: {{kind: digital, pin: D{pin}, power: 50 W}}\n"
 LOOP = """
   {name}:
-    sensor: t{n}
-    heater: h{n}
-    period: 500 ms
-    setpoint: {{initial: 25 °C, minimum: -5 °C, maximum: 80 °C}}
-    algorithm: {{kind: on_off, hysteresis: 1 K}}
-    protection: {{maximum: 95 °C, minimum: -10 °C, rise_rate: 5 K/s, stale_after: 3 s,
-      heating: {{rise: 2 K, within: 2 min}}, runaway: {{above: 8 K, for: 2 min}}}}
+    {{sensor: t{n}, heater: h{n}, period: 500 ms, algorithm: {{kind: on_off, hysteresis: 1 K}},
+     setpoint: {{initial: 25 °C, minimum: -5 °C, maximum: 80 °C}},
+     protection: {{maximum: 95 °C, minimum: -10 °C, rise_rate: 5 K/s, stale_after: 3 s,
+       heating: {{rise: 2 K, within: 2 min}}, runaway: {{above: 8 K, for: 2 min}}}}}}
 """
 TABLES = {
     "fnct_02_read_discrete_inputs": "discrete_input",

@@ -28,12 +28,9 @@ outputs:
   heater: {{kind: digital, pin: {heater}, power: 40 W}}
 loops:
   air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    algorithm: {{kind: on_off}}
-    setpoint: {{initial: 20 °C, minimum: 0 °C, maximum: 250 °C}}
-    protection: {{maximum: 280 °C, minimum: -10 °C, rise_rate: 20 K/s}}
+    {{sensor: air, heater: heater, period: 1 s, algorithm: {{kind: on_off}},
+     setpoint: {{initial: 20 °C, minimum: 0 °C, maximum: 250 °C}},
+     protection: {{maximum: 280 °C, minimum: -10 °C, rise_rate: 20 K/s}}}}
 interfaces:
   - {{kind: modbus_rtu, baud: {baud}, parity: {parity}, driver_enable: {driver}}}
 """

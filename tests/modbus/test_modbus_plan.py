@@ -99,7 +99,7 @@ def test_it_has_a_timer_of_its_own() -> None:
     assert use.silence is not None
     assert use.silence not in others | {channel.timer for channel in use.pwm.values()}
     assert use.silence in BOARDS["mega2560"].timers
-    without = spec_of(SLAVE[: SLAVE.index("interfaces:")].replace("autotune: {}", "")).controller
+    without = spec_of(SLAVE[: SLAVE.index("interfaces:")].replace("autotune: {},", "")).controller
     assert allocate(without).silence is None
 
 
@@ -237,7 +237,7 @@ def test_every_register_has_an_attribute(module: ModuleType) -> None:
 
 @pytest.mark.parametrize("name", ["lambda", "fault", "check"], ids=["keyword", "taken", "own"])
 def test_it_is_typed_whatever_the_names(name: str, tmp_path: Path) -> None:
-    text = SLAVE.replace("  air:\n    sensor: air", f"  {name}:\n    sensor: air")
+    text = SLAVE.replace("  air:\n    {sensor: air", f"  {name}:\n    {{sensor: air")
     source = files_of(text)[CLIENT]
     ast.parse(source)
     path = tmp_path / "shape_client.py"
