@@ -219,8 +219,7 @@ def test_a_code_of_no_rule_is_told_as_one(world: Path) -> None:
 def test_a_stop_is_told(world: Path, line: str) -> None:
     """Also by a line that the receiver does not recognise at once."""
     said = talk(world, line)
-    told = {"ok", "Error:E19 STOPPED (M112): heaters are off until M999"}
-    assert set(said.answers) == told
+    assert set(said.answers) == {"ok", "Error:E19 STOPPED (M112): heaters are off until M999"}
     assert (said.state["fault"], said.state["tripped"]) == ("19", "0")
 
 
