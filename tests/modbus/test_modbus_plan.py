@@ -56,9 +56,8 @@ def test_the_csv_is_the_map() -> None:
 def test_the_page_has_every_register() -> None:
     page = files_of(SLAVE)["registers.md"]
     rows = re.findall(r"^\| ([\d, ]+) \| `([\w.]+)` \| (\w+) \|", page, re.MULTILINE)
-    assert rows == [
-        (", ".join(map(str, addresses(each))), each.name, each.kind) for each in registers()
-    ]
+    told = [(", ".join(map(str, addresses(each))), each.name, each.kind) for each in registers()]
+    assert rows == told
     assert "-5 .. 250 °C" in page
     assert "slave 17, 1200 baud, 8O1" in page
 
@@ -242,8 +241,7 @@ def test_it_is_typed_whatever_the_names(name: str, tmp_path: Path) -> None:
     ast.parse(source)
     path = tmp_path / "shape_client.py"
     path.write_text(source, encoding="utf-8")
-    done = finished(
-        [sys.executable, "-m", "mypy", "--strict", "--config-file=", path.name], cwd=tmp_path
-    )
+    words = [sys.executable, "-m", "mypy", "--strict", "--config-file=", path.name]
+    done = finished(words, cwd=tmp_path)
     assert done.returncode == 0, done.stdout
     assert f"self.{name}_loop = " in source

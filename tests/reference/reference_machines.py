@@ -231,9 +231,8 @@ class Nozzle(Player):
     def __init__(self, controller: Controller | None = None) -> None:
         super().__init__(controller or nozzle_of(), "nozzle")
         self.operator = SwitchedOperator(self.controller, "nozzle", self.reference)
-        self.write = Master(
-            self.controller, {"nozzle": self.operator}, self.operator.acknowledge
-        ).write
+        operators = {"nozzle": self.operator}
+        self.write = Master(self.controller, operators, self.operator.acknowledge).write
         self.operated = False
         """Whether its operator and master command it, and not `enabled` and the setpoint."""
         self.enabled = 1

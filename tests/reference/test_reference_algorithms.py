@@ -178,9 +178,8 @@ def pwm(**settings):
 
 
 def windows(**settings):
-    return spec.TimeProportionalOutput.model_validate(
-        {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s", **settings}
-    )
+    basic = {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s"}
+    return spec.TimeProportionalOutput.model_validate(basic | settings)
 
 
 def test_one_prescaler_serves_all_outputs_of_a_timer(vary):

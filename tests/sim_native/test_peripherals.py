@@ -220,9 +220,8 @@ def test_every_driver_in_its_order_of_strength() -> None:
     avr.pins.drive("PB0", "high")
     avr.pins.drive("PB0", None)
     avr.pins.pull("PB0", None)
-    assert states(avr) == [
-        (0, Source.RESISTOR), (1, Source.OTHERS), (0, Source.RESISTOR), (1, Source.PULL_UP),
-    ]  # fmt: skip
+    due = [(0, Source.RESISTOR), (1, Source.OTHERS), (0, Source.RESISTOR), (1, Source.PULL_UP)]
+    assert states(avr) == due
 
 
 def test_contention_is_counted() -> None:

@@ -194,7 +194,7 @@ def test_the_limit_is_what_the_cycles_awake_take(source: str, share: float) -> N
     assert 0.2 < took_s * limit.speed < 5, "busy as this computer may be, it is the same one"
 
 
-def test_the_longest_stretches(profiled: Profiled) -> None:
+def test_the_longest_stretches_and_the_lines_reached(profiled: Profiled) -> None:
     profile, _ = profiled
     masked, busy, functions = profile.masked, profile.busy, profile.functions
     assert masked.function == "masks"
@@ -205,10 +205,7 @@ def test_the_longest_stretches(profiled: Profiled) -> None:
     assert functions["waits"].masked == 0
     assert busy.function == "waits"
     assert busy.cycles == pytest.approx(5000, abs=10)
-
-
-def test_lines_reached_and_missed(profiled: Profiled) -> None:
-    lines = profiled[0].lines()["test.c"]
+    lines = profile.lines()["test.c"]
     assert {3, 4, 5, 7} <= lines.reached
     assert 6 in lines.missed
 

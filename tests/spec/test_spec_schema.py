@@ -105,9 +105,8 @@ def places(errors: Iterable[Any]) -> Iterator[str]:
     """Where the schema objects, also inside of one of several kinds, as messages write it."""
     for error in errors:
         yield from places(error.context)
-        names = [
-            f"[{step}]" if isinstance(step, int) else f".{step}" for step in error.absolute_path
-        ]
+        path = error.absolute_path
+        names = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in path]
         yield "".join(names).removeprefix(".")
 
 
@@ -151,9 +150,8 @@ def test_defaults_are_those_of_the_models() -> None:
 @settings(max_examples=20)
 @given(number=st.sampled_from(["1", "-2.5", "+.5", "1e3", "1.", "5e-1"]), data=st.data())
 def test_patterns_are_the_loaders(dimension: Dimension, number: str, data: st.DataObject) -> None:
-    fits = Draft202012Validator(
-        {"type": "string", "pattern": f"^\\s*{quantity_pattern(dimension)}\\s*$"}
-    ).is_valid
+    pattern = f"^\\s*{quantity_pattern(dimension)}\\s*$"
+    fits = Draft202012Validator({"type": "string", "pattern": pattern}).is_valid
     unit = data.draw(st.sampled_from(sorted(dimension.units)))
     blank = data.draw(st.sampled_from(["", " "]))
     text = f"{number}{blank}{unit}".replace("2K", "²K").replace("μ", "u")
@@ -271,11 +269,6 @@ def test_examples_are_right(fragment: str) -> None:
         assert load_text(put_in(part))
 
 
-def test_boards_are_told() -> None:
-    for name in DEFINITIONS["Identity"]["properties"]["board"]["enum"]:
-        assert f"`{name}`" in rows("Identity")["board"][1]
-
-
 def timers(board: Board, bits: int) -> str:
     """The timers of so many bits, each with its compare outputs."""
     pins = dict.fromkeys(pin for pin in board.pins.values() if pin.pwm)
@@ -286,7 +279,9 @@ def timers(board: Board, bits: int) -> str:
     )
 
 
-def test_the_table_of_boards_is_current() -> None:
+def test_boards_are_told_and_their_table_is_current() -> None:
+    for name in DEFINITIONS["Identity"]["properties"]["board"]["enum"]:
+        assert f"`{name}`" in rows("Identity")["board"][1]
     told = re.findall(r"^\| `(\w+)` \| (\d+) \| (\d+) \| (\d+) \| (.*?) \| (.*?) \|$", TEXT, re.M)
     assert told == [
         (
