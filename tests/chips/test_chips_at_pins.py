@@ -72,12 +72,16 @@ def listened(text: str, divisor: int = 103) -> SerialPlotter:
     return plotter
 
 
-def test_lines_are_understood() -> None:
+def test_lines_are_understood_and_those_of_a_wrong_speed_are_garbage() -> None:
     plotter = listened("$49.87 50.00 10.00 -0.34;\\n$1.00;\\n$-2.50 3.00;\\n")
     due = [(49.87, 50.0, 10.0, -0.34), (1.0,), (-2.5, 3.0)]
     assert [line.values for line in plotter.lines] == due
     assert (plotter.ended, plotter.garbage) == (2, 0)
     assert plotter.lines[0].time_s == pytest.approx(25 * 10 * 16 * 104 / CLOCK_HZ, abs=1e-4)
+    assert abs(plotter.speed_error) < 0.002
+    quick = listened("$1;\\n", divisor=51)
+    assert quick.speed_error == pytest.approx(1.0, abs=0.01)
+    assert (quick.lines, quick.garbage) == ([], 4)
 
 
 @pytest.mark.parametrize("text", ["hello;", "$;", "$1  2;", "$1.;", "$nan;", "$1,2;", "$1 ;"])
@@ -85,13 +89,6 @@ def test_other_text_is_garbage(text: str) -> None:
     plotter = listened(f"{text}\\n$1.00;\\n")
     assert [line.values for line in plotter.lines] == [(1.0,)]
     assert plotter.garbage == len(text)
-
-
-def test_a_wrong_speed_is_garbage() -> None:
-    plotter = listened("$1;\\n", divisor=51)
-    assert plotter.speed_error == pytest.approx(1.0, abs=0.01)
-    assert (plotter.lines, plotter.garbage) == ([], 4)
-    assert abs(listened("$1;\\n").speed_error) < 0.002
 
 
 SWITCH = """
