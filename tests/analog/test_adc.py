@@ -211,7 +211,8 @@ def test_a_known_voltage(board: str, pin: str, heater: str, circuit: str, number
 @pytest.mark.parametrize("board", ["uno", "mega2560", "leonardo"])
 def test_no_bit_of_its_registers_stays_flipped_where_only_keys_are_on_it(board: str) -> None:
     """Else another channel is looked at until the next reset, and no key can be pressed."""
-    device = device_of(changed("chamber", ("board: uno", f"board: {board}")), 19.0)
+    text = changed("chamber", ("board: uno", f"board: {board}"))
+    device = device_of(text, 19.0)
     device.advance(0.5)
     kept = {"ADMUX": 0xFF, "ADCSRA": 0xFF & ~DONE, "ADCSRB": device.avr.part.adc_mux5}
     before = {name: device.read(name) & bits for name, bits in kept.items()}

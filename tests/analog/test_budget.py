@@ -169,7 +169,8 @@ def test_a_supply_that_is_the_reference_cancels() -> None:
     [("AA", 100, 0.27), ("A", 100, 0.35), ("B", -50, 0.55), ("C", 0, 0.6)],
 )
 def test_classes_are_the_standards(kind: str, at_c: float, error_k: float) -> None:
-    line = budget(told("frost", element=kind), UNO.mcu, [at_c]).lines[0]
+    part = told("frost", element=kind)
+    line = budget(part, UNO.mcu, [at_c]).lines[0]
     assert line.part == "element"
     assert line.errors[0] == pytest.approx(error_k, abs=1e-9)
 

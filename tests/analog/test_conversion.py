@@ -82,7 +82,8 @@ def test_both_sides_compute_the_same_circuit(name: str) -> None:
     celsius = np.linspace(*part.range_c, 101)
     ratios = [chain.ratio(float(each)) for each in celsius]
     np.testing.assert_allclose(ratios, shares(part, UNO, celsius), rtol=1e-10)
-    np.testing.assert_allclose([chain.celsius(ratio) for ratio in ratios], celsius, atol=1e-8)
+    back = [chain.celsius(ratio) for ratio in ratios]
+    np.testing.assert_allclose(back, celsius, atol=1e-8)
 
 
 @every_circuit
@@ -164,7 +165,8 @@ def random_tube(seed: int) -> Tube:
 @pytest.mark.parametrize("seed", range(60))
 def test_no_set_of_fewer_bends_will_do(seed: int) -> None:
     tube = random_tube(seed)
-    assert len(fewest_points(tube)) == by_trying(tube)
+    points = fewest_points(tube)
+    assert len(points) == by_trying(tube)
 
 
 @pytest.mark.parametrize("seed", range(200))

@@ -190,7 +190,8 @@ def test_no_step_without_enable() -> None:
     ids=["short", "long", "close", "turned", "turned early", "turning", "turned late", "woken"],
 )
 def test_edges_too_close_are_counted(body: str, violations: int) -> None:
-    assert driven(f"{ENABLE} {WAIT} {body}").violations == violations
+    driver = driven(f"{ENABLE} {WAIT} {body}")
+    assert driver.violations == violations
 
 
 def test_it_does_not_matter_where_the_record_is_cut() -> None:

@@ -96,7 +96,8 @@ def test_a_wire_has_its_power_its_load_and_the_temperature_of_both(emissivity: f
 
 
 def test_the_load_that_ends_as_measured_does() -> None:
-    load = sized_wire(Wire.model_validate(WIRE), 240.0, 24.0, 20.0).load_as_measured_w_per_cm2
+    found = sized_wire(Wire.model_validate(WIRE), 240.0, 24.0, 20.0)
+    load = found.load_as_measured_w_per_cm2
     assert load is not None
     loaded = Wire.model_validate({**WIRE, "surface_load": f"{load!r} W/cm²"})
     again = sized_wire(loaded, 240.0, 24.0, 20.0)
@@ -166,12 +167,14 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     weak = changed("oven", ("derivative_filter: 3 s\n    ", f"derivative_filter: 3 s{LESS}    "))
     Path("weak.yaml").write_text(weak, encoding="utf-8")
     for command in ("check --quick", "size"):
-        assert "outputs.heater.power: the reserve is 5 %" in heatwright(f"{command} weak.yaml").out
+        warned = heatwright(f"{command} weak.yaml").out
+        assert "outputs.heater.power: the reserve is 5 %" in warned
         assert heatwright(f"{command} chamber.yaml").out.count("Warning") == 0
     (warning,) = heatwright("size weak.yaml --json").json["warnings"]
     assert warning in heatwright("check --quick weak.yaml --json").json["warnings"]
     whole = Path("chamber.yaml").read_text(encoding="utf-8")
-    Path("bare.yaml").write_text(whole[: whole.index("simulation:")], encoding="utf-8")
+    bare = whole[: whole.index("simulation:")]
+    Path("bare.yaml").write_text(bare, encoding="utf-8")
     assert "Add a section simulation" in heatwright("size bare.yaml", status=2).err
     assert "reserve" not in heatwright("check --quick bare.yaml").out
 

@@ -212,7 +212,8 @@ def test_it_keeps_to_the_data_sheet_and_reads_in_time(kind: str, board: str, clo
 @of_all
 @pytest.mark.parametrize("board", PINS)
 def test_temperatures_over_its_range(kind: str, board: str) -> None:
-    assert reading_problem(Crucible(crucible(kind, board)), 60) == ""
+    bench = Crucible(crucible(kind, board))
+    assert reading_problem(bench, 60) == ""
 
 
 @of_both
@@ -368,7 +369,8 @@ def held(device: AvrDevice, felt_c: float, **faults: Any) -> list[Any]:
 
 @pytest.mark.parametrize("bits", range(9, 13))
 def test_a_power_cut_at_85_degrees(bits: int) -> None:
-    device = device_of(SPEC.format(bits, 21 - bits, 350 << bits - 9, 350 << 12 - bits, HOT))
+    text = SPEC.format(bits, 21 - bits, 350 << bits - 9, 350 << 12 - bits, HOT)
+    device = device_of(text)
     for steps in held(device, 85.0) + held(device, 85.0):
         assert ({*steps["reading_status"]}, {*steps["temperature_c"]}) == ({0}, {85.0})
     assert (device.read("fault.code"), device.outputs["left"].on) == (0, True)
@@ -381,7 +383,8 @@ def test_a_power_cut_at_85_degrees(bits: int) -> None:
 
 def test_an_exchange_that_has_lost_its_place_ends() -> None:
     """A bit that flips in RAM must not have it write all over the memory until it finds its end."""
-    device = device_of(SPEC.format(12, 12, 1000, 1000, HOT))
+    text = SPEC.format(12, 12, 1000, 1000, HOT)
+    device = device_of(text)
     place = device.variables["one_wire_left.index"]
     device.advance(0.1)
     while not (device.read("one_wire_left.busy") and device.read("one_wire_left.index") > 2):

@@ -302,7 +302,8 @@ def test_the_limit_is_used_up(ohm: float, rated: bool) -> None:
     wire = Wire(ohm, rated=rated)
     for _ in range(8):
         assert not wire.ask(100.0)
-    expected_a = min(RATED[rated] / ohm, LIMIT_A)
+    full_a = RATED[rated] / ohm
+    expected_a = min(full_a, LIMIT_A)
     half_a = wire.limiter.amperes_of.step_a / 2
     assert wire.rms_a == pytest.approx(expected_a, rel=1.01 * half_a / wire.mean_a)
 

@@ -256,7 +256,8 @@ def test_a_number_is_kept_when_it_has_rested() -> None:
     press(device, "down")
     for waits_s, kept in ((9.5, "0.0"), (2.0, "0.4")):
         device.advance(device.time_s + waits_s)
-        assert numbered(device.avr.eeprom.contents).shield.lcd.text[1] == f"Hysteresis {kept}K "
+        again = numbered(device.avr.eeprom.contents)
+        assert again.shield.lcd.text[1] == f"Hysteresis {kept}K "
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -1e-3, 0.601, 1e30])

@@ -126,7 +126,7 @@ ANSWERS = {
 
 @pytest.mark.parametrize(("lines", "answers"), ANSWERS.items(), ids=ANSWERS)
 def test_each_tool_has_its_own_controls(board: Board, lines: str, answers: tuple[str, ...]) -> None:
-    """And its limits; another tool, a fan and a feed are not there."""
+    """Nor are a fan and a feed."""
     assert told(board, *lines.split("|")) == list(answers)
 
 

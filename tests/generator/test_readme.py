@@ -59,7 +59,8 @@ def test_the_voltage_at_a_pin_is_the_simulations(name: str) -> None:
 @pytest.mark.parametrize("name", EXAMPLE_NAMES)
 def test_a_torn_sensor_is_told_as_soon_as_the_hazards_say(name: str) -> None:
     """A test holds these to the simulation."""
-    (row,) = re.findall(r"^\| The sensor is torn.*", files_of(name)["README.md"], re.MULTILINE)
+    readme = files_of(name)["README.md"]
+    (row,) = re.findall(r"^\| The sensor is torn.*", readme, re.MULTILINE)
     latest = max(float(each) for each in re.findall(r"E\d\d ([\d.]+) s", row))
     pulled = [see for do, see in steps(example(name)).items() if do.endswith("the sensor's plug")]
     told = [float(re.findall(r"within ([\d.]+) s", see)[0]) for see in pulled]

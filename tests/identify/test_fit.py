@@ -47,7 +47,8 @@ def recorded(
     read_c = np.array(readings)
     if step_k:
         read_c = np.round(read_c / step_k) * step_k
-    return Record(np.arange(float(len(read_c))), read_c, np.asarray(duty, dtype=float) * POWER_W)
+    powers_w = np.asarray(duty, dtype=float) * POWER_W
+    return Record(np.arange(float(len(read_c))), read_c, powers_w)
 
 
 def steps(count: int = 1000, *changes: tuple[int, float]) -> Series:
@@ -89,7 +90,8 @@ def holds(found: Identified, true: dict[str, float]) -> None:
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     hits = dict.fromkeys(TRUE, 0)
     for seed in range(RUNS):
-        found = fit(recorded(machine(noise=0.3), steps(), step_k=0.25, seed=seed), Structure())
+        record = recorded(machine(noise=0.3), steps(), step_k=0.25, seed=seed)
+        found = fit(record, Structure())
         for key, true in TRUE.items():
             hits[key] += inside(found, key, true)
     # Of 95 % intervals so few miss only once in a thousand times; for five parameters.
@@ -176,7 +178,8 @@ def test_a_beginning_below_the_surroundings_is_doubted(begins_c: float, said: in
 
 
 def test_a_record_too_short_for_the_losses_says_so() -> None:
-    found = fit(recorded(machine(noise=0.3), steps(40, (20, 1.0))), Structure())
+    record = recorded(machine(noise=0.3), steps(40, (20, 1.0)))
+    found = fit(record, Structure())
     assert told(found)["capacity_body"]
     assert not told(found)["resistance_body"]
     assert any("does not show the resistance body – ambient" in each for each in found.warnings)

@@ -173,11 +173,13 @@ def test_columns_and_units(
 
 
 def test_a_duty_of_one_is_taken_to_be_full_and_said_so() -> None:
-    assert any("duty of 1 " in note for note in record(rows().replace(",100", ",1"), BY_NAME).notes)
+    found = record(rows().replace(",100", ",1"), BY_NAME)
+    assert any("duty of 1 " in note for note in found.notes)
 
 
 def test_a_reset_in_between_leaves_the_longest_part() -> None:
-    found = record(rows("time,temp,duty", 12) + rows(count=30))
+    text = rows("time,temp,duty", 12) + rows(count=30)
+    found = record(text)
     assert (found.rows, found.duration_s) == (30, 29)
     assert "time goes back 1 times" in found.notes[-1]
 
@@ -189,7 +191,8 @@ def test_midnight() -> None:
 
 
 def test_impossible_readings_are_left_out() -> None:
-    found = record(rows("time,temp,duty") + "20,-300,100\n21,99999,100\n22,inf,100\n23,,100\n")
+    text = rows("time,temp,duty") + "20,-300,100\n21,99999,100\n22,inf,100\n23,,100\n"
+    found = record(text)
     assert found.rows == 20
     assert found.notes == (
         "full power is taken to be a duty of 100 (--full says otherwise)",

@@ -148,7 +148,8 @@ def test_blinking_is_half_a_second_each_way_to_the_tick(shown: Shown) -> None:
 def test_they_are_dark_from_the_reset_on_until_there_is_something_to_show(shown: Shown) -> None:
     for until_s, may_shine in ((0.005, set()), (0.1, {"enabled", "warm"})):  # the first tick: 10 ms
         shown.device.advance(until_s)
-        assert {led.meaning for led in shown.leds if any(on for _, on in led.changes)} <= may_shine
+        bright = {led.meaning for led in shown.leds if any(on for _, on in led.changes)}
+        assert bright <= may_shine
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,8 @@ def test_it_reads_how_a_loop_has_answered() -> None:
     device = AvrDevice(controller, whole("barrel"))
     orders = {"die.setpoint": f"{setpoint_c} °C", "die.ki": 0.5, "die.enabled": True}
     lines = ({"at": "1 s", "write": orders}, {"for": "30 min"})
-    log = bench(controller, device, [Event.model_validate(line) for line in lines]).steps["die"]
+    trace = bench(controller, device, [Event.model_validate(line) for line in lines])
+    log = trace.steps["die"]
     assert not replay(controller, log, "die").mismatches
     held = log[log["enabled"] == 1]
     error_k = held["temperature_c"].astype(float) - setpoint_c

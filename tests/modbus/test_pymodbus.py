@@ -93,15 +93,19 @@ def test_it_switches_coils_in_every_way(master: ModbusSerialClient) -> None:
     assert master.write_coil(ENABLED, True, device_id=SLAVE).exception_code == BAD_VALUE
     good(master.write_coil(ENABLED, False, device_id=SLAVE))
     good(master.write_coils(ENABLED, [True, False, True], device_id=SLAVE))
-    found = good(master.read_coils(ENABLED, count=3, device_id=SLAVE)).bits[:3]
-    assert found == [True, False, True]
+    assert good(master.read_coils(ENABLED, count=3, device_id=SLAVE)).bits[:3] == [
+        True,
+        False,
+        True,
+    ]
 
 
 def test_it_says_who_it_is(master: ModbusSerialClient) -> None:
     resting = good(master.report_device_id(device_id=SLAVE))
     assert resting.identifier == b"H\x00drye"  # pymodbus takes the last byte for the indicator
     basic = good(master.read_device_information(read_code=1, device_id=SLAVE))
-    assert basic.information == {0: b"heatwright", 1: b"dryer", 2: f"1 {digest(DRYER)}".encode()}
+    revision = f"1 {digest(DRYER)}".encode()
+    assert basic.information == {0: b"heatwright", 1: b"dryer", 2: revision}
     regular = good(master.read_device_information(read_code=2, device_id=SLAVE))
     assert regular.information[4] == b"Filament dryer on a bus"
     single = good(master.read_device_information(read_code=4, object_id=1, device_id=SLAVE))

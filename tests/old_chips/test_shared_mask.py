@@ -59,7 +59,8 @@ def running(main: str, names: list[str], guarded_file: str, *, guarded: bool) ->
 @pytest.mark.parametrize("guarded", [True, False])
 def test_a_closed_gate_stays_closed(guarded: bool) -> None:
     """Without the guard the heater's interrupt is now and then asked for again: seen to be so."""
-    avr = running(MAIN, ["one_wire_air", "output_heater"], "one_wire_air.c", guarded=guarded)
+    names = ["one_wire_air", "output_heater"]
+    avr = running(MAIN, names, "one_wire_air.c", guarded=guarded)
     avr.pins.pull("PA1", "high")
     for pin in ("PC0", "PC7"):
         avr.pins.watch(pin)

@@ -177,7 +177,8 @@ def test_any_orders(board: str, variant: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("percent", [1, 37, 99, 100])
 def test_no_other_heater_overlaps_with_the_cooler(kind: str, percent: int) -> None:
-    assert timed_problem(held(cooler=", minimum_on: 30 ms", kind=kind), percent=percent) == ""
+    place = held(cooler=", minimum_on: 30 ms", kind=kind)
+    assert timed_problem(place, percent=percent) == ""
 
 
 PINS = {"uno": ("D3", "D7", "D8"), "mega2560": ("D6", "D9", "D17"),

@@ -165,7 +165,8 @@ def test_it_rests_below_the_slowest_speed(feed: Feed) -> None:
 @on_each("nano", "mega2560")
 @pytest.mark.parametrize("mm_per_s", [0.0001, 0.0079, 0.05, 0.5, 3.0, 17.77])
 def test_any_speed_is_right_in_the_mean(feed: Feed, mm_per_s: float) -> None:
-    feed.move(max(8, round(mm_per_s * STEPS_PER_MM * 4)), mm_per_s)
+    steps = max(8, round(mm_per_s * STEPS_PER_MM * 4))
+    feed.move(steps, mm_per_s)
     feed.finish(30.0)
     times_s = feed.times_s
     a, b = len(times_s) // 4, 3 * len(times_s) // 4

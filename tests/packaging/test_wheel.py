@@ -143,7 +143,8 @@ def test_a_package_beside_it_brings_a_kind(beside: Path, tmp_path: Path) -> None
     for words in (("check",), ("generate", "-o", "firmware"), ("generate", "--check")):
         done = heatwright(beside, *words, str(example), cwd=tmp_path)
         assert done.returncode == (words[-1] == "--check"), done.stdout + done.stderr
-    assert "MAX31865, CS D10" in (tmp_path / "firmware" / "src" / "sensor_air.c").read_text("utf-8")
+    driver = (tmp_path / "firmware" / "src" / "sensor_air.c").read_text("utf-8")
+    assert "MAX31865, CS D10" in driver
 
 
 def test_its_firmware_verifies_and_its_own_tests_pass(beside: Path, tmp_path: Path) -> None:

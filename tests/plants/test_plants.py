@@ -225,7 +225,8 @@ def test_with_links_it_follows_a_fine_integration():
         return np.divide(powers_w, (60, 900, 4500))
 
     fine = solve_ivp(slopes, (0, 3000), [20.0] * 3, method="LSODA", rtol=1e-10, atol=1e-9)
-    assert run(machine, 30_000, on=1.0) == pytest.approx(fine.y[:, -1], rel=1e-5)
+    found = run(machine, 30_000, on=1.0)
+    assert found == pytest.approx(fine.y[:, -1], rel=1e-5)
 
 
 # ---- what a heater takes from its supply, as its sensor sees it ----

@@ -277,5 +277,6 @@ def test_a_log_of_the_first_step_tells_what_it_found(otherwise, state, feed):
     again.reference.program.restore(resumed(row))
     assert again.reference.program.now.energy == found.energy
     again.operator._program = (record["program.order"], record["program.argument"])
-    again.step(int(record["reading_status"]), int(record["reading_raw"]))
+    status = int(record["reading_status"])
+    again.step(status, int(record["reading_raw"]))
     assert again.record == record

@@ -23,7 +23,8 @@ CHIPS = sorted({board.mcu for board in BOARDS.values()})
 
 @cache
 def preprocessed(mcu: str, *words: str) -> str:
-    return finished(["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words], check=True).stdout
+    command = ["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words]
+    return finished(command, check=True).stdout
 
 
 @cache

@@ -103,7 +103,8 @@ def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:
     (tmp_path / "outside-1.dist-info" / "entry_points.txt").write_text("\n".join(lines))
     paths = os.pathsep.join(map(str, (tmp_path, OUTSIDE)))
     words = [sys.executable, "-m", "heatwright.cli.start", "kinds", "--json"]
-    told = finished(words, env={**os.environ, "PYTHONPATH": paths})
+    env = {**os.environ, "PYTHONPATH": paths}
+    told = finished(words, env=env)
     assert told.returncode == 0, told.stdout + told.stderr
     found = {f"{each['role']}.{each['kind']}": each for each in json.loads(told.stdout)["kinds"]}
     assert set(named) <= set(found)

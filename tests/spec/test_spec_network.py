@@ -64,7 +64,8 @@ def test_the_rise_is_that_of_two_lags() -> None:
 
 
 def test_steps_grow_to_the_longest() -> None:
-    times = [time for time, _ in islice(heated().course(heated().start(0), 1, 0.5, 2.5), 300)]
+    course = heated().course(heated().start(0), 1, 0.5, 2.5)
+    times = [time for time, _ in islice(course, 300)]
     assert {later - sooner for sooner, later in pairwise(times)} == {0.5, 1.0, 2.0}
 
 

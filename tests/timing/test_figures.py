@@ -128,7 +128,8 @@ def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(above: s
     controller = controller_of(changed("chamber", NARROW, *wide))
     keypad = keypad_of(controller)
     assert keypad is not None
-    pressed = presses(controller, keypad, [5 + 0.5 * each for each in range(40)])
+    times_s = [5 + 0.5 * each for each in range(40)]
+    pressed = presses(controller, keypad, times_s)
     assert {press.setpoint_c for press in pressed} == {20.0, 35.0}
     after_s = np.diff([press.time_s for press in pressed])
     assert after_s.min() > 0.3

@@ -96,7 +96,8 @@ def contents(folder: Path) -> dict[Path, bytes]:
 
 def test_the_figures_are_those_of_avr_size(project: Project) -> None:
     result = build(project())
-    listed = finished(["avr-size", result.elf], check=True).stdout
+    words = ["avr-size", result.elf]
+    listed = finished(words, check=True).stdout
     text, data, bss = map(int, listed.splitlines()[1].split()[:3])
     assert (result.flash_bytes, result.ram_bytes) == (text + data, data + bss)
     assert result.ram_bytes == 6
