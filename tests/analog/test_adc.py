@@ -172,7 +172,9 @@ REFERENCE_CASES = pytest.mark.parametrize("circuit", ["hotend", "lm35", "tmp36",
 
 @BOARD_CASES
 @REFERENCE_CASES
-def test_boards_channels_and_references(board: str, pin: str, heater: str, circuit: str) -> None:
+def test_boards_their_channels_and_references(
+    board: str, pin: str, heater: str, circuit: str
+) -> None:
     """ADC7 without a digital pin, ADC8 and ADC15 through MUX5; AVCC, AREF, 1.1 V and 2.56 V."""
     text = bed(circuit, board=board)
     text = text.replace("pin: A1", f"pin: {pin}").replace("pin: D3", f"pin: {heater}")
@@ -194,7 +196,9 @@ def test_boards_channels_and_references(board: str, pin: str, heater: str, circu
 @BOARD_CASES
 @REFERENCE_CASES
 @pytest.mark.parametrize("number", [0, 1])
-def test_a_known_voltage(board: str, pin: str, heater: str, circuit: str, number: int) -> None:
+def test_a_known_voltage_is_measured_beside_the_sensors(
+    board: str, pin: str, heater: str, circuit: str, number: int
+) -> None:
     text = bed(circuit, board=board).replace("self_checks: false", "self_checks: true")
     text = text.replace("pin: A1", f"pin: {pin}").replace("pin: D3", f"pin: {heater}")
     device = powered(text.replace("frequency: 490 Hz", "frequency: 977 Hz"))

@@ -64,7 +64,9 @@ def told() -> set[str]:
 
 
 @pytest.mark.parametrize("check", CHECKS + SIMULATION_CHECKS, ids=lambda check: check.__name__)
-def test_no_check_without_a_spec_for_it(check: Callable[..., Findings], told: set[str]) -> None:
+def test_no_check_without_a_spec_that_needs_it(
+    check: Callable[..., Findings], told: set[str]
+) -> None:
     assert check.__name__ in told
 
 
@@ -76,5 +78,5 @@ W are too little, on this plant falls by, through the whole band, may jump by
 
 
 @pytest.mark.parametrize("words", re.split(r",\s+", PHYSICS.strip()))
-def test_no_physics_without_a_spec_for_it(words: str) -> None:
+def test_no_physics_without_a_spec_that_needs_it(words: str) -> None:
     assert any(words in case.expected.replace(",", "") for case in cases().values())

@@ -56,7 +56,9 @@ def with_scenario(controller: Controller, *events: dict[str, Any]) -> Controller
 # -- the same, whoever does it -------------------------------------------------------------------
 
 
-def test_one_thread_two_processes_and_two_goes_give_the_same_bytes(heatwright: Heatwright) -> None:
+def test_the_same_bytes_from_one_thread_from_two_processes_and_in_two_goes(
+    heatwright: Heatwright,
+) -> None:
     line = short_chamber()
     alone = heatwright(f"{line} --runs 6 --processes 1 -o alone --json").json
     assert (alone["runs"], alone["computed"], sum(alone["outcomes"].values())) == (6, 6, 6)
@@ -137,7 +139,9 @@ def children(pid: int) -> list[int]:
     return [int(line.split()[0]) for line in found.splitlines() if "resource_tracker" not in line]
 
 
-def test_after_ctrl_c_and_a_killed_worker_each_run_is_done_once(heatwright: Heatwright) -> None:
+def test_after_ctrl_c_and_a_killed_worker_nothing_is_lost_or_done_twice(
+    heatwright: Heatwright,
+) -> None:
     line = f"{short_chamber('10 min')} --runs 14 -o kept"
     words = [*PROGRAM, *shlex.split(line), "--processes", "2"]
     with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as process:
@@ -156,7 +160,9 @@ def test_after_ctrl_c_and_a_killed_worker_each_run_is_done_once(heatwright: Heat
     assert sorted(json.loads(line)["run"] for line in lines) == [*range(14)]
 
 
-def test_repeated_kills_end_it(task: Callable[..., Task], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_processes_that_are_killed_again_and_again_end_it(
+    task: Callable[..., Task], monkeypatch: pytest.MonkeyPatch
+) -> None:
     def die(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
@@ -185,7 +191,9 @@ def task(chamber: Controller, chamber_elf: Path) -> Callable[..., Task]:
     return made
 
 
-def test_a_machine_that_does_not_vary_is_the_one_that_is_simulated(heatwright: Heatwright) -> None:
+def test_a_machine_that_does_not_vary_is_the_one_that_is_simulated(
+    heatwright: Heatwright,
+) -> None:
     """The steps of time of both differ: readings by a step of the sensor at most."""
     short_chamber("8 min")
     Path("same.yaml").write_text("ambient: 20 °C\n", encoding="utf-8")
@@ -198,7 +206,9 @@ def test_a_machine_that_does_not_vary_is_the_one_that_is_simulated(heatwright: H
     assert abs(row["loop.air.switchings"] - found["switchings"]) <= 1
 
 
-def test_c_steps_a_drawn_plant_as_python_does(task: Callable[..., Task], chamber_elf: Path) -> None:
+def test_c_steps_the_drawn_plant_as_python_does(
+    task: Callable[..., Task], chamber_elf: Path
+) -> None:
     """With an error and noise at its sensor, another supply, and a jump of a node."""
     given_ = {"capacities": {"all": "± 20 %"}, "errors": {"air": "0.4 K"},
               "noise": {"air": "0.1 K"}, "supply": "90 %"}  # fmt: skip
@@ -278,7 +288,9 @@ def test_a_trip_with_nothing_broken_is_told(task: Callable[..., Task]) -> None:
 
 
 @pytest.mark.parametrize("name", EXAMPLE_NAMES)
-def test_every_example_and_its_faults(name: str, heatwright: Heatwright, tmp_path: Path) -> None:
+def test_every_example_and_each_fault_of_it(
+    name: str, heatwright: Heatwright, tmp_path: Path
+) -> None:
     """Half a minute of its scenario, with a fault in every run."""
     text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
     short, count = re.subn(r"\{for: [^}]*\}", "{for: 30 s}", text, count=1)
@@ -366,7 +378,9 @@ def begun(line: str, cluster: Cluster) -> subprocess.Popen[str]:
     return process
 
 
-def test_the_same_bytes_although_a_worker_dies(heatwright: Heatwright, cluster: Cluster) -> None:
+def test_the_same_bytes_although_a_worker_is_killed(
+    heatwright: Heatwright, cluster: Cluster
+) -> None:
     """Two workers, the second with two threads; the first is killed in the middle."""
     line = f"{short_chamber('10 min')} --runs 30"
     first = cluster.worker(1)

@@ -221,7 +221,9 @@ def asking(limits: dict[str, str] | None, sent: list[str]) -> Simulation:
     ("line", "code", "passed"),
     [("m112", 19, True), ("N5 M112*20", 19, True), ("M112", 6, False), ("M1120", 19, False)],
 )
-def test_a_sent_stop_may_be_latched(loops: ClosedLoop, line: str, code: int, passed: bool) -> None:
+def test_a_stop_that_the_scenario_sends_may_be_latched(
+    loops: ClosedLoop, line: str, code: int, passed: bool
+) -> None:
     judged = replace(loops, run=replace(loops.run, faults={"air": ((12.5, code),)}))
     assert (not failing(run_checks(judged, asking(None, ["M104 S20", line])))) == passed
 
@@ -255,7 +257,9 @@ def test_what_is_asked_of_a_run(
         ({"unchecked": ("fault.time_s",)}, 0),  # inputs and the clock are not compared
     ],
 )  # fmt: skip
-def test_each_difference_fails(loops: ClosedLoop, changes: dict[str, Any], failed: int) -> None:
+def test_what_differs_from_the_model_fails(
+    loops: ClosedLoop, changes: dict[str, Any], failed: int
+) -> None:
     judged = replace(loops, replays={"air": replace(loops.replays["air"], **changes)})
     assert len(failing(replay_checks(judged))) == failed
 
@@ -271,7 +275,9 @@ def test_a_short_scenario_is_drawn_out_a_long_one_stays(length_s: float, drawn_s
     ("event", "sent"),
     [("extrude: 1 mm/s", ["M105", None, None]), ("send: M104 S200", ["M104 S200", None])],
 )
-def test_a_drawn_out_run_loses_no_host(tmp_path: Path, event: str, sent: list[str | None]) -> None:
+def test_a_silent_host_is_not_lost_where_a_scenario_is_drawn_out(
+    tmp_path: Path, event: str, sent: list[str | None]
+) -> None:
     """Keys may have switched the loop on, and 30 min are longer than its host may be silent."""
     file = tmp_path / "short.yaml"
     file.write_text(f"scenario: [{{at: 2 s, {event}}}, {{for: 60 s}}]", encoding="utf-8")

@@ -54,7 +54,9 @@ def test_problems_as_json_and_from_the_other_commands(heatwright: Heatwright) ->
         assert failed == {"status": 2, "error": reported.strip(), "problems": found["problems"]}
 
 
-def test_what_trips_a_sound_machine_is_told_with_a_better_number(heatwright: Heatwright) -> None:
+def test_what_trips_on_a_machine_that_is_well_is_told_with_a_number_that_does(
+    heatwright: Heatwright,
+) -> None:
     name = changed("hotplate", "within: 60 s", "within: 40 s")
     assert heatwright(f"check {name} --quick").out.startswith(f"{name}: good\n")
     (found,) = heatwright(f"check {name} --json", status=2).json["problems"]
@@ -71,7 +73,9 @@ def test_what_trips_a_sound_machine_is_told_with_a_better_number(heatwright: Hea
     )
 
 
-def test_each_save_is_checked(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_watching_checks_again_at_each_save(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
     good = Path("oven.yaml").read_text(encoding="utf-8")
     saves = iter((None, good.replace("board: uno", "board: duo"), None, good))
 
@@ -133,7 +137,9 @@ def test_what_differs_is_named_both_ways(heatwright: Heatwright) -> None:
     assert heatwright("generate chamber.yaml -o out --json").json["left_over"] == ["src/old.c"]
 
 
-def test_a_full_disk_names_a_file(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_names_the_file(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
     full = Mock(side_effect=OSError(errno.ENOSPC, "No space left on device"))
     monkeypatch.setattr("heatwright.sim.trace.Trace._rows", full)
     done = heatwright("simulate chamber.yaml --model --for 10s --csv x.csv", status=2)

@@ -64,7 +64,9 @@ def test_an_unnamed_column_is_that_of_the_loop(heatwright: Heatwright) -> None:
     assert float(plant["nodes"]["die"].split()[0]) == pytest.approx(900, rel=0.1)
 
 
-def test_json_has_intervals_and_files_are_written(heatwright: Heatwright, step_log: Path) -> None:
+def test_json_has_the_intervals_and_files_are_written(
+    heatwright: Heatwright, step_log: Path
+) -> None:
     words = "--power 40W -o plant.yaml --plot fit.svg --json"
     found = heatwright(f"identify {step_log} {words}").json
     assert found["log"] == "step.csv"

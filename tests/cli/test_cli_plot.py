@@ -151,7 +151,9 @@ def test_the_firmware_of_a_slave_answers() -> None:
     assert all(15 < each.temperature_c < 25 and each[2:] == (30, 0) for each in told)
 
 
-def test_a_kind_from_outside_reads_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kind_from_outside_tells_how_its_line_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "from_outside").mkdir()
     (tmp_path / "from_outside" / "hearing.py").write_text(
         "from heatwright.cli.plot.gcode import hearings as all_of\n"
@@ -202,7 +204,9 @@ def test_a_damaged_line_does_not_end_a_recording(heatwright: Heatwright) -> None
 
 
 @pytest.mark.parametrize("said", [b"", b"noise "])
-def test_an_endless_line_does_not_hold_a_recording_up(heatwright: Heatwright, said: bytes) -> None:
+def test_a_line_that_never_ends_does_not_hold_a_recording_up(
+    heatwright: Heatwright, said: bytes
+) -> None:
     with board(lambda _: said) as port, ends_within(60):
         found = heatwright(f"identify a.csv --spec oven.yaml --port {port} --for 0.3s", status=2)
     assert "has no rows of numbers" in found.err
@@ -247,7 +251,9 @@ def test_a_full_disk_ends_it(heatwright: Heatwright) -> None:
     assert (done.returncode, done.stderr) == (2, "out.csv: cannot be written: file too large.\n")
 
 
-def test_an_unplugged_line_ends_it(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_line_that_is_gone_at_once_ends_it(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
     port = Mock(in_waiting=0, read=Mock(side_effect=OSError(5, "unplugged")))
     port.name = "/dev/ttyUSB9"
     monkeypatch.setattr(listener, "opened", lambda *_: nullcontext(port))

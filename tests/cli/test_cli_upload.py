@@ -98,14 +98,18 @@ def test_a_bare_chip_needs_a_programmer(heatwright: Heatwright, avrdude: Path) -
     assert not avrdude.exists()
 
 
-def test_avrdude_fails(heatwright: Heatwright, avrdude: Path, plugged: Any, tmp_path: Path) -> None:
+def test_what_avrdude_says_is_told(
+    heatwright: Heatwright, avrdude: Path, plugged: Any, tmp_path: Path
+) -> None:
     (tmp_path / "fails").touch()
     told = heatwright("upload chamber.yaml", status=2).err
     assert "Is it plugged in" in told
     assert told.endswith("avrdude said:\n  not in sync\n")
 
 
-def test_avrdude_missing_is_told(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_avrdude_it_is_one_line(
+    heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("heatwright.cli.commands.upload.which", lambda *_, **__: None)
     told = heatwright("upload chamber.yaml", status=3).err
     assert told == "avrdude is missing: sudo apt-get install avrdude\n"

@@ -41,7 +41,9 @@ def test_it_is_kept_in_one_file(tmp_path: Path, kept: Path) -> None:
 @pytest.mark.parametrize(
     "damaged", [b"", b"not marshal", b"\x00", b"i\x01\x00\x00\x00", None], ids=repr
 )
-def test_damaged_ones_are_compiled_anew(tmp_path: Path, kept: Path, damaged: bytes | None) -> None:
+def test_what_is_damaged_is_compiled_anew(
+    tmp_path: Path, kept: Path, damaged: bytes | None
+) -> None:
     rendered(tmp_path, "a{{ x }}")
     (file,) = kept.iterdir()
     other_version = file.read_bytes().replace(b"j2", b"j9")
@@ -49,7 +51,9 @@ def test_damaged_ones_are_compiled_anew(tmp_path: Path, kept: Path, damaged: byt
     assert rendered(tmp_path, "a{{ x }}") == "a1"
 
 
-def test_nothing_is_kept(tmp_path: Path, kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_nothing_can_or_may_be_written_nothing_is_kept(
+    tmp_path: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     kept.write_text("in the way", encoding="utf-8")
     assert rendered(tmp_path, "a{{ x }}") == "a1"
     assert kept.read_text(encoding="utf-8") == "in the way"

@@ -112,7 +112,9 @@ def test_registers_are_read_and_written(chip: Bench, mode: int) -> None:
 
 
 @pytest.mark.parametrize("wrong", [{"bits_short": 1}, {"late": 1}])
-def test_a_part_of_a_byte_and_a_late_one_are_ignored(chip: Bench, wrong: dict[str, int]) -> None:
+def test_a_part_of_a_byte_and_one_that_is_late_are_not_understood(
+    chip: Bench, wrong: dict[str, int]
+) -> None:
     chip.write("CR1", 0x55, **wrong)
     assert chip.read("CR1", 1) == POWER_ON[1:2]
 

@@ -145,7 +145,9 @@ WAITS = {
 }  # fmt: skip
 
 
-def test_a_wait_is_for_bed_or_chamber_and_tells_the_active_tool(board: Board, called: str) -> None:
+def test_a_wait_is_for_bed_or_chamber_and_tells_of_the_active_tool(
+    board: Board, called: str
+) -> None:
     """It is there after 10 s; with S, what is warmer is there too."""
     for line, (near, report) in WAITS[called].items():
         waited = whole_degrees(board.told(f"{line} S{near}", 1.5))[0]

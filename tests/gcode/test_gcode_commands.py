@@ -130,7 +130,9 @@ def test_what_is_refused_changes_nothing(world: Path, line: str, reason: str) ->
         ("M107 P7", "M107 Invalid fan 7"),
     ],
 )  # fmt: skip
-def test_what_is_for_no_tool_or_fan_changes_nothing(world: Path, line: str, answer: str) -> None:
+def test_what_is_for_another_tool_or_fan_changes_nothing(
+    world: Path, line: str, answer: str
+) -> None:
     said = talk(world, line, "M105")
     assert said.answers == [f"echo:{answer}", "ok", f"ok {COLD}"]
     assert said.state == talk(world, "M105").state
@@ -150,7 +152,9 @@ def test_what_is_for_no_tool_or_fan_changes_nothing(world: Path, line: str, answ
           for more, last in ((-50, []), (50, [COLD]))),
     ],
 )  # fmt: skip
-def test_how_often_reports_come(world: Path, lines: bytes, count: int, answers: list[str]) -> None:
+def test_reports_come_each_second_at_most_and_each_minute_at_least(
+    world: Path, lines: bytes, count: int, answers: list[str]
+) -> None:
     assert run(world, received(lines), ticks(count)).answers == answers
 
 

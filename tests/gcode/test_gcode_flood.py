@@ -42,7 +42,9 @@ WAITS = celsius(20) + received(b"M109 S200\n") + ticks(20)
     ],
     ids=[*map(repr, (*LOOK_ALIKES, *URGENT)), "in a flood that overflows"],
 )
-def test_m112_stops_and_nothing_else(world: Path, before: bytes, line: bytes, stopped: str) -> None:
+def test_nothing_but_m112_stops_and_nothing_displaces_it(
+    world: Path, before: bytes, line: bytes, stopped: str
+) -> None:
     assert run(world, before, received(line), ticks(1)).state["fault"] == stopped
 
 

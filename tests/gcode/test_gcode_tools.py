@@ -125,7 +125,9 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize(("lines", "answers"), ANSWERS.items(), ids=ANSWERS)
-def test_each_tool_has_its_own_controls(board: Board, lines: str, answers: tuple[str, ...]) -> None:
+def test_each_tool_has_its_limits_and_controls_and_others_are_not_there(
+    board: Board, lines: str, answers: tuple[str, ...]
+) -> None:
     """Nor are a fan and a feed."""
     assert told(board, *lines.split("|")) == list(answers)
 

@@ -192,7 +192,9 @@ def test_it_ends_by_itself_when_told() -> None:
     [(2.0, 0.0, 3, [0.5, 0.5, 0.5]), (1.0, 10.0, 2, [1.0]), (1.0, 1.2, 2, [0.8])],
     ids=["in_time", "much_is_lost_for_good", "a_little_is_made_up_for"],
 )
-def test_the_clock_waits(speed: float, lost_s: float, waits: int, pauses: list[float]) -> None:
+def test_the_clock_waits_for_the_boards_time(
+    speed: float, lost_s: float, waits: int, pauses: list[float]
+) -> None:
     """What was lost is not made up for in a rush."""
     now_s, paused_s = [100.0], []
 

@@ -181,7 +181,9 @@ def test_a_current_beside_a_ds18b20_brings_no_rule_of_what_a_thermometer_on_the_
         ("window: 2 s, resolution: 20 ms, distribution: spread", 4.04),
     ],
 )
-def test_a_held_pin_is_seen_once_three_looks_asked_otherwise(pulses: str, within_s: float) -> None:
+def test_a_pin_that_is_held_is_seen_once_three_looks_asked_for_the_other_level(
+    pulses: str, within_s: float
+) -> None:
     """One that is held on, in the pauses: at nearly full power each window has one of a step."""
     text = changed("kiln", ("window: 1 s, resolution: 10 ms", pulses))
     assert within(spec_of(text).controller, RULES_BY_ID["pin_held"]) == f"{within_s} s"

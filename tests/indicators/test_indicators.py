@@ -162,7 +162,9 @@ def test_they_are_dark_from_the_reset_on_until_there_is_something_to_show(shown:
         ([(0.5 * n, n % 2 == 0) for n in range(1, 19)], "unsteady"),
     ],
 )  # fmt: skip
-def test_which_light_is_blinking(changes: list[tuple[float, bool]], light: Light) -> None:
+def test_neither_steady_nor_even_light_is_blinking(
+    changes: list[tuple[float, bool]], light: Light
+) -> None:
     led = Shown(LOOP).leds[0]
     led.changes = [(0.0, False), *changes]
     assert led.light(10.0) == light

@@ -164,7 +164,9 @@ def test_what_the_page_names_is_generated(generated: dict[str, str]) -> None:
     assert f"with {heard} s the speed can be about 5" in DOCS
 
 
-def test_every_signal_has_one_writer_and_nobody_waits_in_vain(generated: dict[str, str]) -> None:
+def test_every_signal_has_one_writer_and_nobody_waits_for_one_that_is_not_there(
+    generated: dict[str, str],
+) -> None:
     text = generated["fabricator.hal"] + generated["fabricator_panel.hal"]
     written, read = set(), set()
     for line in re.findall(r"^net .*", text, re.MULTILINE):

@@ -100,7 +100,9 @@ def test_the_setpoint_goes_out_in_tenths_rounded(hal: Hal, board: MadeUpBoard) -
 
 
 @pytest.mark.parametrize(("entered", "arrives"), [(-5.04, -50), (1e9, 32767), (-1e9, -32768)])
-def test_no_setpoint_wraps(hal: Hal, board: MadeUpBoard, entered: float, arrives: int) -> None:
+def test_a_setpoint_outside_is_refused_and_none_wraps_into_the_range(
+    hal: Hal, board: MadeUpBoard, entered: float, arrives: int
+) -> None:
     until(board, "setpoint_celsius", 30.0)
     hal.set_signal("fabricator-nozzle-setpoint", entered)
     until(board, "refused", {arrives & 0xFFFF})
@@ -122,7 +124,9 @@ def test_on_and_off(hal: Hal, board: MadeUpBoard, slow_s: float) -> None:
     assert board.refused == set()
 
 
-def test_after_a_fault_only_a_new_press_sets_the_latch(hal: Hal, board: MadeUpBoard) -> None:
+def test_a_fault_resets_the_latch_and_neither_its_acknowledgement_nor_a_held_button_sets_it(
+    hal: Hal, board: MadeUpBoard
+) -> None:
     switch_on(hal, board)
     hal.set_signal("fabricator-nozzle-on", 1)
     board.trip(6, 351.2)
@@ -146,7 +150,9 @@ def test_a_controller_that_restarts_stays_off(hal: Hal, board: MadeUpBoard) -> N
     switch_on(hal, board)
 
 
-def test_a_lost_exchange_switches_off_and_its_return_not_on(hal: Hal, board: MadeUpBoard) -> None:
+def test_a_lost_exchange_switches_off_and_its_return_does_not_switch_on(
+    hal: Hal, board: MadeUpBoard
+) -> None:
     switch_on(hal, board)
     board.deaf = True
     hal.wait("fabricator-exchange", 0, HEARD_S + LATE_S)

@@ -136,7 +136,9 @@ def test_a_binary_without_its_state(chamber: Controller) -> None:
         AvrDevice(chamber, compiled(f"{source} volatile char x; int main(void) {{ x = 1; }}"))
 
 
-def test_rows_outlive_a_power_cycle(device: AvrDevice, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
+    device: AvrDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
     device.sense("air", 25.5)
     device.advance(3.5)
     left = lambda undefined: bytes([undefined]) * 1024  # noqa: E731
@@ -213,7 +215,9 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("words", REFUSED)
-def test_the_remedy_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str) -> None:
+def test_what_is_missing_or_untested_is_told_with_the_command_that_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     REFUSED[words](monkeypatch, tmp_path)
     with pytest.raises(SimulatorMissing, match=words):

@@ -40,7 +40,9 @@ def test_each_code_has_its_voltages_on_every_channel(mcu: str) -> None:
 
 
 @PARTS
-def test_a_conversion_takes_13_clocks_and_its_interrupt_comes_with_the_result(mcu: str) -> None:
+def test_a_conversion_takes_thirteen_clocks_and_its_interrupt_comes_with_the_result(
+    mcu: str,
+) -> None:
     adc = Small(CONVERTER, mcu=mcu, seconds=0.01)
     assert adc["cycles"] == pytest.approx(13 * 128, abs=12)
     assert adc.avr.adc.conversions == pytest.approx(0.01 * CLOCK_HZ / (13 * 128), abs=8)

@@ -119,7 +119,9 @@ def test_abuse_ends_briefly(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("loader", [yaml.BaseLoader, yaml.CBaseLoader])
 @pytest.mark.parametrize("text", ["[", "a: b: c", "\x00", "\ud800"])
-def test_bad_yaml_is_unreadable(text: str, loader: object, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_any_text_that_is_no_yaml_is_unreadable(
+    text: str, loader: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("heatwright.spec.loading.tree._Loader", loader)
     with pytest.raises(Unreadable, match="this is not YAML: "):
         parse_tree(text, "spec.yaml")

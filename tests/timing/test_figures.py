@@ -123,7 +123,9 @@ NARROW = ("minimum: 10 °C, maximum: 70 °C", "minimum: 20 °C, maximum: 39 °C"
 
 
 @pytest.mark.parametrize("above", ["10 K", "25 K"])
-def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(above: str) -> None:
+def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(
+    above: str,
+) -> None:
     wide = ("step: 10 K", "step: 15 K"), ("above: 10 K", f"above: {above}")
     controller = controller_of(changed("chamber", NARROW, *wide))
     keypad = keypad_of(controller)
@@ -147,7 +149,9 @@ def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(above: s
         (("printer", ("baud: 115200", "baud: 250000")), 40),  # what is sent to it,
     ],
 )
-def test_interrupts_wait_as_long_as_can_be_borne(machine: tuple[Any, ...], wait_us: float) -> None:
+def test_interrupts_wait_as_long_as_what_they_serve_bears(
+    machine: tuple[Any, ...], wait_us: float
+) -> None:
     name, *changes = machine
     assert 1e6 * longest_wait_s(controller_of(changed(name, *changes))) == pytest.approx(wait_us)
 

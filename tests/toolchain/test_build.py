@@ -216,7 +216,9 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("changes", "reason"), REFUSED.values(), ids=REFUSED)
-def test_it_is_told_why_it_fails(changes: dict[str, str], reason: str, project: Project) -> None:
+def test_it_is_told_why_it_does_not_build(
+    changes: dict[str, str], reason: str, project: Project
+) -> None:
     with pytest.raises(BuildFailed, match=reason):
         build(project(**changes))
 

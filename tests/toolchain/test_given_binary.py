@@ -89,7 +89,9 @@ def test_the_core_is_that_of_every_processor_made_meanwhile() -> None:
 
 
 @pytest.mark.parametrize("core", ["own", "simavr"])
-def test_verify_hands_the_core_to_every_device(core: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verify_hands_the_core_to_all_that_makes_a_device(
+    core: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The closed loop, the timing and the faults, each in a process of its own."""
     spec, elf = example("chamber"), whole("chamber")
     used: list[str] = []

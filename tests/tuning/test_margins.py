@@ -105,7 +105,9 @@ processes = st.builds(
 
 @settings(max_examples=40)
 @given(process=processes, period_s=st.sampled_from([0.1, 1.0]), filter_s=st.floats(0.2, 4.0))
-def test_it_swings_beyond_its_margins(process: Process, period_s: float, filter_s: float) -> None:
+def test_the_loop_oscillates_just_beyond_its_margins(
+    process: Process, period_s: float, filter_s: float
+) -> None:
     """Poles of the closed loop, which know nothing of frequencies, judge the margins."""
     lag_s, second_s = process.lags_s
     dead_s = process.late_s + period_s / 2 + filter_s
@@ -123,7 +125,9 @@ def test_it_swings_beyond_its_margins(process: Process, period_s: float, filter_
 
 
 @pytest.mark.parametrize(("second_s", "late_s"), [(4.5, 0.1), (15.0, 0.1), (1.0, 5.0)])
-def test_simc_is_made_slower_until_it_is_robust_enough(second_s: float, late_s: float) -> None:
+def test_simc_is_made_slower_until_it_is_as_robust_as_it_promises(
+    second_s: float, late_s: float
+) -> None:
     process, period_s, filter_s = second_order(6.0, 250.0, second_s, late_s), 0.1, 1.0
     model = model_for(process, period_s, filter_s)
     found = margins(process, robust_simc(process, model, filter_s, period_s), period_s)
@@ -186,7 +190,9 @@ def test_terms_that_are_off_have_no_states(ki: float, kd: float, states: int) ->
 
 
 @given(integral=st.floats(2, 500), derivative=st.floats(1.01, 100), filter_s=st.floats(0.01, 1.0))
-def test_series_form_becomes_parallel(integral: float, derivative: float, filter_s: float) -> None:
+def test_series_form_becomes_the_same_in_parallel(
+    integral: float, derivative: float, filter_s: float
+) -> None:
     gains = Series(2.0, integral, derivative).parallel(filter_s)
     for omega in (1e-3, 0.1, 3.0):
         s = 1j * omega
