@@ -70,11 +70,8 @@ def amplified(part: Rtd, ohm: float, off: int | None = None, by: float = 1.0) ->
 
 def volts(part: Any, celsius: float, **off: Any) -> float:
     if part.kind == "analog":
-        return (
-            part.offset_v
-            + off.get("offset", 0.0)
-            + part.scale_v_per_k * off.get("scale", 1.0) * celsius
-        )
+        scale = part.scale_v_per_k * off.get("scale", 1.0)
+        return part.offset_v + off.get("offset", 0.0) + scale * celsius
     ohm = float(element_ohm(part, np.array([celsius]))[0]) * off.get("element", 1.0)
     if part.kind == "rtd" and part.amplifier is not None:
         return amplified(part, ohm, *off.get("bridge", ()))
@@ -145,21 +142,18 @@ def test_each_part_costs_what_the_judges_find(name: str) -> None:
     found = budget(part, UNO.mcu, at)
     assert found.untold == ()
     for place in at:  # the formulae above are those of the judges' circuits
-        assert volts(part, place) / reference_v(part, UNO) == pytest.approx(
-            float(shares(part, UNO, place)), rel=1e-12
-        )
+        share = float(shares(part, UNO, place))
+        assert volts(part, place) / reference_v(part, UNO) == pytest.approx(share, rel=1e-12)
     expected = {
         label: [max(abs(read_c(part, off(c, sign), c) - c) for sign in (-1, 1)) for c in at]
         for label, off in parts(part)
     }
-    assert {line.part: line.errors for line in found.lines} == {
-        label: pytest.approx(errors, rel=1e-5, abs=1e-7) for label, errors in expected.items()
-    }
+    due = {label: pytest.approx(each, rel=1e-5, abs=1e-7) for label, each in expected.items()}
+    assert {line.part: line.errors for line in found.lines} == due
     columns = list(zip(*expected.values(), strict=True))
     assert found.worst == pytest.approx([sum(column) for column in columns], rel=1e-5)
-    assert found.root == pytest.approx(
-        [math.sqrt(sum(each**2 for each in column)) for column in columns], rel=1e-5
-    )
+    roots = [math.sqrt(sum(each**2 for each in column)) for column in columns]
+    assert found.root == pytest.approx(roots, rel=1e-5)
 
 
 def test_a_supply_that_is_the_reference_cancels() -> None:
@@ -191,13 +185,9 @@ def test_a_current_by_hand() -> None:
     found = budget(part, UNO.mcu, [4.0])
     errors = {line.part: line.errors[0] for line in found.lines}
     step_a = 5 / 1024 / 0.5
-    assert (found.unit, errors) == (
-        "A",
-        pytest.approx(
-            {"scale": 0.04, "offset": 0.02, "reference": 4 * (5 / 4.9 - 1),
-             "ADC": 3 * step_a, "table": 0.5 * step_a}
-        ),
-    )  # fmt: skip
+    due = {"scale": 0.04, "offset": 0.02, "reference": 4 * (5 / 4.9 - 1), "ADC": 3 * step_a}
+    assert found.unit == "A"
+    assert errors == pytest.approx(due | {"table": 0.5 * step_a})
 
 
 @pytest.mark.parametrize(

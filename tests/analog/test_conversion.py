@@ -52,9 +52,8 @@ def test_a_table_of_codes_reads_as_in_the_firmware_that_had_it(name: str) -> Non
     bounds, law = limits(part, UNO.mcu), converter(part, UNO)
     raw = np.arange(part.oversample * bounds.low, part.oversample * bounds.high + 1)
     sums = raw / part.oversample * part.curve.readings
-    theirs, up, down = (
-        np.interp(sums + side * part.curve.readings, codes, at_c) for side in (0, 0.5, -0.5)
-    )
+    sides = (sums + side * part.curve.readings for side in (0, 0.5, -0.5))
+    theirs, up, down = (np.interp(each, codes, at_c) for each in sides)
     ours = np.array([law(int(each)) for each in raw], float)
     inside = (sums - part.curve.readings > codes[0]) & (sums + part.curve.readings < codes[-1])
     room = np.abs(np.where(np.sign(ours - theirs) == np.sign(up - down), up, down) - theirs)
@@ -183,11 +182,8 @@ def test_the_line_stays_in_the_tube(seed: int) -> None:
     assert np.all(line <= np.array(tube.highs) + 8 * np.finfo(float).eps * scale)
 
 
-def test_a_tube_of_one_place_has_one_point() -> None:
+def test_a_tube_of_one_place_has_one_point_and_a_closed_one_is_refused() -> None:
     assert fewest_points(Tube([1.0], [2.0])) == [(0, 1.5)]
-
-
-def test_a_closed_tube_is_refused() -> None:
     with pytest.raises(ValueError, match="crossed"):
         fewest_points(Tube([0.0, 2.0], [1.0, 1.0]))
 

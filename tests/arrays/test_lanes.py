@@ -82,10 +82,10 @@ def course_of(controller: Controller, loop: str, steps: int, random: Random) -> 
     """Readings that wander about the setpoint, and fail; and all orders that a step takes."""
     spec = controller.loops[loop]
     sensor = controller.thermometers[spec.sensor]
-    ideal = import_module(module_of("sensor", "reference", sensor.kind)).IdealSensor(
-        sensor, controller.board
-    )
-    setpoint_c = spec.setpoint.initial_c or spec.setpoint.maximum_c
+    module = import_module(module_of("sensor", "reference", sensor.kind))
+    ideal = module.IdealSensor(sensor, controller.board)
+    ends = spec.setpoint
+    setpoint_c = ends.initial_c or ends.maximum_c
     felt_c, orders = setpoint_c - random.choice([0, 5, 60]), Orders(enabled=1)
     names = monitors_of(controller, loop)
     pid = spec.algorithm if isinstance(spec.algorithm, Pid) else None
@@ -98,9 +98,8 @@ def course_of(controller: Controller, loop: str, steps: int, random: Random) -> 
         if random.random() < 0.05:
             status = random.choice([1, 2, 17, 18])
         if random.random() < 0.03:
-            setpoint_c = random.choice([
-                0.0, spec.setpoint.minimum_c, spec.setpoint.maximum_c, felt_c, felt_c + 1,
-            ])  # fmt: skip
+            own_c = [ends.minimum_c, ends.maximum_c]
+            setpoint_c = random.choice([0.0, *own_c, felt_c, felt_c + 1])
         if random.random() < 0.05:
             orders = orders._replace(
                 mode=random.choice([0, 0, 0, 1, 2]) if tunable(controller, loop) else 0,
@@ -126,9 +125,7 @@ def course_of(controller: Controller, loop: str, steps: int, random: Random) -> 
             monitors={name: (17 * (random.random() < 0.1), random.randrange(900))
                       for name in names},
         )  # fmt: skip
-        found.append(
-            Given(status, raw, Single(setpoint_c), random.random() < 0.2, orders)
-        )  # fmt: skip
+        found.append(Given(status, raw, Single(setpoint_c), random.random() < 0.2, orders))
     return found
 
 
@@ -209,9 +206,8 @@ def assert_lanes(controller: Controller, scenario: tuple[Event, ...]) -> None:
 def test_devices_on_drawn_machines() -> None:
     """Of all drawn controllers with a machine few do what lanes cannot."""
     random = Random(f"machines {SEED}")  # noqa: S311 - no secret
-    simulated = (
-        each.spec.controller for each in drawings(random) if each.spec.controller.simulation
-    )
+    controllers = (each.spec.controller for each in drawings(random))
+    simulated = (each for each in controllers if each.simulation)
     refused = 0
     for controller in islice(simulated, amount("lane_machines")):
         assert controller.simulation is not None
@@ -227,10 +223,8 @@ def test_examples_on_drawn_machines(name: str) -> None:
     """Three-position, programs and radiation, noisy sums and a measured current."""
     controller = example(name).controller
     assert controller.simulation is not None
-    begun = tuple(
-        each for each in controller.simulation.scenario
-        if each.for_s is None and (each.at_s or 0) < 15
-    )  # fmt: skip
+    scenario = controller.simulation.scenario
+    begun = (each for each in scenario if each.for_s is None and (each.at_s or 0) < 15)
     assert_lanes(controller, (*begun, Event.model_validate({"for": "20 s"})))
 
 
@@ -243,9 +237,8 @@ def test_who_differs_by_more_than_numbers_is_done_alone() -> None:
     loop = next(iter(controller.loops))
     spec = controller.loops[loop]
     assert isinstance(spec.algorithm, Pid)
-    other = spec.model_copy(update={
-        "algorithm": spec.algorithm.model_copy(update={"kd": 0.0 if spec.algorithm.kd else 1.0}),
-    })  # fmt: skip
+    algorithm = spec.algorithm.model_copy(update={"kd": 0.0 if spec.algorithm.kd else 1.0})
+    other = spec.model_copy(update={"algorithm": algorithm})
     both = [controller, controller.with_loop(loop, other)]
     scenario = (Event.model_validate({"for": "20 s"}),)
     found = step_logs(both, scenario, ["duty_percent"])

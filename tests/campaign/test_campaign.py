@@ -251,9 +251,8 @@ def test_upsets_and_operators_act(task: Callable[..., Task]) -> None:
     assert air_c[at + 1] - air_c[at - 1] == pytest.approx(-4.0, abs=0.3)
     off = np.count_nonzero(np.diff(times_s) == 0)
     assert off == pytest.approx(30, abs=2), "3 s without power, a tenth of a second each"
-    assert [event.text for event in done.trace.events] == [
-        "air 40 °C", "air -4.0 K", "power cut 3 s",
-    ]  # fmt: skip
+    told = [event.text for event in done.trace.events]
+    assert told == ["air 40 °C", "air -4.0 K", "power cut 3 s"]
     assert done.row["outcome"] == "well"
 
 
@@ -265,9 +264,8 @@ SOON_S = {"sensor_cut": 6.0}
 def test_what_breaks_is_caught(name: str, task: Callable[..., Task]) -> None:
     """While it heats: each is noticed within what its rules take, and the run ends soon after."""
     faults = {"chance": "100 %", "of": [name], "at": "60 s"}
-    made = task(
-        {"faults": faults}, {"at": "2 s", "press": "up", "times": 3}, {"for": "12 min"},
-    )  # fmt: skip
+    pressed = {"at": "2 s", "press": "up", "times": 3}
+    made = task({"faults": faults}, pressed, {"for": "12 min"})
     row = run_whole(made.pack(), 0).row
     assert (row["drawn.fault"], row["drawn.fault.loop"]) == (name, "air")
     assert row["loop.air.overshoot_k"] is None

@@ -56,14 +56,9 @@ def test_what_is_wrong_is_told_with_its_place_and_remedy(heatwright: Heatwright,
     assert [each["path"] for each in found["problems"]] == [expected.partition(":")[0]]
 
 
-def test_a_current_is_wrong_by_a_share(heatwright: Heatwright) -> None:
-    Path("vary.yaml").write_text("errors: {current: ± 1 K}\n", encoding="utf-8")
-    spec = EXAMPLES / "fabricator.yaml"
-    told = heatwright(f"campaign {spec} --vary vary.yaml", status=2).err
-    assert "and ± 1 K is not a share of it. Write a share, such as ± 2 %." in told
-
-
-def test_nothing_to_vary_and_no_machine_are_told(heatwright: Heatwright) -> None:
+def test_nothing_to_vary_no_machine_and_a_current_wrong_by_kelvins_are_told(
+    heatwright: Heatwright,
+) -> None:
     Path("vary.yaml").write_text("\n", encoding="utf-8")
     told = heatwright("campaign chamber.yaml --vary vary.yaml", status=2).err
     assert told.startswith("vary.yaml:1:1: this file is empty. Write what varies, such as ")
@@ -71,6 +66,9 @@ def test_nothing_to_vary_and_no_machine_are_told(heatwright: Heatwright) -> None
     Path("bare.yaml").write_text(spec, encoding="utf-8")
     assert "has no `simulation`" in heatwright("campaign bare.yaml", status=2).err
     assert "none.yaml" in heatwright("campaign chamber.yaml --vary none.yaml", status=2).err
+    Path("vary.yaml").write_text("errors: {current: ± 1 K}\n", encoding="utf-8")
+    told = heatwright(f"campaign {EXAMPLES}/fabricator.yaml --vary vary.yaml", status=2).err
+    assert "and ± 1 K is not a share of it. Write a share, such as ± 2 %." in told
 
 
 @pytest.mark.parametrize("name", EXAMPLE_NAMES)

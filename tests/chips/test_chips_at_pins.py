@@ -27,23 +27,18 @@ int main(void) {
 """
 
 
-def test_keys_give_the_shields_codes() -> None:
+@pytest.mark.parametrize("tolerance", [-0.05, 0.0, 0.05])
+def test_keys_give_the_shields_codes(tolerance: float) -> None:
+    """With the tolerance of its resistors."""
     reader = Small(READER)
     keypad = LcdKeypad(reader.avr, UNO).keypad
+    keypad.tolerance = tolerance
     for key, code in CODES.items():
         keypad.press(key)
         reader.avr.run(0.001)
-        assert reader["code"] == code
+        assert reader["code"] == int(code * (1 + tolerance * (key is not None)) + 0.5)
     with pytest.raises(ValueError, match="no key fire"):
         keypad.press("fire")
-
-
-@pytest.mark.parametrize("tolerance", [-0.05, 0.05])
-def test_resistors_have_tolerances(tolerance: float) -> None:
-    reader = Small(READER)
-    Keypad(reader.avr, 0, tolerance=tolerance).press("left")
-    reader.avr.run(0.001)
-    assert reader["code"] == int(481 * (1 + tolerance) + 0.5)
 
 
 def test_a_bouncing_key() -> None:
@@ -77,12 +72,16 @@ def listened(text: str, divisor: int = 103) -> SerialPlotter:
     return plotter
 
 
-def test_lines_are_understood() -> None:
+def test_lines_are_understood_and_those_of_a_wrong_speed_are_garbage() -> None:
     plotter = listened("$49.87 50.00 10.00 -0.34;\\n$1.00;\\n$-2.50 3.00;\\n")
     due = [(49.87, 50.0, 10.0, -0.34), (1.0,), (-2.5, 3.0)]
     assert [line.values for line in plotter.lines] == due
     assert (plotter.ended, plotter.garbage) == (2, 0)
     assert plotter.lines[0].time_s == pytest.approx(25 * 10 * 16 * 104 / CLOCK_HZ, abs=1e-4)
+    assert abs(plotter.speed_error) < 0.002
+    quick = listened("$1;\\n", divisor=51)
+    assert quick.speed_error == pytest.approx(1.0, abs=0.01)
+    assert (quick.lines, quick.garbage) == ([], 4)
 
 
 @pytest.mark.parametrize("text", ["hello;", "$;", "$1  2;", "$1.;", "$nan;", "$1,2;", "$1 ;"])
@@ -90,13 +89,6 @@ def test_other_text_is_garbage(text: str) -> None:
     plotter = listened(f"{text}\\n$1.00;\\n")
     assert [line.values for line in plotter.lines] == [(1.0,)]
     assert plotter.garbage == len(text)
-
-
-def test_a_wrong_speed_is_garbage() -> None:
-    plotter = listened("$1;\\n", divisor=51)
-    assert plotter.speed_error == pytest.approx(1.0, abs=0.01)
-    assert (plotter.lines, plotter.garbage) == ([], 4)
-    assert abs(listened("$1;\\n").speed_error) < 0.002
 
 
 SWITCH = """
@@ -176,13 +168,10 @@ def test_it_waits_to_be_fed_once_it_has_stepped() -> None:
     assert not driver.waits
 
 
-def test_none_without_enable() -> None:
+def test_no_step_without_enable() -> None:
     driver = driven(f"{PULSE * 3} {ENABLE} {WAIT} {PULSE}")
     assert (driver.position, driver.violations, driver.missed) == (-1, 0, 3)
-
-
-def test_the_boards_resistor_holds_it_off() -> None:
-    assert not driven("DDRB = 0;").on
+    assert not driven("DDRB = 0;").on, "the board's resistor holds it off"
 
 
 @pytest.mark.parametrize(
@@ -367,10 +356,7 @@ def test_a_program_drives_it() -> None:
     assert rows[1:6] == ["h", "he", "hel", "hell", "hello"]
     assert 0.02 < lcd.history[1].time_s < lcd.history[-1].time_s < 0.05
     assert lcd.writes == 4 + 2 * (5 + 6 + 8)
-
-
-def test_an_impatient_program_is_found_out() -> None:
-    assert shown('text(0, "hello");', wait_us=10).chip.lost > 0
+    assert shown('text(0, "hello");', wait_us=10).chip.lost > 0, "a program must wait"
 
 
 BUS_FAULTS = {

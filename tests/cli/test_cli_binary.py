@@ -70,9 +70,8 @@ def fits(found: Any, form: Any) -> bool:
 
 class TestVerify:
     def test_the_chamber_passes_and_its_page_tells_the_same(self, heatwright: Heatwright) -> None:
-        evidence = heatwright(
-            "verify chamber.yaml --json --report chamber.html --upsets 3 --first 40"
-        ).json
+        words = "verify chamber.yaml --json --report chamber.html --upsets 3 --first 40"
+        evidence = heatwright(words).json
         assert fits(evidence, EVIDENCE)
         assert [each["number"] for each in evidence["upsets"]] == [40, 41, 42]
         assert [each for each in evidence["faults"] if not each["passed"]] == []
@@ -132,9 +131,8 @@ def test_the_binary_shows_and_sends_what_it_does(heatwright: Heatwright) -> None
 
 def test_what_leds_show_is_told(heatwright: Heatwright) -> None:
     words = f"simulate {EXAMPLES}/fabricator.yaml --for 4s"
-    assert heatwright(f"{words} --json").json["lights"] == {
-        "nozzle": {"enabled": "lit", "heating": "lit", "cooling": "dark", "communicating": "lit"}
-    }
+    shown = {"enabled": "lit", "heating": "lit", "cooling": "dark", "communicating": "lit"}
+    assert heatwright(f"{words} --json").json["lights"] == {"nozzle": shown}
     told = heatwright(words).out
     assert "LEDs of nozzle: enabled lit, heating lit, cooling dark, communicating lit\n" in told
 

@@ -237,9 +237,8 @@ def test_a_comparison_as_json_and_as_a_page(heatwright: Heatwright) -> None:
     assert {"proportional", "PID"} <= {row["name"] for row in found["rows"]}
     row = found["rows"][0]
     assert row["published"] == {"maximum": 50.5, "steady_min": 48.7, "steady_max": 49.2}
-    assert row["residual"] == pytest.approx(
-        {"maximum": 0.0, "steady_min": 0.425, "steady_max": -0.0125}, abs=1e-3
-    )
+    residual = {"maximum": 0.0, "steady_min": 0.425, "steady_max": -0.0125}
+    assert row["residual"] == pytest.approx(residual, abs=1e-3)
     assert (row["build"], row["replay"], row["audible"]) == (None, None, True)
     assert "figure class=" in Path("c.html").read_text(encoding="utf-8")
 
@@ -248,9 +247,8 @@ def test_a_comparison_as_json_of_several_loops(heatwright: Heatwright) -> None:
     spec = printer_rows()
     found = heatwright(f"compare {spec} --model --json --plot c.html").json
     rows = {(row["loop"], row["name"]): row for row in found["rows"]}
-    assert list(rows) == [
-        ("hotend", "relay"), ("hotend", "this spec"), ("bed", "PI"), ("bed", "this spec"),
-    ]  # fmt: skip
+    pairs = [("hotend", "relay"), ("hotend", "this spec"), ("bed", "PI"), ("bed", "this spec")]
+    assert list(rows) == pairs
     assert rows["hotend", "this spec"]["setpoint"] == 200, "its own 0 °C is off"
     assert 199 < rows["hotend", "relay"]["closed_loop"]["maximum"] < 205
     assert rows["bed", "PI"]["steady_error"] > rows["bed", "this spec"]["steady_error"]
@@ -261,9 +259,8 @@ def test_a_comparison_as_json_of_several_loops(heatwright: Heatwright) -> None:
     assert re.findall(r"^ (\w+: .*?),", told, re.MULTILINE) == ["bed: PI", "bed: this spec"]
     drawn = re.findall("<!-- (.*?) -->", Path("c.svg").read_text(encoding="utf-8"))
     assert [text for text in drawn if text.endswith("simulated")] == ["bed simulated"]
-    assert heatwright(f"compare {spec} --loop bad", status=2).err.endswith(
-        "has no loop bad; there are hotend, bed.\n"
-    )
+    refused = heatwright(f"compare {spec} --loop bad", status=2).err
+    assert refused.endswith("has no loop bad; there are hotend, bed.\n")
 
 
 COMPARED = sorted(

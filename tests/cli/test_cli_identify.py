@@ -82,9 +82,8 @@ def test_json_has_the_intervals_and_files_are_written(
 
 
 def test_the_firmwares_plotter_lines_need_only_the_spec(heatwright: Heatwright) -> None:
-    record = recorded(
-        machine(400.0, 0.4, 20.0, 1.0), steps(1500, (20, 1.0), (900, 0.2)), step_k=0.06
-    )
+    duty = steps(1500, (20, 1.0), (900, 0.2))
+    record = recorded(machine(400.0, 0.4, 20.0, 1.0), duty, step_k=0.06)
     lines = [
         f"${read_c:.2f} 50.00 {power_w / 4:.2f} 0.00;"
         for read_c, power_w in zip(record.readings_c, record.powers_w, strict=True)

@@ -6,11 +6,12 @@ import os
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from itertools import count
 from pathlib import Path
 from shutil import copy
 from threading import Event
+from unittest.mock import Mock
 from urllib.request import urlopen
 
 import pytest
@@ -27,12 +28,12 @@ from heatwright.spec import registry
 PLOTTER = "20.50 60.00 1.00 2.00 3.00 6.00 10.00"
 
 
-def board(answer: Callable[[float], bytes], every_s: float = 0.01) -> AbstractContextManager[str]:
+def board(answer: Callable[[float], bytes]) -> AbstractContextManager[str]:
     """A line at whose other end something speaks; gives its name."""
     turns = count()
 
     def speak(line: int, done: Event) -> None:
-        if not done.wait(every_s):
+        if not done.wait(0.01):
             with suppress(BlockingIOError):  # nobody reads
                 os.write(line, answer(next(turns)))
 
@@ -62,8 +63,7 @@ def test_the_plotters_line_is_read() -> None:
 
 
 @pytest.mark.parametrize(
-    ("loop", "found"),
-    [("hotend", (201.3, 200.0, 100.0)), ("bed", (60.1, 60.0, 0.0))],
+    ("loop", "found"), [("hotend", (201.3, 200.0, 100.0)), ("bed", (60.1, 60.0, 0.0))]
 )
 def test_a_printers_report_is_read(loop: str, found: tuple[float, ...]) -> None:
     report = "ok T:201.3 /200.0 B:60.1 /60.0 @:127 B@:0"
@@ -111,9 +111,11 @@ GOOD = answer("01 04 06 07 dd 03 e8 07 d0")
 READ_OF_IT = Reading(7.0, pytest.approx(201.3), 200, 100)  # type: ignore[arg-type]
 
 
-def test_a_slave_is_asked_for_temperature_duty_and_setpoint() -> None:
+def test_a_slave_is_asked_and_its_answer_has_a_gap_before_the_first_reading() -> None:
+    """For temperature, duty and setpoint."""
     hearing = hearing_of("spec.yaml", controller_of("fabricator"), "nozzle")
     assert hearing.asks == answer("01 04 00 64 00 03")
+    assert told_by_modbus(answer("01 04 06 80 00 00 00 01 2c")) == [Reading(7.0, None, 30, 0)]
 
 
 @pytest.mark.parametrize(
@@ -137,10 +139,6 @@ def test_a_slaves_answer_is_read(parts: tuple[bytes, ...]) -> None:
 )
 def test_what_is_no_answer_tells_nothing(come: bytes) -> None:
     assert told_by_modbus(come, GOOD) == [READ_OF_IT]
-
-
-def test_before_the_first_reading_there_is_a_gap() -> None:
-    assert told_by_modbus(answer("01 04 06 80 00 00 00 01 2c")) == [Reading(7.0, None, 30, 0)]
 
 
 def test_the_firmware_of_a_slave_answers() -> None:
@@ -167,20 +165,15 @@ def test_a_kind_from_outside_tells_how_its_line_is_read(
     assert read("printer", None, "ok T:201.3 /200.0 B:60.1 /60.0 @:127 B@:0")[0][1:3] == (60.1, 60)
 
 
-def test_an_entry_has_a_time_and_a_gap_where_a_number_is_none() -> None:
-    lines = ("nan,20,20,0,,", "1e999,20,20,0,,", "60,1e999,20,0,,", "")
-    assert read("kiln", None, *lines) == [Reading(60, None, 20, 0)]
-
-
 def test_of_a_log_only_what_is_new_is_told_and_a_reset_goes_on() -> None:
+    """An entry has a time, and a gap where a number is none."""
     head = "time_s,temperature_c,setpoint_c,duty_percent,program,segment"
     first, second = "60,20.4,20.0,0,,", "120,,29.0,37,1,1"
     found = read("kiln", None, head, first, "", head, first, second, "", head, first, "")
-    assert found == [
-        Reading(60, 20.4, 20, 0),
-        Reading(120, None, 29, 37),
-        Reading(180, 20.4, 20, 0),
-    ]
+    told = (60, 20.4, 20, 0), (120, None, 29, 37), (180, 20.4, 20, 0)
+    assert found == [Reading(*each) for each in told]
+    lines = ("nan,20,20,0,,", "1e999,20,20,0,,", "60,1e999,20,0,,", "")
+    assert read("kiln", None, *lines) == [Reading(60, None, 20, 0)]
 
 
 def test_identify_records_a_line_first(heatwright: Heatwright) -> None:
@@ -258,26 +251,12 @@ def test_a_full_disk_ends_it(heatwright: Heatwright) -> None:
     assert (done.returncode, done.stderr) == (2, "out.csv: cannot be written: file too large.\n")
 
 
-class Unplugged:
-    """A port whose line is gone at once."""
-
-    name = "/dev/ttyUSB9"
-    in_waiting = 0
-
-    def __enter__(self) -> "Unplugged":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def read(self, _: int) -> bytes:
-        raise OSError(5, "unplugged")
-
-
 def test_a_line_that_is_gone_at_once_ends_it(
     heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(listener, "opened", lambda *_: Unplugged())
+    port = Mock(in_waiting=0, read=Mock(side_effect=OSError(5, "unplugged")))
+    port.name = "/dev/ttyUSB9"
+    monkeypatch.setattr(listener, "opened", lambda *_: nullcontext(port))
     with ends_within(60):
         found = heatwright("plot oven.yaml --port /dev/ttyUSB9", status=2)
     assert "/dev/ttyUSB9: the serial line was lost: " in found.err

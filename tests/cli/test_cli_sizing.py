@@ -70,15 +70,13 @@ def test_what_comes_through_is_what_leaves(change: dict[str, object]) -> None:
     assert found.loss_w == pytest.approx(through_w, rel=1e-9)
 
 
-def test_wind_is_as_in_mcadams_table_and_has_no_step() -> None:
+def test_films_are_those_of_the_textbooks() -> None:
+    """McAdams' table of wind, which has no step; of a cylinder, Incropera & DeWitt, example 7.4:
+    12.7 mm, 128.4 °C in air of 26.2 °C at 10 m/s: 96 W/m²K."""
     assert wind_film(0.0) == pytest.approx(5.62, abs=0.005)
     assert wind_film(1.0) - wind_film(0.0) == pytest.approx(3.91, abs=0.005)
     assert wind_film(4.8767) == pytest.approx(wind_film(4.8769), rel=0.001)
     assert wind_film(10.0) == pytest.approx(7.17 * 10**0.78, rel=0.001)
-
-
-def test_a_cylinder_of_a_textbook() -> None:
-    """Incropera & DeWitt, example 7.4: 12.7 mm, 128.4 °C in air of 26.2 °C at 10 m/s: 96 W/m²K."""
     film = cross_flow_film_w_per_m2k(0.0127, 10.0, (128.4 + 26.2) / 2)
     assert film == pytest.approx(96, rel=0.01)
 
@@ -101,9 +99,8 @@ def test_the_load_that_ends_as_measured_does() -> None:
     found = sized_wire(Wire.model_validate(WIRE), 240.0, 24.0, 20.0)
     load = found.load_as_measured_w_per_cm2
     assert load is not None
-    again = sized_wire(
-        Wire.model_validate({**WIRE, "surface_load": f"{load!r} W/cm²"}), 240.0, 24.0, 20.0
-    )
+    loaded = Wire.model_validate({**WIRE, "surface_load": f"{load!r} W/cm²"})
+    again = sized_wire(loaded, 240.0, 24.0, 20.0)
     assert again.temperature_c == pytest.approx(127.0, abs=1e-6)
     assert sized_wire(Wire.model_validate(WIRE), 240.0, 24.0, 130.0)[-1] is None
 
@@ -112,15 +109,12 @@ def settled_c(controller: Controller, loop: str, power_w: float) -> float:
     """The loop's sensor in the simulated machine without its noise, after years at a power."""
     simulation, heater = controller.simulation, controller.loops[loop].heater
     assert simulation is not None
-    still = {
-        name: sense.model_copy(update={"noise_k": 0.0})
-        for name, sense in simulation.plant.sense.items()
-    }
+    senses = simulation.plant.sense.items()
+    still = {name: sense.model_copy(update={"noise_k": 0.0}) for name, sense in senses}
     network = simulation.plant.model_copy(update={"sense": still})
     machine = plant_of(controller, network, ambient_c=simulation.ambient_c, step_s=FOREVER_S)
-    running = dict.fromkeys(controller.outputs, 0.0) | dict.fromkeys(
-        always_running(controller.outputs), 1.0
-    )
+    fans = dict.fromkeys(always_running(controller.outputs), 1.0)
+    running = dict.fromkeys(controller.outputs, 0.0) | fans
     for _ in range(200):  # radiation is taken anew in every step
         machine.step(running | {heater: power_w / powers_of(controller)[heater]})
     return machine.sensed_c()[controller.loops[loop].sensor]
@@ -196,9 +190,8 @@ def test_the_fabricators_wire_draws_five_amperes_and_three_rms() -> None:
     assert load["full_w"] == pytest.approx(load["rms_a"] ** 2 * WIRE_OHM, rel=1e-3)
     assert load["mean_a"] == pytest.approx(load["full_w"] / SUPPLY_V)
     assert load["dead_w"] == pytest.approx(SUPPLY_V**2 / WIRE_OHM, rel=1e-3)
-    assert said_of(load).startswith(
-        "heater: supply and switch carry 5.04 A while it is on; at full duty"
-    )
+    told = "heater: supply and switch carry 5.04 A while it is on; at full duty"
+    assert said_of(load).startswith(told)
 
 
 def test_without_a_lower_rating_all_three_are_one() -> None:
@@ -207,12 +200,9 @@ def test_without_a_lower_rating_all_three_are_one() -> None:
     assert load["dead_w"] == load["full_w"]
 
 
-@pytest.mark.parametrize("name", ["chamber", "extruder", "kiln"])
-def test_nothing_is_told_of_what_has_no_such_currents(name: str) -> None:
-    assert not list(loads(controller_of(name)))
-
-
 def test_check_prints_it(heatwright: Heatwright) -> None:
+    """And nothing of what has no such currents."""
+    assert not any([*loads(controller_of(name))] for name in ("chamber", "extruder", "kiln"))
     text = (EXAMPLES / "fabricator.yaml").read_text(encoding="utf-8")
     Path("fabricator.yaml").write_text(text, encoding="utf-8")
     (load,) = loads(controller_of("fabricator"))
@@ -238,9 +228,6 @@ def test_check_warns_of_parts_that_cost_too_much(heatwright: Heatwright) -> None
     (told,) = warnings(heatwright, FEEDER.replace("within: 1 K", "within: 3.06 K"))
     assert "3.06 K is required" in told
     assert warnings(heatwright, FEEDER.replace(ASKED, "")) == []
-
-
-def test_check_warns_of_what_cannot_be_told(heatwright: Heatwright) -> None:
     text = FEEDER.replace("within: 1 K", "within: 9 K").replace("element: A, ", "")
     (told,) = warnings(heatwright, text)
     assert told == "it is unknown whether the error stays within 9 K"
@@ -320,9 +307,8 @@ def test_the_linkers_refusal_is_measured_and_told_whole_by_another_process() -> 
 def test_check_warns_to_the_byte(heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch) -> None:
     spare = 32256 - least(example("chamber").controller).flash
     for over, warned in ((0, []), (1, ["flash: at least 32,257 of 32,256 B: 1 B too many"])):
-        monkeypatch.setattr(
-            "heatwright.spec.board.least.EVERY", Least(EVERY.flash + spare + over, 0)
-        )
+        taken = Least(EVERY.flash + spare + over, 0)
+        monkeypatch.setattr("heatwright.spec.board.least.EVERY", taken)
         found = heatwright("check --quick chamber.yaml --json").json["warnings"]
         assert [each["reason"] for each in found] == warned
 

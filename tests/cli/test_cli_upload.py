@@ -163,25 +163,21 @@ def waiting_board(mcu: str, loader: Path, start: int, baud: int) -> Iterator[tup
         yield port, avr
 
 
-@pytest.mark.parametrize(
-    ("board", "mcu", "loader", "start", "baud"),
-    [
-        ("uno", "atmega328p", None, OPTIBOOT, 115200),
-        ("nano", "atmega328p", "atmega/ATmegaBOOT_168_atmega328.hex", 0x7800, 57600),
-        ("mega2560", "atmega2560", "stk500v2/stk500boot_v2_mega2560.hex", 0x3E000, 115200),
-    ],
-)
-def test_avrdude_writes_it_through_the_boards_boot_loader(  # noqa: PLR0917
-    heatwright: Heatwright,
-    tmp_path: Path,
-    board: str,
-    mcu: str,
-    loader: str | None,
-    start: int,
-    baud: int,
+LOADERS = {
+    "uno": ("atmega328p", "", OPTIBOOT, 115200),
+    "nano": ("atmega328p", "atmega/ATmegaBOOT_168_atmega328.hex", 0x7800, 57600),
+    "mega2560": ("atmega2560", "stk500v2/stk500boot_v2_mega2560.hex", 0x3E000, 115200),
+}
+"""By board: its chip, the loader's file if there is one, where it begins, and its speed."""
+
+
+@pytest.mark.parametrize("board", LOADERS)
+def test_avrdude_writes_through_its_loader(
+    heatwright: Heatwright, tmp_path: Path, board: str
 ) -> None:
+    mcu, loader, start, baud = LOADERS[board]
     name = changed("barrel", "board: uno", f"board: {board}")
-    file = optiboot(tmp_path) if loader is None else BOOT_LOADERS / loader
+    file = BOOT_LOADERS / loader if loader else optiboot(tmp_path)
     with waiting_board(mcu, file, start, baud) as (port, avr):
         told = heatwright(f"upload {name} --port {port} --json").json
         flash = Elf(Path(told["file"]).with_suffix(".elf")).flash

@@ -73,15 +73,11 @@ def test_not_while_a_program_runs_or_waits(cold: Cold) -> None:
 
 
 def test_not_when_it_is_switched_before_the_next_step_sees_it(cold: Cold) -> None:
-    for order in (f"#2 1;{CHOOSE_S}", f"#2 0;{CHOOSE_S}"):
-        cold.send(order)
+    """By hand, or by a program that waits for its first step."""
+    for order in ("#2 1;", "#2 0;", "#8 1;"):
+        cold.send(f"{order}{CHOOSE_S}")
         assert cold.chosen == (K, K)
-
-
-def test_not_when_a_program_waits_for_its_first_step(cold: Cold) -> None:
-    cold.send(f"#8 1;{CHOOSE_S}")
     assert cold.device.read("program.state") != 0
-    assert cold.chosen == (K, K)
 
 
 # ---- a type that bears less than the kiln is asked for ----

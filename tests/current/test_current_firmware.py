@@ -36,12 +36,9 @@ outputs:
   heater: {kind: digital, pin: D3, power: 60 W, supply: 24 V, current: {sensor: amps, trip: 4 A}}
 loops:
   air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    setpoint: {initial: 25 °C, minimum: 20 °C, maximum: 70 °C}
-    algorithm: {kind: on_off, hysteresis: 2 K}
-    protection: {rising_while_off: off, heating: off, frozen: off}
+    {sensor: air, heater: heater, period: 1 s, algorithm: {kind: on_off, hysteresis: 2 K},
+     setpoint: {initial: 25 °C, minimum: 20 °C, maximum: 70 °C},
+     protection: {rising_while_off: off, heating: off, frozen: off}}
 safety: {self_checks: false}
 """
 BOARDS = {"uno": "kind: ds18b20, pin: D2", "mega2560": "kind: ds18b20, pin: D22"}

@@ -139,25 +139,21 @@ def adjusted(numbers: str, others: str = "") -> tuple[str, str]:
     return "step: 10 K}", f"step: 10 K, adjust: {{{numbers}}}{others}}}"
 
 
+HOST, MASTER = (PLOTTER, "kind: gcode, loops: {T0: air}"), (PLOTTER, "kind: modbus_rtu")
 OTHERS = {
     "off at first": changed("chamber", STARTS),
-    "a host": changed(
-        "chamber", (PLOTTER, "kind: gcode, loops: {T0: air}"),
-        ("stale_after: 5 s", "stale_after: 5 s\n      effort: off"),
-    ),
-    "a master": changed("chamber", (PLOTTER, "kind: modbus_rtu")),
+    "a host": changed("chamber", HOST, ("stale_after: 5 s", "stale_after: 5 s\n      effort: off")),
+    "a master": changed("chamber", MASTER),
     "a time": changed("chamber", STARTS, time_of("longest: 3 min, step: 1 min")),
     "numbers": changed("chamber", STARTS, adjusted(f"{HYSTERESIS}, {LEAD}")),
-    "a host and a number": changed(
-        "chamber", (PLOTTER, "kind: gcode, loops: {T0: air}"), adjusted(LEAD)
-    ),
+    "a host and a number": changed("chamber", HOST, adjusted(LEAD)),
     "a time and a number": changed(
         "chamber", STARTS, adjusted(HYSTERESIS, ", countdown: {longest: 3 min, step: 1 min}")
     ),
     "numbers of a PID": changed("oven", STARTS),
     "a master's time": changed(
-        "chamber", STARTS, time_of("longest: 4 min, step: 2 min, counts: at once"),
-        (PLOTTER, "kind: modbus_rtu"), ("period: 1 s", "period: 2 s"),
+        "chamber", STARTS, time_of("longest: 4 min, step: 2 min, counts: at once"), MASTER,
+        ("period: 1 s", "period: 2 s"),
     ),
 }  # fmt: skip
 """Who else there is, or how it starts, and the specification."""
@@ -293,7 +289,7 @@ LONG = changed(
 )
 SLOW = changed(
     "chamber", STARTS, time_of("longest: 6 min, step: 2 min, counts: at once"),
-    (PLOTTER, "kind: modbus_rtu"), ("period: 1 s", "period: 70 s"),
+    MASTER, ("period: 1 s", "period: 70 s"),
     ("above: 10 K, for: 60 s}", "above: 15 K, for: 70 s}"),
     ("stale_after: 5 s", "stale_after: 140 s"), ("within: 120 s", "within: 1 h"),
 )  # fmt: skip

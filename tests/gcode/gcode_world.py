@@ -83,9 +83,8 @@ def run(program: Path, *script: bytes) -> Said:
     """Play a script."""
     said, _, state = play(program, script).partition(b"=setpoint ")
     pairs = [line.split(" ", 1) for line in f"setpoint {state.decode()}".splitlines()]
-    return Said(
-        said.decode("ascii").splitlines(), {name.lstrip("="): value for name, value in pairs}
-    )
+    states = {name.lstrip("="): value for name, value in pairs}
+    return Said(said.decode("ascii").splitlines(), states)
 
 
 def spoken(*lines: str | bytes) -> list[bytes]:

@@ -198,9 +198,7 @@ def test_an_m999_sent_before_an_m112_does_not_undo_it(world: Path) -> None:
         assert "echo:M999 refused: M112 came after it" in said.answers
         assert (said.state["fault"], said.state["acknowledged"]) == ("19", "0")
         assert run(world, *script, received(b"M999\n"), ticks(20)).state["fault"] == "0"
-
-
-def test_an_m999_behind_a_line_that_is_forgotten_counts(world: Path) -> None:
+    # So does one behind a line that is forgotten.
     begin = spoken(BEGIN, b"N1 M105*1\nM112\n")
     assert run(world, *begin).state["fault"] == "19"
     assert run(world, *begin, *spoken("M999")).state["fault"] == "0"

@@ -17,20 +17,14 @@ outputs:
   bed: {{kind: digital, pin: D4, power: 100 W}}
 loops:
   nozzle:
-    sensor: nozzle
-    heater: nozzle
-    period: 100 ms
-    setpoint: {{initial: 0 °C, minimum: 10 °C, maximum: 250 °C}}
-    algorithm: {{kind: pid, kp: 5, ki: 0.1, kd: 10}}
-    autotune: {{}}
-    protection: {{maximum: 280 °C, minimum: 5 °C, rise_rate: 20 K/s}}
+    {{sensor: nozzle, heater: nozzle, period: 100 ms, autotune: {{}},
+     algorithm: {{kind: pid, kp: 5, ki: 0.1, kd: 10}},
+     setpoint: {{initial: 0 °C, minimum: 10 °C, maximum: 250 °C}},
+     protection: {{maximum: 280 °C, minimum: 5 °C, rise_rate: 20 K/s}}}}
   bed:
-    sensor: bed
-    heater: bed
-    period: 500 ms
-    setpoint: {{initial: 0 °C, minimum: 10 °C, maximum: 110 °C}}
-    algorithm: {{kind: on_off}}
-    protection: {{maximum: 130 °C, minimum: 5 °C}}
+    {{sensor: bed, heater: bed, period: 500 ms, algorithm: {{kind: on_off}},
+     setpoint: {{initial: 0 °C, minimum: 10 °C, maximum: 110 °C}},
+     protection: {{maximum: 130 °C, minimum: 5 °C}}}}
 interfaces:
   - {{kind: gcode, baud: 19200, loops: {{T1: nozzle, T3: bed}}}}
 """

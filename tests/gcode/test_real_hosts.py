@@ -52,12 +52,8 @@ class PrintrunHost:
 
     def _listens_again(self) -> bool:
         """Whether printcore has left its printing for its sending thread: it ends badly between."""
-        core = self.core
-        return (
-            core.print_thread is None
-            and core.send_thread is not None
-            and core.send_thread.is_alive()
-        )
+        sending = self.core.send_thread
+        return self.core.print_thread is None and bool(sending and sending.is_alive())
 
     def ask(self, line: str, answer: str) -> str:
         """Send a line beside any print; wait for an answer that begins so."""
@@ -103,9 +99,8 @@ def host(board: LiveBoard) -> Iterator[PrintrunHost]:
 
 
 def temperature_c(line: str) -> float:
-    found = TEMPERATURE.search(line)
-    assert found is not None, line
-    return float(found[1])
+    ((read_c, _, _),) = TEMPERATURE.findall(line)
+    return float(read_c)
 
 
 def test_it_connects_and_reads_temperatures(host: PrintrunHost, board: LiveBoard) -> None:
@@ -247,21 +242,10 @@ DAMAGING = Cable(
 where it no longer knows that line. So these arrive whole."""
 LAYERS = range(1, 101)
 PRINTS = ("first.gcode", "second.gcode")
-LINES = [
-    "M140 S60",
-    "M104 S200",
-    "M190 S60",
-    "M109 S200",
-    *(
-        line
-        for number in LAYERS
-        for line in (f"M301 D{number}", "M106 S255", f"G1 X20.25 Y{number} E1.5 F1800")
-    ),
-    "M502",
-    "M104 S0",
-    "M140 S0",
-    "M107",
-]
+LINES = ["M140 S60", "M104 S200", "M190 S60", "M109 S200"]
+for _number in LAYERS:
+    LINES += [f"M301 D{_number}", "M106 S255", f"G1 X20.25 Y{_number} E1.5 F1800"]
+LINES += ["M502", "M104 S0", "M140 S0", "M107"]
 """`M301` is answered with the gains: which layers were printed."""
 
 

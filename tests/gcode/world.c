@@ -210,15 +210,6 @@ bool settings_may_limit_nozzle(float integral_minimum, float integral_maximum, f
         && output_maximum >= LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM
         && output_maximum <= LOOP_NOZZLE_OUTPUT_MAXIMUM;
 }
-
-static void show_limits(void)
-{
-    printf("=limits %.9g %.9g %.9g\n", (double)settings.nozzle_integral_minimum_percent,
-        (double)settings.nozzle_integral_maximum_percent,
-        (double)settings.nozzle_output_maximum_percent);
-}
-#else
-static void show_limits(void) { }
 #endif
 
 void settings_keep(void) { kept++; }
@@ -303,7 +294,11 @@ int main(void)
         (double)fan_percent, loop_nozzle.mode, (double)loop_nozzle.manual_percent);
     printf("=gains %.9g %.9g %.9g\n", (double)settings.nozzle_kp, (double)settings.nozzle_ki,
         (double)settings.nozzle_kd);
-    show_limits();
+#ifdef LOOP_NOZZLE_OUTPUT_LEAST_MAXIMUM
+    printf("=limits %.9g %.9g %.9g\n", (double)settings.nozzle_integral_minimum_percent,
+        (double)settings.nozzle_integral_maximum_percent,
+        (double)settings.nozzle_output_maximum_percent);
+#endif
     printf("=tuning %u\n=feed %d %d %u\n", cycles_asked, feed_is_at, feed_ends_at, disabled);
     unsigned pulled_up = 0;
     for (int port = 0; port < HOST_PORTS; port++) {

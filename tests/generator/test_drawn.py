@@ -61,9 +61,8 @@ class Noting(Environment):
     """Tells of each condition, wherever one stands in a template, whether it was true."""
 
     def __init__(self) -> None:
-        super().__init__(
-            loader=FunctionLoader(self._noted_text), undefined=StrictUndefined, trim_blocks=True
-        )  # as the generator's own
+        loader = FunctionLoader(self._noted_text)  # and the rest as the generator's own
+        super().__init__(loader=loader, undefined=StrictUndefined, trim_blocks=True)
         self.loaded: set[str] = set()
         """All templates in use: what these include or extend, too."""
         self.places: set[str] = set()
@@ -151,21 +150,17 @@ def assert_it_equals_the_reference(controller: Controller, elf: Elf, drawn: Draw
 
 
 def project_flags(ini: str) -> list[str]:
-    found = re.search(r"^build_flags =\n((?: +.*\n)+)", ini, re.MULTILINE)
-    assert found is not None
-    flags = found[1].split()
+    (words,) = re.findall(r"^build_flags =\n((?: +.*\n)+)", ini, re.MULTILINE)
+    flags: list[str] = words.split()
     assert {"-Werror", "-Wpedantic", "-Wconversion", "-std=c11"} <= set(flags)
     return flags
 
 
-def test_the_folders_hold_nothing_that_is_no_kind() -> None:
+def test_the_folders_hold_kinds_alone_and_the_examples_use_every_one() -> None:
     for folder, union in FOLDERS.items():
         shared = {"__init__", "common", "autotune"}
         plans = {path.stem for path in (ROOT / "generator" / "plan" / folder).glob("*.py")}
         assert plans - shared == set(kinds(union))
-
-
-def test_an_example_uses_every_kind() -> None:
     texts = [path.read_text("utf-8") for path in EXAMPLES.glob("*.yaml")]
     used = {kind for text in texts for kind in re.findall(r"\bkind: (\w+)", text)}
     assert {kind for _, kind in KINDS} <= used
@@ -179,9 +174,8 @@ def test_a_bad_spec_is_about_it(folder: str, kind: str) -> None:
     for case in cases().values():
         text = case.text.decode(errors="replace")
         messages = [line for line in case.messages if f" {section}" in line]
-        if f"kind: {kind}" in text and any(
-            f".{key}:" in line or kind in line for line in messages for key in own
-        ):
+        objects = any(f".{key}:" in line or kind in line for line in messages for key in own)
+        if f"kind: {kind}" in text and objects:
             return
     pytest.fail(f"nothing in tests/bad_specs objects to a key of {kind}")
 
@@ -258,9 +252,8 @@ SLOW = {"-flto", "-fno-fat-lto-objects", "-fuse-linker-plugin"}
 def flags(language: str, lto: bool) -> list[str]:
     """Return what platform.txt gives the compiler; every warning an error."""
     text = (IDE / "platform.txt").read_text()
-    found = re.search(rf"^compiler\.{re.escape(language)}\.flags=(.*)$", text, re.MULTILINE)
-    assert found is not None
-    words = found[1].replace("{compiler.warning_flags}", "-Wall -Wextra").split()
+    (found,) = re.findall(rf"^compiler\.{re.escape(language)}\.flags=(.*)$", text, re.MULTILINE)
+    words: list[str] = found.replace("{compiler.warning_flags}", "-Wall -Wextra").split()
     return [word for word in words if lto or word not in SLOW]
 
 
@@ -306,12 +299,11 @@ def test_the_ide_builds_the_chamber(lto: bool, tmp_path: Path) -> None:
     assert "core.a(" not in (tmp_path / "chamber.map").read_text().partition("Allocating")[0]
     listing = run("avr-objdump", "-d", "chamber.elf", cwd=tmp_path)
     # The reset leads to heaters_off: D3 = PD3 low and driven before there is a stack.
-    first = re.search(r"^ +0:\t(?:\w\w )+\s*jmp\t0x(\w+)", listing, re.MULTILINE)
-    assert first is not None
-    start = re.search(rf"^0*{first[1]} <heaters_off>:\n(.*\n)(.*\n)", listing, re.MULTILINE)
-    assert start is not None
-    assert "cbi\t0x0b, 3" in start[1]
-    assert "sbi\t0x0a, 3" in start[2]
+    (first,) = re.findall(r"^ +0:\t(?:\w\w )+\s*jmp\t0x(\w+)", listing, re.MULTILINE)
+    start = rf"^0*{first} <heaters_off>:\n(.*\n)(.*\n)"
+    ((low, driven),) = re.findall(start, listing, re.MULTILINE)
+    assert "cbi\t0x0b, 3" in low
+    assert "sbi\t0x0a, 3" in driven
 
 
 CPPCHECK = [
@@ -329,7 +321,6 @@ def test_nothing_is_found(case: str | int, tmp_path: Path) -> None:
     board = spec.controller.board
     write(render(plan_firmware(spec)), tmp_path)
     assert shutil.which("cppcheck"), "sudo apt-get install cppcheck"
-    done = finished(
-        [*CPPCHECK, f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL", "src"], cwd=tmp_path
-    )
+    words = [*CPPCHECK, f"-D{board.macro}", f"-DF_CPU={board.clock_hz}UL", "src"]
+    done = finished(words, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

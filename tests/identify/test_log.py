@@ -113,9 +113,8 @@ SCALES = identify.Scales(power_w=40.0)
 
 
 def rows(header: str = "", count: int = 20, line: str = "{0},{1},{2}") -> str:
-    body = "".join(
-        line.format(k, 20 + max(0, k - 5), 100 if k >= 5 else 0) + "\n" for k in range(count)
-    )
+    values = [(k, 20 + max(0, k - 5), 100 if k >= 5 else 0) for k in range(count)]
+    body = "".join(f"{line.format(*each)}\n" for each in values)
     return f"{header}\n{body}" if header else body
 
 
@@ -126,9 +125,8 @@ def record(
     if columns is None:
         return identify.record_of(log, identify.named_roles(log.names), scales)
     width = log.values.shape[1]
-    return identify.record_of(
-        log, identify.chosen_roles(columns, log.names, width, stamped=log.stamped), scales
-    )
+    chosen = identify.chosen_roles(columns, log.names, width, stamped=log.stamped)
+    return identify.record_of(log, chosen, scales)
 
 
 BY_NAME = "time,temperature,duty"

@@ -32,13 +32,10 @@ SENSOR = """
 OUTPUT = "  h{n}: {{kind: digital, pin: D{pin}, power: 50 W}}\n"
 LOOP = """
   {name}:
-    sensor: t{n}
-    heater: h{n}
-    period: 500 ms
-    setpoint: {{initial: 25 °C, minimum: -5 °C, maximum: 80 °C}}
-    algorithm: {{kind: on_off, hysteresis: 1 K}}
-    protection: {{maximum: 95 °C, minimum: -10 °C, rise_rate: 5 K/s, stale_after: 3 s,
-      heating: {{rise: 2 K, within: 2 min}}, runaway: {{above: 8 K, for: 2 min}}}}
+    {{sensor: t{n}, heater: h{n}, period: 500 ms, algorithm: {{kind: on_off, hysteresis: 1 K}},
+     setpoint: {{initial: 25 °C, minimum: -5 °C, maximum: 80 °C}},
+     protection: {{maximum: 95 °C, minimum: -10 °C, rise_rate: 5 K/s, stale_after: 3 s,
+       heating: {{rise: 2 K, within: 2 min}}, runaway: {{above: 8 K, for: 2 min}}}}}}
 """
 TABLES = {
     "fnct_02_read_discrete_inputs": "discrete_input",
@@ -103,6 +100,7 @@ def test_the_line_is_the_one_of_the_spec() -> None:
     names = ("SERIAL_BAUD", "SERIAL_BITS", "SERIAL_PARITY", "SERIAL_STOP", "MB_SLAVE_ID")
     assert [section[name] for name in names] == ["19200", "8", "even", "1", "1"]
     assert section["SERIAL_PORT"] == "fabricator_port"
+    assert linuxcnc_files(files_of(many_loops(1, linuxcnc="false"))) == {}, "nobody asks for it"
 
 
 @pytest.mark.parametrize("baud", [1200, 9600, 19200, 115200])
@@ -114,10 +112,6 @@ def test_the_master_is_never_silent_for_half_of_what_counts_as_lost(baud: int, l
     assert 1 / rate_hz - busy_s < 5 / 2
     heard_s = float(re.search(r"-heard.width ([\d.]+)", text)[1])
     assert heard_s >= 1 + 2 / rate_hz
-
-
-def test_nothing_is_generated_where_it_is_not_asked_for() -> None:
-    assert linuxcnc_files(files_of(many_loops(1, linuxcnc="false"))) == {}
 
 
 def test_the_panel_is_xml_whatever_the_texts() -> None:
@@ -138,9 +132,8 @@ def test_hal_loads_many_loops_with_long_names() -> None:
         for name, text in files.items():
             (place / name).write_text(text)
         name = next(name for name in files if name.endswith("_alone.hal"))
-        script = "\n".join(
-            line for line in files[name].splitlines() if not line.endswith("_panel.hal")
-        )
+        lines = files[name].splitlines()
+        script = "\n".join(line for line in lines if not line.endswith("_panel.hal"))
         (place / "test.hal").write_text(script)
         (place / f"{name.removesuffix('_alone.hal')}_port").symlink_to("/dev/null")
         with Hal(place, "test.hal") as hal:

@@ -56,9 +56,8 @@ def test_the_csv_is_the_map() -> None:
 def test_the_page_has_every_register() -> None:
     page = files_of(SLAVE)["registers.md"]
     rows = re.findall(r"^\| ([\d, ]+) \| `([\w.]+)` \| (\w+) \|", page, re.MULTILINE)
-    assert rows == [
-        (", ".join(map(str, addresses(each))), each.name, each.kind) for each in registers()
-    ]
+    told = [(", ".join(map(str, addresses(each))), each.name, each.kind) for each in registers()]
+    assert rows == told
     assert "-5 .. 250 °C" in page
     assert "slave 17, 1200 baud, 8O1" in page
 
@@ -99,7 +98,7 @@ def test_it_has_a_timer_of_its_own() -> None:
     assert use.silence is not None
     assert use.silence not in others | {channel.timer for channel in use.pwm.values()}
     assert use.silence in BOARDS["mega2560"].timers
-    without = spec_of(SLAVE[: SLAVE.index("interfaces:")].replace("autotune: {}", "")).controller
+    without = spec_of(SLAVE[: SLAVE.index("interfaces:")].replace("autotune: {},", "")).controller
     assert allocate(without).silence is None
 
 
@@ -237,13 +236,12 @@ def test_every_register_has_an_attribute(module: ModuleType) -> None:
 
 @pytest.mark.parametrize("name", ["lambda", "fault", "check"], ids=["keyword", "taken", "own"])
 def test_it_is_typed_whatever_the_names(name: str, tmp_path: Path) -> None:
-    text = SLAVE.replace("  air:\n    sensor: air", f"  {name}:\n    sensor: air")
+    text = SLAVE.replace("  air:\n    {sensor: air", f"  {name}:\n    {{sensor: air")
     source = files_of(text)[CLIENT]
     ast.parse(source)
     path = tmp_path / "shape_client.py"
     path.write_text(source, encoding="utf-8")
-    done = finished(
-        [sys.executable, "-m", "mypy", "--strict", "--config-file=", path.name], cwd=tmp_path
-    )
+    words = [sys.executable, "-m", "mypy", "--strict", "--config-file=", path.name]
+    done = finished(words, cwd=tmp_path)
     assert done.returncode == 0, done.stdout
     assert f"self.{name}_loop = " in source

@@ -33,22 +33,16 @@ outputs:
     current: {sensor: shunt, trip: 6 A}}
 loops:
   air:
-    sensor: air
-    heater: heater
-    period: 500 ms
-    algorithm: {kind: pid, kp: 8, ki: 0.05, kd: 30, derivative_filter: 4 s,
-      integral: {maximum: 60 %}}
-    autotune: {}
-    setpoint: {initial: 20 °C, minimum: -5 °C, maximum: 250 °C}
-    protection: {maximum: 280 °C, minimum: -10 °C, rise_rate: 20 K/s, frozen: off}
+    {sensor: air, heater: heater, period: 500 ms, autotune: {},
+     algorithm: {kind: pid, kp: 8, ki: 0.05, kd: 30, derivative_filter: 4 s,
+       integral: {maximum: 60 %}},
+     setpoint: {initial: 20 °C, minimum: -5 °C, maximum: 250 °C},
+     protection: {maximum: 280 °C, minimum: -10 °C, rise_rate: 20 K/s, frozen: off}}
   bed:
-    sensor: bed
-    heater: hot_bed
-    period: 1 s
-    algorithm: {kind: on_off, hysteresis: 1 K}
-    setpoint: {initial: 20 °C, minimum: 10 °C, maximum: 70.5 °C}
-    response: {within: 2 K, for: 1 min}
-    protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 20 K/s, frozen: off}
+    {sensor: bed, heater: hot_bed, period: 1 s, response: {within: 2 K, for: 1 min},
+     algorithm: {kind: on_off, hysteresis: 1 K},
+     setpoint: {initial: 20 °C, minimum: 10 °C, maximum: 70.5 °C},
+     protection: {maximum: 280 °C, minimum: 5 °C, rise_rate: 20 K/s, frozen: off}}
 interfaces:
   - {kind: modbus_rtu, address: 17, baud: 1200, parity: odd, driver_enable: D37}
 """

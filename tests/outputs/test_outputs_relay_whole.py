@@ -24,17 +24,11 @@ outputs:
   fan: {kind: digital, pin: D7, minimum_on: 3 s, minimum_off: 2 s}
 loops:
   left:
-    sensor: left
-    heater: left
-    period: 1 s
-    setpoint: {initial: 0 °C, minimum: 20 °C, maximum: 70 °C}
-    algorithm: {kind: pid, kp: 10, ki: 0.1}
+    {sensor: left, heater: left, period: 1 s, algorithm: {kind: pid, kp: 10, ki: 0.1},
+     setpoint: {initial: 0 °C, minimum: 20 °C, maximum: 70 °C}}
   right:
-    sensor: right
-    heater: right
-    period: 1 s
-    setpoint: {initial: 0 °C, minimum: 20 °C, maximum: 70 °C}
-    algorithm: {kind: on_off, hysteresis: 1 K}
+    {sensor: right, heater: right, period: 1 s, algorithm: {kind: on_off, hysteresis: 1 K},
+     setpoint: {initial: 0 °C, minimum: 20 °C, maximum: 70 °C}}
 safety: {relay: contactor%s}
 interfaces: [{kind: gcode, loops: {T0: left, T1: right}, fans: {P0: fan}}]
 """

@@ -212,9 +212,8 @@ def test_what_a_package_says_wrong_is_told(beside: Path, tmp_path: Path) -> None
     }  # fmt: skip
     (site / "wrong-1.dist-info").mkdir(parents=True)
     text = "".join(f"{name} = {place}\n" for name, place in points.items())
-    (site / "wrong-1.dist-info" / "entry_points.txt").write_text(
-        f"[heatwright.kinds]\n{text}\n[other]\nsensor.y = z:Y\n"
-    )
+    said = f"[heatwright.kinds]\n{text}\n[other]\nsensor.y = z:Y\n"
+    (site / "wrong-1.dist-info" / "entry_points.txt").write_text(said)
     (site / "broken").mkdir()
     (site / "broken" / "model.py").write_text("import nothing_there\n")
     given = {"env": {**os.environ, "PYTHONPATH": str(site)}}
@@ -243,9 +242,8 @@ def test_stubs_are_a_package_that_tells_what_is_to_be_written(beside: Path, tmp_
     made = heatwright(beside, "new", "sensor", "my_probe", "--json", cwd=tmp_path)
     listed = json.loads(made.stdout)
     folder = tmp_path / listed["folder"]
-    assert sorted(listed["files"]) == sorted(
-        path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()
-    )
+    there = [path for path in folder.rglob("*") if path.is_file()]
+    assert sorted(listed["files"]) == sorted(each.relative_to(folder).as_posix() for each in there)
     assert heatwright(beside, "new", "sensor", "my_probe", cwd=tmp_path).returncode == 2
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     site = tmp_path / "site"

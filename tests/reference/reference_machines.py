@@ -63,13 +63,10 @@ outputs:
   heater: {kind: time_proportional, pin: D2, window: 1 s, power: 1 kW}
 loops:
   air:
-    sensor: air
-    heater: heater
-    period: PERIOD
-    setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 1000 °C}
-    algorithm: {kind: pid, kp: 1, ALGORITHM}
-    protection: {maximum: 1100 °C, rise_rate: RISE, heating: off, frozen: FROZEN,
-                 rising_while_off: off, runaway: RUNAWAY, PROTECTION}
+    {sensor: air, heater: heater, period: PERIOD, algorithm: {kind: pid, kp: 1, ALGORITHM},
+     setpoint: {initial: 20 °C, minimum: 0 °C, maximum: 1000 °C},
+     protection: {maximum: 1100 °C, rise_rate: RISE, heating: off, frozen: FROZEN,
+                  rising_while_off: off, runaway: RUNAWAY, PROTECTION}}
 programs:
   loop: air
   PROGRAMS
@@ -149,21 +146,20 @@ outputs:
   heater: {kind: pwm, pin: D3, frequency: 490 Hz, power: 240 W}
 loops:
   air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    setpoint: {initial: 0 °C, minimum: 0 °C, maximum: 100 °C}
-    algorithm: {kind: pid, kp: 2, ki: 0.5, kd: 8, ALGORITHM}
-    LOOP
-    protection: {maximum: 120 °C, PROTECTION}
+    {sensor: air, heater: heater, period: 1 s, LOOP,
+     algorithm: {kind: pid, kp: 2, ki: 0.5, kd: 8, ALGORITHM},
+     setpoint: {initial: 0 °C, minimum: 0 °C, maximum: 100 °C},
+     protection: {maximum: 120 °C, PROTECTION}}
 interfaces: [{kind: gcode, loops: {T0: air}}]
 """
 
 
 def commanded_of(
-    algorithm: str = "derivative_filter: 0 s", loop: str = "", protection: str = "frozen: off"
+    algorithm: str = "derivative_filter: 0 s",
+    loop: str = "autotune: {}",
+    protection: str = "frozen: off",
 ) -> Controller:
-    text = COMMANDED.replace("ALGORITHM", algorithm).replace("LOOP", loop or "autotune: {}")
+    text = COMMANDED.replace("ALGORITHM", algorithm).replace("LOOP", loop)
     return load_text(text.replace("PROTECTION", protection), "box.yaml").controller
 
 
@@ -214,15 +210,11 @@ outputs:
   cooler: {kind: digital, pin: D22}
 loops:
   nozzle:
-    sensor: nozzle
-    heater: heater
-    cooler: cooler
-    period: 1 s
-    starts: disabled
-    setpoint: {initial: 50 °C, minimum: 0 °C, maximum: 100 °C}
-    algorithm: {kind: three_position, dead_band: 2 K}
-    protection: {maximum: 120 °C, minimum: -5 °C, rise_rate: 100 K/s, heating: off, runaway: off,
-                 frozen: off, rising_while_off: off, master_lost_after: 5 s}
+    {sensor: nozzle, heater: heater, cooler: cooler, period: 1 s, starts: disabled,
+     setpoint: {initial: 50 °C, minimum: 0 °C, maximum: 100 °C},
+     algorithm: {kind: three_position, dead_band: 2 K},
+     protection: {maximum: 120 °C, minimum: -5 °C, rise_rate: 100 K/s, heating: off, runaway: off,
+                  frozen: off, rising_while_off: off, master_lost_after: 5 s}}
 interfaces: [{kind: modbus_rtu}]
 """
 LIMIT = "{sensor: current, limit: 2.5 A}"
@@ -239,9 +231,8 @@ class Nozzle(Player):
     def __init__(self, controller: Controller | None = None) -> None:
         super().__init__(controller or nozzle_of(), "nozzle")
         self.operator = SwitchedOperator(self.controller, "nozzle", self.reference)
-        self.write = Master(
-            self.controller, {"nozzle": self.operator}, self.operator.acknowledge
-        ).write
+        operators = {"nozzle": self.operator}
+        self.write = Master(self.controller, operators, self.operator.acknowledge).write
         self.operated = False
         """Whether its operator and master command it, and not `enabled` and the setpoint."""
         self.enabled = 1

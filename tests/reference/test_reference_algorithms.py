@@ -178,9 +178,8 @@ def pwm(**settings):
 
 
 def windows(**settings):
-    return spec.TimeProportionalOutput.model_validate(
-        {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s", **settings}
-    )
+    basic = {"kind": "time_proportional", "pin": "D3", "power": "240 W", "window": "1 s"}
+    return spec.TimeProportionalOutput.model_validate(basic | settings)
 
 
 def test_one_prescaler_serves_all_outputs_of_a_timer(vary):
@@ -287,42 +286,35 @@ def course() -> Course:
     return Course()
 
 
-def test_a_step_up_that_overshoots(course: Course) -> None:
-    course.go(100, 20, 60, 99, 103.5, 104.25, 101, *9 * [99.5])
-    assert course["state"] == 2
-    assert course.result == (0, 0, 0)
-    course.go(100, 99.5)
-    assert course.result == (1, 2.5, 4.25)  # near for good five steps behind the first
-    course.go(100, 200)
-    assert (course["state"], course.result) == (3, (1, 2.5, 4.25))
+COURSES = {
+    # It is near for good five steps behind the first.
+    "a step up that overshoots": [
+        (100, [20, 60, 99, 103.5, 104.25, 101, *9 * [99.5]], 2, (0, 0, 0)),
+        (100, [99.5], 3, (1, 2.5, 4.25)), (100, [200], 3, (1, 2.5, 4.25)),
+    ],
+    "a step down counts what is below": [
+        (50, [52, *10 * [51]], 3, (1, 0, 0)),
+        (40, [51, 45, 37.5, 38, *10 * [42]], 3, (2, 1.5, 2.5)),
+    ],
+    "the edge is inside": [(50, 11 * [48], 3, (1, 0, 0)), (60, 11 * [57.9], 1, (1, 0, 0))],
+    # It reads ahead of the setpoint at the ramp's end, and yet rises.
+    "a ramp is approached from where it comes": [
+        *((setpoint_c, [setpoint_c + 3], 1, (0, 0, 0)) for setpoint_c in range(20, 101)),
+        (100, [103.5, *11 * [101]], 3, (1, 1.0, 3.5)),
+    ],
+    "missing readings take their time": [
+        (50, [20, None, None, 50, *4 * [None], *5 * [50]], 2, (0, 0, 0)),
+        (50, [50], 3, (1, 1.5, 0)),
+    ],
+}  # fmt: skip
+"""Setpoint and readings; then the state and the result."""
 
 
-def test_a_step_down_counts_what_is_below(course: Course) -> None:
-    course.go(50, 52, *10 * [51])
-    course.go(40, 51, 45, 37.5, 38, *10 * [42])
-    assert course.result == (2, 1.5, 2.5)
-
-
-def test_the_edge_is_inside(course: Course) -> None:
-    course.go(50, *11 * [48])
-    assert course.result == (1, 0, 0)
-    course.go(60, *11 * [57.9])
-    assert course["state"] == 1
-
-
-def test_a_ramp_is_approached_from_where_it_comes(course: Course) -> None:
-    """It reads ahead of the setpoint at the ramp's end, and yet rises."""
-    for setpoint_c in range(20, 101):
-        course.go(setpoint_c, setpoint_c + 3)
-    course.go(100, 103.5, *11 * [101])
-    assert course.result == (1, 1.0, 3.5)
-
-
-def test_missing_readings_take_their_time(course: Course) -> None:
-    course.go(50, 20, None, None, 50, *4 * [None], *5 * [50])
-    assert course["state"] == 2
-    course.go(50, 50)
-    assert course.result == (1, 1.5, 0)
+@pytest.mark.parametrize("what", COURSES)
+def test_settling_and_overshoot(course: Course, what: str) -> None:
+    for setpoint_c, temperatures_c, state, result in COURSES[what]:
+        course.go(setpoint_c, *temperatures_c)
+        assert (course["state"], course.result) == (state, result)
 
 
 def test_what_is_not_held_gives_no_result(course: Course) -> None:

@@ -89,12 +89,8 @@ class Chip:
         return (self.ram_end - self.ram_start) // RECORD
 
 
-CHIPS = {
-    chip.mcu: chip
-    for chip in (
-        Chip("atmega328p", 0x100, 0x8FF, 0x8000), Chip("atmega2560", 0x200, 0x21FF, 0x40000)
-    )
-}  # fmt: skip
+BOTH = Chip("atmega328p", 0x100, 0x8FF, 0x8000), Chip("atmega2560", 0x200, 0x21FF, 0x40000)
+CHIPS = {chip.mcu: chip for chip in BOTH}
 
 
 @dataclass(frozen=True)

@@ -102,10 +102,7 @@ def test_processors_are_freed() -> None:
 
     before = some(200)
     assert some(1000) - before < 1000  # kB: less than 1 kB each, where one takes 50
-
-
-def test_parts_outlive_the_processor() -> None:
-    """What was taken from a processor keeps it alive."""
+    # What was taken from a processor keeps it alive.
     pins = running(ENDLESS).pins
     gc.collect()
     assert pins.watch("PB0") == 8

@@ -97,9 +97,8 @@ def node(script: str, told: dict[str, Any]) -> Any:
     """Run a script of this folder with avr8js; it is told and answers JSON."""
     if which("node") is None or not AVR8JS.exists():
         pytest.skip(f"avr8js {REMEDY}")
-    done = finished(
-        ["node", Path(__file__).parent / script], input=json.dumps({"module": str(AVR8JS), **told})
-    )
+    words = ["node", Path(__file__).parent / script]
+    done = finished(words, input=json.dumps({"module": str(AVR8JS), **told}))
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

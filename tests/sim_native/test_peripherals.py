@@ -199,15 +199,12 @@ def states(avr: object) -> list[tuple[int, Source]]:
     return [(int(state) & 1, Source(int(state) >> 1)) for state in events["state"]]
 
 
-def test_names() -> None:
+def test_names_of_pins() -> None:
     assert pin_number("PB5") == 13
     assert [pin_name(pin_number(name)) for name in ("PA0", "PD3", "PL7")] == ["PA0", "PD3", "PL7"]
     for wrong in ("D3", "PB8", "PM0", "", "PB", "PBB"):
         with pytest.raises(ValueError, match="not a pin"):
             pin_number(wrong)
-
-
-def test_a_pin_the_part_lacks() -> None:
     with pytest.raises(ValueError, match="no pin PA0"):
         running("int main(void) { for (;;) {} }").pins.watch("PA0")
 
@@ -225,9 +222,8 @@ def test_every_driver_in_its_order_of_strength() -> None:
     avr.pins.drive("PB0", "high")
     avr.pins.drive("PB0", None)
     avr.pins.pull("PB0", None)
-    assert states(avr) == [
-        (0, Source.RESISTOR), (1, Source.OTHERS), (0, Source.RESISTOR), (1, Source.PULL_UP),
-    ]  # fmt: skip
+    due = [(0, Source.RESISTOR), (1, Source.OTHERS), (0, Source.RESISTOR), (1, Source.PULL_UP)]
+    assert states(avr) == due
 
 
 def test_contention_is_counted() -> None:

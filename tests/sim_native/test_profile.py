@@ -121,9 +121,8 @@ def random_words(rng: np.random.Generator) -> list[int]:
     kinds = np.array(list(KINDS))
     weights = np.array(list(KINDS.values())) / sum(KINDS.values())
     chosen = kinds[rng.choice(len(kinds), FLASH_WORDS, p=weights)]
-    words: list[int] = (
-        chosen[:, 0] | rng.integers(0, 1 << 16, FLASH_WORDS) & chosen[:, 1]
-    ).tolist()
+    drawn = rng.integers(0, 1 << 16, FLASH_WORDS)
+    words: list[int] = (chosen[:, 0] | drawn & chosen[:, 1]).tolist()
     for place, kind in enumerate(chosen[:-1, 0].tolist()):
         if kind in LONG:
             words[place + 1] = int(rng.integers(*LONG[kind]))
@@ -142,9 +141,8 @@ def processors(rng: np.random.Generator) -> tuple[list[Avr], Any]:
     pairs = [pair for pair in pairwise(bounds) if rng.random() < 0.9]  # some code is of none
     functions = [Function(*pair, f"at_{pair[0]}") for pair in pairs]
     starts, names = ({getattr(each, key): each for each in functions} for key in ("start", "name"))
-    program = SimpleNamespace(
-        functions=functions, function_at=starts.get, function=names.__getitem__
-    )
+    known = {"functions": functions, "function_at": starts.get, "function": names.__getitem__}
+    program = SimpleNamespace(**known)
     both = [loaded("atmega328p", words, simavrs=each) for each in (False, True)]
     memory = rng.integers(0, SMALL + 1, 0x900, np.uint8).tobytes()
     for avr in both:

@@ -79,6 +79,8 @@ def test_names_that_are_not_there(program: Elf) -> None:
         with pytest.raises(ElfError, match=message):
             variables[name]
     assert "state.code" in variables
+    with pytest.raises(ElfError, match="hidden is not in the RAM range"):
+        variables.decode(np.zeros((2, 4), np.uint8), 0x700, ["hidden"])
 
 
 def test_static_variables_are_told_apart_by_their_files(tmp_path: Path) -> None:
@@ -93,13 +95,6 @@ def test_static_variables_are_told_apart_by_their_files(tmp_path: Path) -> None:
     assert variables["a.c:same"].address != variables["b.c:same"].address
     with pytest.raises(ElfError, match="several files: name the file"):
         variables["same"]
-
-
-def test_variables_outside_the_images() -> None:
-    variables = Variables(compiled(SOURCE))
-    images = np.zeros((2, 4), np.uint8)
-    with pytest.raises(ElfError, match="hidden is not in the RAM range"):
-        variables.decode(images, 0x700, ["hidden"])
 
 
 def test_constants_in_flash(program: Elf) -> None:
@@ -199,7 +194,7 @@ def test_the_limit_is_what_the_cycles_awake_take(source: str, share: float) -> N
     assert 0.2 < took_s * limit.speed < 5, "busy as this computer may be, it is the same one"
 
 
-def test_the_longest_stretches(profiled: Profiled) -> None:
+def test_the_longest_stretches_and_the_lines_reached(profiled: Profiled) -> None:
     profile, _ = profiled
     masked, busy, functions = profile.masked, profile.busy, profile.functions
     assert masked.function == "masks"
@@ -210,10 +205,7 @@ def test_the_longest_stretches(profiled: Profiled) -> None:
     assert functions["waits"].masked == 0
     assert busy.function == "waits"
     assert busy.cycles == pytest.approx(5000, abs=10)
-
-
-def test_lines_reached_and_missed(profiled: Profiled) -> None:
-    lines = profiled[0].lines()["test.c"]
+    lines = profile.lines()["test.c"]
     assert {3, 4, 5, 7} <= lines.reached
     assert 6 in lines.missed
 

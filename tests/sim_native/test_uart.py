@@ -105,17 +105,14 @@ def test_speeds_are_borne_as_far_as_the_part_bears_them(
     form: Format, code: int, double: bool
 ) -> None:
     """ATmega328P data sheet, 19.7.3: the slowest and the fastest speed that can be received."""
-    d, s, first, middle = (
-        form.data_bits + (form.parity != "none"),
-        *((8, 4, 5) if double else (16, 8, 9)),
-    )
+    d = form.data_bits + (form.parity != "none")
+    s, first, middle = (8, 4, 5) if double else (16, 8, 9)
     slow = (d + 1) * s / (s - 1 + d * s + first)
     fast = (d + 2) * s / ((d + 1) * s + middle)
     beyond = 0.5 / (d + 1)  # half a bit in a character
     right = bytes(value & (1 << form.data_bits) - 1 for value in ALL)
-    for ratio, arrives in (
-        (slow, True), (fast, True), (slow - beyond, False), (fast + beyond, False),
-    ):  # fmt: skip
+    tried = (slow, True), (fast, True), (slow - beyond, False), (fast + beyond, False)
+    for ratio, arrives in tried:
         work, divisor = ("A_ = 2;", 103) if double else ("", 51)
         uart = listening("atmega328p", code, work, divisor)
         speed = CLOCK_HZ / 16 / 52 * (1 + (ratio - 1) * 0.999)
@@ -201,9 +198,8 @@ def test_every_format_is_sent(mcu: str, form: Format, code: int) -> None:
     assert uart.line.frame_s == form.bits * 16 * 52 / CLOCK_HZ
     assert uart.line.overruns == 0
     mask = (1 << form.data_bits) - 1
-    assert [heard(each, form, CLOCK_HZ / BAUD) for each in sent] == [
-        (value & mask, True) for value in sent["value"].tolist()
-    ]
+    due = [(value & mask, True) for value in sent["value"].tolist()]
+    assert [heard(each, form, CLOCK_HZ / BAUD) for each in sent] == due
 
 
 def test_bytes_written_to_a_full_transmitter_are_lost() -> None:

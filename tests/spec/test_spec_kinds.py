@@ -46,12 +46,8 @@ def asked_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
             case ast.Compare(left=left, comparators=[*others]):
                 parts = [left, *others]
                 if any(isinstance(each, ast.Attribute) and each.attr == "kind" for each in parts):
-                    strings = {
-                        each.value
-                        for part in parts
-                        for each in ast.walk(part)
-                        if isinstance(each, ast.Constant)
-                    }
+                    inner = (each for part in parts for each in ast.walk(part))
+                    strings = {each.value for each in inner if isinstance(each, ast.Constant)}
                     yield from ((node.lineno, kind) for kind in CLASSES.values() if kind in strings)
 
 
@@ -94,9 +90,8 @@ def test_nothing_is_missing(role: str, kind: str) -> None:
 def test_a_module_that_is_missing_is_named() -> None:
     with pytest.raises(KindIncomplete, match=r"write .*/reference/sensors/spoon\.py, which"):
         module_of("sensor", "reference", "spoon")
-    assert list(lacking("sensor", "spoon")) == [
-        "pyproject.toml: no entry point sensor.spoon in heatwright.kinds that is installed"
-    ]
+    told = "pyproject.toml: no entry point sensor.spoon in heatwright.kinds that is installed"
+    assert list(lacking("sensor", "spoon")) == [told]
 
 
 def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:

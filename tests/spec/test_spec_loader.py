@@ -33,12 +33,9 @@ def chamber() -> Spec:
     return example("chamber")
 
 
-def test_the_line_of_what_was_left_out_is_the_first(chamber: Spec) -> None:
-    """Or that of what holds it: see the comments in generated/."""
-    assert (chamber.line(("comparison", 3)), chamber.line(())) == (1, 1)
-
-
 def test_line_ends_and_a_byte_order_mark_change_nothing(chamber: Spec) -> None:
+    """The line of what was left out is the first, or that of what holds it."""
+    assert (chamber.line(("comparison", 3)), chamber.line(())) == (1, 1)
     for text in (TEXT.replace("\n", "\r\n"), TEXT.replace("\n", "\r"), f"\ufeff{TEXT}"):
         spec = load_text(text.encode(), "chamber.yaml")
         assert spec.controller == chamber.controller

@@ -109,9 +109,8 @@ def test_a_course_with_radiation_is_that_of_its_equation(power_w: float) -> None
         radiated = FACTOR * ((theta + 293.15) ** 4 - 293.15**4)
         return np.asarray((power_w - theta / 0.5 - radiated) / 100.0)
 
-    exact = solve_ivp(
-        slope, (0, times[-1]), [begin_k], method="DOP853", t_eval=times, rtol=1e-10, atol=1e-8
-    )
+    finely: dict[str, Any] = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-8}
+    exact = solve_ivp(slope, (0, times[-1]), [begin_k], t_eval=times, **finely)
     hottest = max(exact.y[0]) + 293.15
     allowed_k = 6 * BEND**2 * FACTOR * hottest**4 * 0.5
     off_k = [found.sensed_k(state) - y for (_, state), y in zip(course, exact.y[0], strict=True)]

@@ -36,6 +36,8 @@ def test_a_lost_step_is_off_by_a_period_and_none_at_all_does_not_pass() -> None:
     figure = jitter(cycles(0, 1_000_000, 3_000_000), 1.0, CLOCK_HZ, "air")
     assert (figure.worst, figure.passed) == (1e6, False)
     assert not jitter(cycles(), 1.0, CLOCK_HZ, "air").passed
+    assert Figure("", "ms", 50.0, 50.0).passed, "a limit is still within"
+    assert not Figure("", "ms", 50.1, 50.0).passed
 
 
 def test_the_longest_tick() -> None:
@@ -75,12 +77,10 @@ def test_a_wrong_text_is_no_answer(row: str) -> None:
     assert not figure.passed
 
 
-def test_what_comes_regularly_is_continued() -> None:
+def test_keys_meet_steps_and_refreshes_at_every_phase() -> None:
+    """What comes regularly is continued."""
     assert to_come([0.1], 99) == [0.1]
     assert to_come([0.1, 30.0, 60.0], 130) == [0.1, 30.0, 60.0, 90.0, 120.0]
-
-
-def test_keys_meet_steps_and_refreshes_at_every_phase() -> None:
     steps = [0.5 + each for each in range(600)]
     refreshes = [30.1 * each for each in range(20)]
     times = np.array(aimed(600, steps, refreshes))
@@ -154,11 +154,6 @@ def test_interrupts_wait_as_long_as_what_they_serve_bears(
 ) -> None:
     name, *changes = machine
     assert 1e6 * longest_wait_s(controller_of(changed(name, *changes))) == pytest.approx(wait_us)
-
-
-def test_a_limit_is_still_within() -> None:
-    assert Figure("", "ms", 50.0, 50.0).passed
-    assert not Figure("", "ms", 50.1, 50.0).passed
 
 
 def test_a_loop_that_no_key_moves_rests_at_its_setpoint() -> None:

@@ -118,9 +118,7 @@ def test_the_clock_and_the_flags_are_the_projects_own(project: Project) -> None:
     checks = "#if F_CPU != 8000000L || !defined(HOT)\n#error no\n#endif\n"
     main = f"{checks}int main(void) {{ for (;;); }}\n"
     build(project(ini=" -DHOT\nboard_build.f_cpu = 8000000L\n", main=main))
-
-
-def test_a_flag_of_the_platform_can_be_taken_off(project: Project) -> None:
+    # A flag of the platform can be taken off.
     main = "int main(void) { int never; for (;;); }\n"
     with pytest.raises(BuildFailed, match="unused variable"):
         build(project(main=main))

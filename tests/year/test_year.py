@@ -105,13 +105,9 @@ outputs:
   {cooler}
 loops:
   held:
-    sensor: felt
-    heater: heater
-    {cooled}
-    period: 1 s
-    setpoint: {{initial: {initial_c} °C, minimum: {lowest_c} °C, maximum: {highest_c} °C}}
-    algorithm: {algorithm}
-    protection: {{{minimum}}}
+    {{sensor: felt, heater: heater, {cooled} period: 1 s, algorithm: {algorithm},
+     setpoint: {{initial: {initial_c} °C, minimum: {lowest_c} °C, maximum: {highest_c} °C}},
+     protection: {{{minimum}}}}}
 safety: {{watchdog: 250 ms}}
 interfaces: [{{kind: serial_plotter, loop: held, baud: 9600}}]
 simulation:
@@ -139,7 +135,7 @@ def specified(kind: str, style: str, initial_c: float = LOWEST_C) -> str:
         "kind": kind, "sensor": sensor.text, "heater": made_so.heater,
         "power_w": made_so.excess * (sensor.highest_c - AMBIENT_C) / FAR_K_PER_W,
         "cooler": "cooler: {kind: digital, pin: D4}" if cooler else "",
-        "cooled": "cooler: cooler" if cooler else "",
+        "cooled": "cooler: cooler," if cooler else "",
         "effect": "fans: {cooler: {link: [load, ambient], factor: 3}}" if cooler else "",
         "initial_c": initial_c, "lowest_c": LOWEST_C, "highest_c": sensor.highest_c,
         "ambient_c": AMBIENT_C,
@@ -242,8 +238,8 @@ class World:
         machine.ambient_c, machine.day_k, machine.season_k = AMBIENT_C, DAY_K, SEASON_K
         machine.supply = SUPPLY
         places = {name: place for name, (_, place) in (self.host.type.fields or {}).items()}
-        machine.temperature_at, machine.duty_at = places["temperature_c"], places["duty_percent"]
-        machine.fault_at, machine.cooling_at = places["fault.code"], places.get("cooling", 0)
+        machine.duty_at, machine.fault_at = places["duty_percent"], places["fault.code"]
+        machine.cooling_at = places.get("cooling", 0)
 
     def hold(self, setpoint_c: float, steps: int, seed: str, inputs: NDArray[Any] = NONE) -> Any:
         """Hold a setpoint from cold: the highest in the coldest days, else from any day on.

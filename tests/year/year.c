@@ -93,7 +93,7 @@ static void go_on(const struct year_machine *machine, double *x, double power_w,
 void year(const struct year_machine *machine, float setpoint_c, uint64_t steps, uint64_t settled,
           uint64_t seed, uint32_t kept, struct host_input *inputs, struct year_told *told)
 {
-    double x[YEAR_INPUTS], past[PAST], sum_c = 0.0, weather_c = 0.0, mains = 0.0;
+    double x[YEAR_INPUTS], past[PAST], weather_c = 0.0, mains = 0.0;
     struct host_input input = {0};
     uint8_t state[1024];
     const uint32_t whole = (uint32_t)machine->late_steps;
@@ -142,8 +142,6 @@ void year(const struct year_machine *machine, float setpoint_c, uint64_t steps, 
         if (i >= settled) {
             told->least_c = fmin(told->least_c, felt_c);
             told->most_c = fmax(told->most_c, felt_c);
-            sum_c += (double)member(state, machine->temperature_at);
         }
     }
-    told->mean_c = sum_c / (double)(steps - settled);
 }

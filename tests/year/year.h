@@ -25,15 +25,14 @@ struct year_machine {
     double ambient_c, day_k, season_k;
     double supply; /* share by which the supply goes up and down */
     double start_s; /* in the year */
-    uint32_t temperature_at, duty_at, fault_at; /* places in the firmware's state */
-    uint32_t cooling_at;                        /* 0 without a cooler */
+    uint32_t duty_at, fault_at; /* places in the firmware's state */
+    uint32_t cooling_at;        /* 0 without a cooler */
 };
 
 struct year_told {
     uint64_t steps; /* that were done; a fault ends it */
     uint8_t fault;
     double least_c, most_c; /* of the temperature that is felt, from `settled` on */
-    double mean_c;          /* of the readings then */
 };
 
 /* Hold a setpoint for so many steps from cold. The first `kept` inputs are written to `inputs`. */
