@@ -12,7 +12,16 @@ from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 import pytest
-from rig.firmware import EXAMPLE_NAMES, EXAMPLES, ROOT, example, files_of, finished, sources_of
+from rig.firmware import (
+    EXAMPLE_NAMES,
+    EXAMPLES,
+    ROOT,
+    changed,
+    example,
+    files_of,
+    finished,
+    sources_of,
+)
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
@@ -287,7 +296,7 @@ def test_the_chamber_takes_no_more_than_the_sketch_and_leaves_room(tmp_path: Pat
     acknowledges; else whoever presses on, or a key, heats whatever the rules say.
     322 are for the power to fit the reading: one that froze above the setpoint while the switch was
     shorted left the heater on for ever.
-    1010 are for the controller to check itself: a flipped bit of the flash, a stuck cell of the
+    1014 are for the controller to check itself: a flipped bit of the flash, a stuck cell of the
     RAM, a wrong clock or a pin that is held were told by nothing.
     """
     rules = example("chamber").controller.loops["air"].protection
@@ -298,6 +307,18 @@ def test_the_chamber_takes_no_more_than_the_sketch_and_leaves_room(tmp_path: Pat
     assert built.ram_bytes <= 261
     assert built.ram_bytes + built.stack_bytes <= built.ram_limit
     assert built.flash_bytes <= built.flash_limit
+
+
+def test_the_cost_of_the_self_checks_is_the_one_that_is_told(tmp_path: Path) -> None:
+    unchecked = changed("chamber", ("safety:", "safety:\n  self_checks: false"))
+    costs = []
+    for text, folder in (("chamber", tmp_path / "checked"), (unchecked, tmp_path / "unchecked")):
+        write(files_of(text), folder)
+        built = build(folder)
+        costs.append((built.flash_bytes, built.ram_bytes))
+    flash, ram = (more - less for more, less in zip(*costs, strict=True))
+    told = (ROOT / "docs" / "safety.md").read_text(encoding="utf-8")
+    assert f"in all {flash} B of flash and {ram} B of RAM:" in told
 
 
 END = re.compile(r"\w\[([A-Z]\w+)(?: [-+] \w+)?\](?: = |;)")
