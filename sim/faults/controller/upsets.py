@@ -10,9 +10,9 @@ start-up.
 Where heaters may be on, the same world without the upset tells how much heat is right: it differs
 from the struck one in nothing else. A difference is harmless if it is no more than full power for
 as long as a heater that must be off may be on, because the last decision before the upset may have
-been to heat. A hot machine is watched until a heater that stays at full power would exceed this
-bound twice. A machine whose heaters give more is followed until they no longer do, and until its
-heat has spread; by the end of the slowest check of the flash, or rule, they must have stopped.
+been to heat. A machine whose heaters give more is followed until they no longer do, and until its
+heat has spread; by the end of the slowest rule, or of two checks of the flash, this must be so.
+A heater that stays at full power shows in the state hot, in which the healthy one goes off soon.
 """
 
 from collections.abc import Callable, Mapping
@@ -165,7 +165,7 @@ def try_upset(controller: Controller, program: Elf, upset: Upset) -> Outcome:
     before, acknowledged, first = world.fault, _acknowledgements(world), world.steps
     try:
         since_s = _strike(world, upset, upset.after_s - whole * world.step_s)
-        world.run(_watch_s(site, upset.state))
+        world.run(span_s(site))
         result, words = _judged(world, upset, since_s, acknowledged, first)
     except AvrError as error:
         return Outcome(upset, "unknown", str(error))
@@ -209,24 +209,6 @@ def _bound_s(loop: Loop) -> float:
 
 
 @lru_cache(maxsize=16)
-def _watch_s(site: Site, state: str) -> float:
-    """Return the time in which a heater that stays at full power becomes conspicuous, s.
-
-    Without the upset it would be off for twice the bound in this time.
-    """
-    if state != "hot":
-        return span_s(site)
-    world = begun(site, state)
-    first, place = world.steps, list(site.controller.loops).index(site.loop_name)
-    share, watched_s, left_out_s = asked_share(site, site.loop.algorithm.full_percent), 0.0, 0.0
-    while left_out_s < 2 * _bound_s(site.loop) and watched_s < starts.LONGEST_S:
-        world.run(span_s(site))
-        watched_s += span_s(site)
-        left_out_s = share * watched_s - world.heat_s(first, world.steps)[place]
-    return watched_s
-
-
-@lru_cache(maxsize=16)
 def _healthy(site: Site, state: str, cut_s: float | None) -> World:
     """Return the world without the upset; cut_s -- when its power is cut, s after its begin."""
     world = begun(site, state)
@@ -237,25 +219,37 @@ def _healthy(site: Site, state: str, cut_s: float | None) -> World:
 
 
 def _still_heats(world: World, upset: Upset, first: int) -> str:
-    """Follow a world that gets more heat than without the upset; return "" if this ends in time."""
-    site = world.site
-    bounds_s = np.array([_bound_s(loop) for loop in site.controller.loops.values()])
+    """Follow a world that gets more heat than without the upset; return "" if this ends in time.
+
+    It has ended if the heat is the same for so long that the loop's heater, at full power, would
+    have exceeded the bound twice. A hot machine is watched as long from the beginning.
+    """
+    site, loops, step_s = world.site, world.site.controller.loops, world.step_s
+    bounds_s = np.array([_bound_s(loop) for loop in loops.values()])
     if np.all(world.heat_s(first, world.steps) <= bounds_s):
         return ""
-    cut_s = int(upset.after_s / world.step_s) * world.step_s if upset.kind == "eeprom" else None
-    healthy, before_s = _healthy(site, upset.state, cut_s), np.zeros(len(bounds_s))
-    ends_s = world.now_s + max(flash_s(site.program), longest_rule_s(site)) + span_s(site)
+    own, full = list(loops).index(site.loop_name), site.loop.algorithm.full_percent
+    share, follow_s = asked_share(site, full), max(flash_s(site.program), longest_rule_s(site))
+    cut_s = int(upset.after_s / step_s) * step_s if upset.kind == "eeprom" else None
+    healthy, begun_s = _healthy(site, upset.state, cut_s), world.now_s
+    same, before_s = first, np.zeros(len(loops))
     while True:
         last = world.steps
-        healthy.run(max(0, last - healthy.steps) * world.step_s)
+        healthy.run(max(0, last - healthy.steps) * step_s)
         more_s = world.heat_s(first, last) - healthy.heat_s(first, last)
-        if np.all(more_s - before_s <= bounds_s):
+        left_out_s = share * (last - same) * step_s - healthy.heat_s(same, last)[own]
+        if np.any(more_s - before_s > bounds_s):
+            if world.now_s > begun_s + follow_s:
+                return f"a heater was on for {max(more_s):.1f} s more than without the upset"
+            same, before_s = last, more_s
+        elif (
+            left_out_s > 2 * bounds_s[own]
+            or (same == first and upset.state != "hot")
+            or world.now_s > begun_s + 2 * follow_s
+        ):
             world.until(SPREAD, SPREADING_S)
             return ""
-        if world.now_s > ends_s:
-            return f"a heater was on for {max(more_s):.1f} s more than without the upset"
-        before_s = more_s
-        world.run(_watch_s(site, upset.state))
+        world.run(span_s(site))
 
 
 def _acknowledgements(world: World) -> int:
