@@ -12,7 +12,8 @@ On any other machine, if a rule trips, its fault must
 Many faults are also acknowledged earlier, while the cause lasts: the rules then decide whether one
 trips again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine.
 From each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
-machine may become hotter than its limit (`bears`), until the heat has spread after the first trip.
+machine may become hotter than its limit (`bears`), until the heat has spread after the first trip,
+or after the last trip of a `patient` fault.
 """
 
 import math
@@ -47,9 +48,10 @@ REST_S = 2.0
 """How long a latched fault is watched: longer than the display's two lines take (one cell a tick,
 after at most ten ticks of start-up) and a record in the EEPROM (one byte a tick)."""
 
-INSISTED_S = 900.0
+INSISTED_S = 1800.0
 """How long acknowledgements are repeated, if the lock-out does not refuse them before."""
 REFUSED_S = 30.0
+MILDER = "write a lower safety.lockout.trips, or use a heater of less power"
 
 SHOWN_S = 0.1
 """Much longer than the gate takes to switch a heater off."""
@@ -290,9 +292,9 @@ class _Trial:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")
         self.world.until(SPREAD, SPREADING_S)
 
-    def _judge_peaks(self) -> None:
+    def _judge_peaks(self, *, insisted: bool = False) -> None:
         """Check that no node became hotter than its limit; report only the first one."""
-        self.peak_c = self.world.peak_c
+        self.peak_c = max(self.peak_c, self.world.peak_c)
         self.world.peaks.end()
         borne_c = self.world.bears_c
         for node, peak_c in self.world.peaks.highest_c.items():
@@ -301,7 +303,7 @@ class _Trial:
                 self._wrong(
                     f"{node} reached {peak_c:.1f} °C but its limit is {bears_c:.1f} °C. If it "
                     f"withstands that, write simulation.plant.bears: {{{node}: {math.ceil(peak_c)} "
-                    f"°C}}. Otherwise {self._remedy(node, bears_c)}"
+                    f"°C}}. Otherwise {MILDER if insisted else self._remedy(node, bears_c)}"
                 )
                 return
 
@@ -390,12 +392,18 @@ class _Trial:
         Return the fault that is latched at the end, or None.
         """
         world, lockout = self.world, lockout_of(self.world.site.controller)
+        world.watch_peaks()
         ends_s = world.now_s + INSISTED_S
         while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
             if world.is_locked_out:
                 ends_s = min(ends_s, world.now_s + REFUSED_S)
+            if self.fault.patient:
+                self._falls_slowly()
             world.insist(highest_c(world.site))
             world.run(REST_S)
+        if self.fault.patient:
+            world.until(SPREAD, SPREADING_S)
+            self._judge_peaks(insisted=True)
         trips = world.trips.since(self.cause_s)
         if lockout is not None and _goes_on(trips, lockout):
             self._wrong(f"{len(trips)} trips were acknowledged although the lock-out was due")
@@ -403,6 +411,13 @@ class _Trial:
             return None
         self._holds(trips[-1], "after repeated acknowledgements")
         return trips[-1]
+
+    def _falls_slowly(self) -> None:
+        """Wait until the tip falls by half of what `rise_rate` allows: readings come in steps."""
+        loop, before_c = self.world.site.loop, math.inf
+        while before_c - self.world.tip_c > loop.rise_per_period_k / 2:
+            before_c = self.world.tip_c
+            self.world.run(loop.period_s)
 
     def _clears(self) -> None:
         """Acknowledge after the cure: no fault may stay latched, and no rule may trip."""

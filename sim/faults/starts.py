@@ -89,11 +89,18 @@ def begun(site: Site, start_c: float) -> World:
 
 def heating(site: Site) -> World:
     """Return a world below its highest usable setpoint, at a moment when the heater is on."""
-    target_c = highest_c(site)
-    below_c = target_c - site.loop.algorithm.swing_k / 2 - BELOW_K
+    return _heating_from(site, highest_c(site) - site.loop.algorithm.swing_k / 2 - BELOW_K)
+
+
+def warming_up(site: Site) -> World:
+    """Return a world whose heater has just gone on at the ambient temperature."""
+    return _heating_from(site, site.ambient_c)
+
+
+def _heating_from(site: Site, start_c: float) -> World:
     coldest = coldest_c(site.controller, site.loop_name)
-    world = begun(site, max(below_c, coldest, site.ambient_c))
-    world.set_setpoint(target_c)
+    world = begun(site, max(start_c, coldest, site.ambient_c))
+    world.set_setpoint(highest_c(site))
     world.until(heater_on(site), LONGEST_S)
     return world
 

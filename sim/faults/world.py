@@ -227,6 +227,19 @@ class World:
         return self._machine.peak_c
 
     @property
+    def steps(self) -> int:
+        """The number of steps of time so far."""
+        return self._machine.count
+
+    def heat_s(self, first: int, last: int) -> NDArray[np.float64]:
+        """Return the heat from step `first` to `last` by each loop's heater, s at full power."""
+        machine, loops = self._machine, self.site.controller.loops.values()
+        places = [machine.loads.index(loop.heater) for loop in loops]
+        given_s: NDArray[np.float64] = machine.given(machine.rows[first:last]) * self.step_s
+        heat_s: NDArray[np.float64] = given_s[:, places].sum(axis=0)
+        return heat_s
+
+    @property
     def bears_c(self) -> Mapping[str, float]:
         """Each node's highest allowed temperature, °C."""
         return bears_c(self.site.controller, self._network)

@@ -15,7 +15,7 @@ from heatwright.sim.device import PROOF, AvrDevice
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, flash_s
 from heatwright.sim.faults.controller import memory
-from heatwright.sim.faults.controller.upsets import BAD, STATES, Upset, try_upset
+from heatwright.sim.faults.controller.upsets import BAD, Upset, begun, draw_state, try_upset
 from heatwright.sim.faults.site import OfState, Site
 
 SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|output_\w+|relay)\.c")
@@ -95,8 +95,8 @@ def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
     tried = amount("flash_flips")
     for _ in range(tried):
         place, bit = random.choice(places), random.randrange(8)
-        state = random.choice([name for name in STATES if name != "off" or site.facts.commanded])
-        world = STATES[state](site)
+        state = draw_state(site, random)
+        world = begun(site, state)
         world.device.avr.take_resets()
         world.device.avr.flip_flash(place, bit)
         try:

@@ -16,8 +16,17 @@ from heatwright.sim.avr import AvrError
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import start_up_s
-from heatwright.sim.faults.controller import memory
-from heatwright.sim.faults.controller.upsets import BAD, GUARDED, Upset, draw, try_upset
+from heatwright.sim.faults.controller import memory, upsets
+from heatwright.sim.faults.controller.upsets import (
+    BAD,
+    PROGRAMMED,
+    STATES,
+    Upset,
+    begun,
+    draw,
+    draw_state,
+    try_upset,
+)
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import World
@@ -255,10 +264,46 @@ def test_the_spec_s_maximum_counts_beside_one_that_is_damaged(maximum_c: float) 
     assert world.fault == CODES["memory_damaged"]
 
 
+KNOWN: dict[tuple[str, int], str] = {}
+"""Bad cases that are a risk which stays, by example and number: what happened, and how probable it
+is as cases of those that were struck. docs/safety.md lists them, too."""
+
+
 @pytest.mark.parametrize("number", range(DRAWN))
 @pytest.mark.parametrize("example", EXAMPLE_NAMES)
 def test_a_drawn_upset_opens_no_heater(example: str, number: int) -> None:
     site = site_of(example)
     upset = draw(site.controller, site.program, number, 1)
     outcome = try_upset(site.controller, site.program, upset)
-    assert upset.kind not in GUARDED or outcome.result not in BAD, f"{upset}: {outcome.words}"
+    assert outcome.result not in BAD or (example, number) in KNOWN, f"{upset}: {outcome.words}"
+
+
+@pytest.mark.parametrize(
+    "example", [name for name in EXAMPLE_NAMES if site_of(name).controller.safety.relay is None]
+)
+def test_a_heater_that_stays_on_is_found_however_slow_the_machine(
+    example: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its switch is shorted. A minute of it makes no machine too hot, and counted as nothing."""
+    site = site_of(example)
+
+    def shorted(world: World, upset: Upset, after_s: float) -> float:
+        del upset, after_s
+        world.wiring.heat[site.loop.heater] = SHORTED
+        return world.now_s
+
+    monkeypatch.setattr(upsets, "_strike", shorted)
+    upset = Upset(0, site.loop_name, "hot", 0.0, "ram", 0, 0)
+    assert try_upset(site.controller, site.program, upset).result in BAD
+
+
+@pytest.mark.parametrize("example", ["chamber", "kiln"])
+def test_every_state_that_a_loop_can_have_is_drawn(example: str) -> None:
+    site, random = site_of(example), Random(1)  # noqa: S311 - no secret
+    drawn = {draw_state(site, random).partition(" ")[0] for _ in range(100)}
+    assert drawn == {*STATES, *([PROGRAMMED] if site.facts.programmed else [])}
+    for state in {draw_state(site, random) for _ in range(100)}:
+        world = begun(site, state)
+        assert bool(world.fault) == (state == "latched")
+        if state.startswith(PROGRAMMED):
+            assert world.device.read("program.segment") == int(state.split()[1])

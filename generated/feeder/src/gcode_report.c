@@ -172,7 +172,7 @@ static bool say_command(const char *in_flash)
 
 static bool start(void)
 {
-    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 0c47ff18\n"));
+    return step == 0 && say(PSTR("start\necho:heatwright feeder, spec 9dc589f2\n"));
 }
 
 static bool latched_fault(void)
@@ -339,7 +339,7 @@ static bool firmware(void)
 {
     switch (step) {
     case 0:
-        return say(PSTR("FIRMWARE_NAME:heatwright spec 0c47ff18 PROTOCOL_VERSION:1.0 "));
+        return say(PSTR("FIRMWARE_NAME:heatwright spec 9dc589f2 PROTOCOL_VERSION:1.0 "));
     case 1:
         return say(PSTR("MACHINE_TYPE:feeder EXTRUDER_COUNT:1\n"));
     case 2:

@@ -2,23 +2,37 @@
 
 A bit of the static RAM, the stack, a working register, a peripheral register, the flash or the
 EEPROM is inverted, or the program counter is set to anywhere in the program. This happens at a
-random moment in a loop that heats, that is off, or that has a latched fault without its cause. A
-peripheral register acts as if an instruction had written it. A flip in the EEPROM is followed by a
-loss of power, because the EEPROM is read only at start-up.
+random cycle in a loop that is hot, that heats up from cold, whose program runs, that is off, or
+that has a latched fault without its cause. A peripheral register acts as if an instruction had
+written it. A flip in the EEPROM is followed by a loss of power, because the EEPROM is read only at
+start-up.
+
+Where heaters may be on, the same world without the upset tells how much heat is right: it differs
+from the struck one in nothing else. A difference is harmless if it is no more than full power for
+as long as a heater that must be off may be on, because the last decision before the upset may have
+been to heat. A machine whose heaters give more is followed until they no longer do, and until its
+heat has spread; by the end of the slowest rule, or of two checks of the flash, this must be so.
+A heater that stays at full power shows in the state hot, in which the healthy one goes off soon.
 """
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from random import Random
 from typing import NamedTuple
+
+import numpy as np
 
 from heatwright.sim.avr import AvrError
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.bounds import TICK_S
+from heatwright.sim.faults.bounds import TICK_S, flash_s
 from heatwright.sim.faults.controller import memory
+from heatwright.sim.faults.machine import asked_share, longest_rule_s
+from heatwright.sim.faults.operation.programs import first_segments, in_segment
+from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.site import Site
-from heatwright.sim.faults.world import STEP_S, World
-from heatwright.spec import Controller
+from heatwright.sim.faults.world import SPREAD, STEP_S, World
+from heatwright.spec import Controller, Loop
 from heatwright.spec.facts import facts_of
 
 KINDS = ("ram", "stack", "register", "periphery", "flash", "eeprom", "jump")
@@ -34,7 +48,7 @@ RECORDS_BYTES = 256
 WATCH_S = 30.0
 WATCH_PERIODS = 10
 PERIODS = 2
-"""How long the last decision before the upset may keep the heater on, in periods."""
+"""How long the last decision before the upset may keep a heater on, in periods."""
 
 HEATS, TOO_HOT, FORGETS = "heats", "too hot", "forgets"
 """Bad outcomes: a heater on beyond its bound, a node hotter than its limit, a fault that is no
@@ -85,23 +99,40 @@ def off(site: Site) -> World:
 
 
 STATES: Mapping[str, Callable[[Site], World]] = {
-    "hot": starts.heating,
+    "hot": starts.held,
+    "cold": starts.warming_up,
     "latched": memory.latched,
     "off": off,
 }
+PROGRAMMED = "programmed"
+"""The state in which a program runs; the number of its segment follows."""
+
+
+def draw_state(site: Site, random: Random) -> str:
+    """Draw one of the states that a loop can have."""
+    segments = first_segments(site)
+    states = [each for each in STATES if each != "off" or site.facts.commanded]
+    state = random.choice([*states, *([PROGRAMMED] if segments else [])])
+    return f"{state} {random.randint(1, len(segments))}" if state == PROGRAMMED else state
+
+
+def begun(site: Site, state: str) -> World:
+    """Return a world in one of the states."""
+    name, _, segment = state.partition(" ")
+    return in_segment(site, int(segment)) if segment else STATES[name](site)
 
 
 def draw(controller: Controller, program: Elf, number: int, seed: int) -> Upset:
     """Draw an upset by its number: the same for the same seed and program."""
     random = Random(f"upset {seed} {number}")  # noqa: S311 - no secret
     site = Site(controller, random.choice(list(controller.loops)), program)
-    states = [each for each in STATES if each != "off" or site.facts.commanded]
-    kind = random.choice(KINDS)
+    state, kind = draw_state(site, random), random.choice(KINDS)
+    most_s = span_s(site) if state.startswith(PROGRAMMED) else site.loop.periods_s(PERIODS)
     return Upset(
         number,
         site.loop_name,
-        random.choice(states),
-        random.uniform(0.0, site.loop.periods_s(PERIODS)),
+        state,
+        random.uniform(0.0, most_s),
         kind,
         _address(controller, program, kind, random),
         random.randrange(8),
@@ -126,15 +157,16 @@ def _address(controller: Controller, program: Elf, kind: str, random: Random) ->
 def try_upset(controller: Controller, program: Elf, upset: Upset) -> Outcome:
     """Try an upset in its own world."""
     site = Site(controller, upset.loop, program)
-    world = STATES[upset.state](site)
-    world.run(upset.after_s)
+    world = begun(site, upset.state)
+    whole = int(upset.after_s / world.step_s)
+    world.run(whole * world.step_s)
     world.device.avr.take_resets()
     world.watch_peaks()
-    since_s, before, acknowledged = world.now_s, world.fault, _acknowledgements(world)
+    before, acknowledged, first = world.fault, _acknowledgements(world), world.steps
     try:
-        _strike(world, upset)
-        world.run(max(WATCH_S, site.loop.periods_s(WATCH_PERIODS)))
-        result, words = _judged(world, upset, since_s, acknowledged)
+        since_s = _strike(world, upset, upset.after_s - whole * world.step_s)
+        world.run(span_s(site))
+        result, words = _judged(world, upset, since_s, acknowledged, first)
     except AvrError as error:
         return Outcome(upset, "unknown", str(error))
     if result == "nothing" and world.fault != before:
@@ -142,19 +174,82 @@ def try_upset(controller: Controller, program: Elf, upset: Upset) -> Outcome:
     return Outcome(upset, result, words)
 
 
-def _strike(world: World, upset: Upset) -> None:
-    avr = world.device.avr
+def _strike(world: World, upset: Upset, after_s: float) -> float:
+    """Strike some time after the present step's begin; return when (device time, s)."""
+    avr, since_s = world.device.avr, world.now_s + after_s
     if upset.kind == "eeprom":
         image = bytearray(avr.eeprom.contents)
         image[upset.address] ^= 1 << upset.bit
         avr.eeprom.contents = bytes(image)
         world.power_cut(STEP_S)
-    elif upset.kind == "flash":
-        avr.flip_flash(upset.address, upset.bit)
-    elif upset.kind == "jump":
-        avr.jump(upset.address)
-    else:
-        avr.flip(upset.address, upset.bit)
+        return since_s
+
+    def act(until_s: float) -> None:
+        world.device.advance(since_s)
+        if upset.kind == "flash":
+            avr.flip_flash(upset.address, upset.bit)
+        elif upset.kind == "jump":
+            avr.jump(upset.address)
+        else:
+            avr.flip(upset.address, upset.bit)
+        world.device.advance(until_s)
+
+    world.act_within(act)
+    return since_s
+
+
+def span_s(site: Site) -> float:
+    """Return the shortest time for which a world is watched, s."""
+    return max(WATCH_S, site.loop.periods_s(WATCH_PERIODS))
+
+
+def _bound_s(loop: Loop) -> float:
+    """Return how long the last decision before the upset may keep a heater on, s."""
+    return loop.periods_s(PERIODS) + 2 * TICK_S
+
+
+@lru_cache(maxsize=16)
+def _healthy(site: Site, state: str, cut_s: float | None) -> World:
+    """Return the world without the upset; cut_s -- when its power is cut, s after its begin."""
+    world = begun(site, state)
+    if cut_s is not None:
+        world.run(cut_s)
+        world.power_cut(STEP_S)
+    return world
+
+
+def _still_heats(world: World, upset: Upset, first: int) -> str:
+    """Follow a world that gets more heat than without the upset; return "" if this ends in time.
+
+    It has ended if the heat is the same for so long that the loop's heater, at full power, would
+    have exceeded the bound twice. A hot machine is watched as long from the beginning.
+    """
+    site, loops, step_s = world.site, world.site.controller.loops, world.step_s
+    bounds_s = np.array([_bound_s(loop) for loop in loops.values()])
+    if np.all(world.heat_s(first, world.steps) <= bounds_s):
+        return ""
+    own, full = list(loops).index(site.loop_name), site.loop.algorithm.full_percent
+    share, follow_s = asked_share(site, full), max(flash_s(site.program), longest_rule_s(site))
+    cut_s = int(upset.after_s / step_s) * step_s if upset.kind == "eeprom" else None
+    healthy, begun_s = _healthy(site, upset.state, cut_s), world.now_s
+    same, before_s = first, np.zeros(len(loops))
+    while True:
+        last = world.steps
+        healthy.run(max(0, last - healthy.steps) * step_s)
+        more_s = world.heat_s(first, last) - healthy.heat_s(first, last)
+        left_out_s = share * (last - same) * step_s - healthy.heat_s(same, last)[own]
+        if np.any(more_s - before_s > bounds_s):
+            if world.now_s > begun_s + follow_s:
+                return f"a heater was on for {max(more_s):.1f} s more than without the upset"
+            same, before_s = last, more_s
+        elif (
+            left_out_s > 2 * bounds_s[own]
+            or (same == first and upset.state != "hot")
+            or world.now_s > begun_s + 2 * follow_s
+        ):
+            world.until(SPREAD, SPREADING_S)
+            return ""
+        world.run(span_s(site))
 
 
 def _acknowledgements(world: World) -> int:
@@ -162,7 +257,7 @@ def _acknowledgements(world: World) -> int:
 
 
 def _judged(
-    world: World, upset: Upset, since_s: float, acknowledged_before: int
+    world: World, upset: Upset, since_s: float, acknowledged_before: int, first: int
 ) -> tuple[str, str]:
     """Return one of RESULTS, judged by machine and pins, and an explanation if it is bad."""
     resets = upset.kind != "eeprom" and len(world.device.avr.take_resets())
@@ -172,11 +267,15 @@ def _judged(
         upset.state == "off" and not starts_anew
     )
     heater = world.heaters if upset.state == "latched" else world.heater
-    last_s = heater.last_on_s(since_s + world.site.loop.periods_s(PERIODS) + 2 * TICK_S)
+    last_s = heater.last_on_s(since_s + _bound_s(world.site.loop))
     if must_be_off and last_s is not None:
         return HEATS, f"a heater was on {last_s - since_s:.2f} s after the upset"
     if upset.state == "latched" and not world.fault and not acknowledged:
         return FORGETS, "the latched fault was lost without an acknowledgement"
+    if must_be_off or upset.state not in {"latched", "off"}:
+        words = _still_heats(world, upset, first)
+        if words:
+            return HEATS, words
     bears_c = world.bears_c
     for node, peak_c in world.peaks.highest_c.items():
         if peak_c > bears_c[node]:

@@ -1,6 +1,6 @@
 """Faults and losses of power during a program: it must end or go on, as the spec says."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from heatwright.sim.faults.effects import Heated
 from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
-from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.site import OfState, Place
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.programs.state import (
@@ -84,6 +84,24 @@ def under_way(site: Site) -> World:
     """Return a world in which the first program has run for a while."""
     world = _started(site)
     world.run(UNDER_WAY_S)
+    return world
+
+
+def first_segments(site: Place) -> Sequence[Segment]:
+    """Return the segments of the first stored program, if the loop has one."""
+    programs = site.controller.programs
+    has = programs is not None and site.facts.programmed and programs.stored
+    return programs.stored[0].segments if programs is not None and has else ()
+
+
+def in_segment(site: Site, number: int) -> World:
+    """Return a world whose first program has just come to a segment; they count from 1."""
+    before = first_segments(site)[: number - 1]
+    targets_c = [site.ambient_c, *(each.to_c for each in before if each.to_c is not None)]
+    world = _started_at(site, targets_c[-1])
+    if number > 1:
+        world.device.program("jump", number)
+        world.until(lambda now: _program(now, "segment") == number, shows_s(site))
     return world
 
 
