@@ -417,7 +417,7 @@ class _Trial:
         loop, before_c = self.world.site.loop, math.inf
         while before_c - self.world.tip_c > loop.rise_per_period_k / 2:
             before_c = self.world.tip_c
-            self.world.run(loop.period_s)
+            self.world.run(loop.periods_s(1))
 
     def _clears(self) -> None:
         """Acknowledge after the cure: no fault may stay latched, and no rule may trip."""

@@ -15,7 +15,7 @@
 #include "config.h" /* MODBUS_* */
 #include "pins.h"   /* pin_modbus_* */
 
-enum { LISTENING, ASKED, ANSWERING };
+enum { LISTENING, ASKED, ANSWERING, STALLED_TICKS = 4 }; /* a byte takes less than a tick */
 enum { CRC_SIZE = 2, SHORTEST = 2 + CRC_SIZE };
 
 uint8_t modbus_frame[MODBUS_FRAME_SIZE];
@@ -107,6 +107,17 @@ ISR(USART_TXC_vect)
     UCSRB = (1u << TXEN) | (1u << TXCIE) | (1u << RXEN) | (1u << RXCIE);
 }
 
+/* True if no byte of an answer was sent for some ticks, or if the phase is none: a flipped bit. */
+static bool is_stalled(void)
+{
+    static uint8_t sent_before;
+    static uint8_t ticks;
+
+    ticks = phase == ANSWERING && sent == sent_before ? (uint8_t)(ticks + 1u) : 0u;
+    sent_before = sent;
+    return ticks >= STALLED_TICKS || phase > ANSWERING;
+}
+
 void modbus_line_set_registers(void)
 {
     pin_modbus_rx_pull_up(); /* so that an open line is idle, not noisy */
@@ -119,6 +130,9 @@ void modbus_line_set_registers(void)
     TCCR0 = (1u << CS02);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
+        if (is_stalled()) {
+            listen();
+        }
         if (phase == ANSWERING) {
             UCSRB = (1u << TXEN) | (1u << TXCIE);
         } else {

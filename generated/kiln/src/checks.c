@@ -62,10 +62,12 @@ static bool pins_are_free(void)
 
     const bool element_is_on = pin_output_element_is_on();
     const bool element_obeys = pin_output_element_obeys();
-    const bool element_is_free = is_free(element_is_on, element_obeys, element_held);
+    const bool element_is_free
+        = is_free(element_is_on, element_obeys, element_held);
     const bool safety_relay_is_on = pin_output_safety_relay_is_on();
     const bool safety_relay_obeys = pin_output_safety_relay_obeys();
-    const bool safety_relay_is_free = is_free(safety_relay_is_on, safety_relay_obeys, safety_relay_held);
+    const bool safety_relay_is_free
+        = is_free(safety_relay_is_on, safety_relay_obeys, safety_relay_held);
     return element_is_free && safety_relay_is_free;
 }
 

@@ -6,7 +6,7 @@
 
 #include "config.h" /* NEXTION_DIVISOR, NEXTION_TURN_TICKS */
 #include "nextion_port.h" /* nextion_port_set_registers, nextion_port_is_silent */
-#include "nextion_search.h" /* search_is_on */
+#include "nextion_search.h" /* search_divisor */
 #include "nextion_talk.h" /* talk_* */
 
 void nextion_start(void)
@@ -19,9 +19,7 @@ void nextion_tick(void)
 {
     static uint8_t ticks_left = NEXTION_TURN_TICKS;
 
-    if (!search_is_on()) { /* the search has set another baud rate */
-        nextion_port_set_registers(NEXTION_DIVISOR);
-    }
+    nextion_port_set_registers(search_divisor());
     if (!nextion_port_is_silent()) {
         talk_hear();
     }

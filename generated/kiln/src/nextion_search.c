@@ -31,7 +31,7 @@ static const uint16_t DIVISORS[] PROGMEM = {
 enum { SPEEDS = sizeof DIVISORS / sizeof DIVISORS[0], IDLE, END = 0xFF, ENDS = 3 };
 
 static uint8_t next = IDLE;
-static bool resting; /* this turn sends nothing: the transmitter still sends its last two bytes */
+static bool resting; /* this turn sends nothing: the transmitter still sends its last byte */
 
 void search_begin(void)
 {
@@ -42,6 +42,11 @@ void search_begin(void)
 bool search_is_on(void)
 {
     return next != IDLE;
+}
+
+uint16_t search_divisor(void)
+{
+    return next != 0 && next <= SPEEDS ? pgm_read_word(&DIVISORS[next - 1u]) : NEXTION_DIVISOR;
 }
 
 static void order_speed(uint16_t divisor)

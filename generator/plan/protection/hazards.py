@@ -48,9 +48,9 @@ def _dead_switch(controller: Controller) -> str:
 
 def _drift(controller: Controller) -> str:
     known = {rule.id for rule in rules_of(controller)}
-    if "sensors_disagree" in known:
+    if all(loop.protection.agreement is not None for loop in controller.loops.values()):
         return "a cause that shifts both sensors alike"
-    if "effort_high" in known:
+    if "effort_high" in known or "sensors_disagree" in known:
         hidden = "an error within the plant's tolerance: the machine gets hotter by this error"
         return "; ".join((hidden, *_undetected(controller)))
     untold = "a reading that is too low" if "effort_low" in known else "it"
@@ -61,6 +61,8 @@ def _undetected(controller: Controller) -> Iterator[str]:
     """Name the loops whose setpoints go beyond the readings at which effort_high can trip."""
     for name, loop in controller.loops.items():
         end_c = high_trips_up_to_c(loop)
+        if loop.protection.agreement is not None:
+            continue
         if end_c is None or end_c < loop.setpoint.maximum_c:
             above = "" if end_c is None else f" above {end_c} °C"
             yield f"**of {name}{above} no rule detects a reading that is too low**"
@@ -77,9 +79,12 @@ def _standing_fan(controller: Controller) -> str:
 
 
 def _held_pin(controller: Controller) -> str:
+    heaters = (controller.switches[loop.heater] for loop in controller.loops.values())
+    when = "; a pin under pulse width is read only while its duty is 0 or full"
+    pulsed = when if any(heater.frequency_hz for heater in heaters) else ""
     if controller.safety.relay is None:
-        return "**a pin stuck at on keeps heating**: only the thermal fuse ends it"
-    return "the relay's and a heater's pin at the same time: the thermal fuse"
+        return f"**a pin stuck at on keeps heating**: only the thermal fuse ends it{pulsed}"
+    return f"the relay's and a heater's pin at the same time: the thermal fuse{pulsed}"
 
 
 def _wrong_clock(controller: Controller) -> str:
