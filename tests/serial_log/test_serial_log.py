@@ -31,6 +31,7 @@ MAIN = """
 #include "clock.h"
 #include "gate.h"
 #include "log.h"
+#include "log_port.h"
 #include "loop_air.h"
 #if EEPROM
 #include "log_ring_eeprom.h"
@@ -52,6 +53,7 @@ int main(void)
 #ifdef UCSR0C
     UCSR0C = 0; /* as a boot loader may leave it */
 #endif
+    log_port_set_registers();
     clock_start();
     sei();
     for (;;) {

@@ -11,7 +11,7 @@ enum { LOG_PORT_SIZE = 32 };
 /* Replaces a byte that was damaged on the line, or for which there was no room. */
 enum { LOG_PORT_DAMAGED = 0 };
 
-/* Called in each tick: a flipped register bit lasts until the next one. */
+/* Called at the start and in each tick: a flipped register bit lasts until the next one. */
 void log_port_set_registers(void);
 
 /* True if a received byte waits. */

@@ -9,6 +9,7 @@
 #include "fault_log.h" /* fault_log_tick */
 #include "guard_chamber.h" /* guard_chamber_reset */
 #include "log.h" /* log_tick */
+#include "log_port.h" /* log_port_set_registers */
 #include "loop_chamber.h" /* loop_chamber_start, loop_chamber_tick */
 #include "nextion.h" /* nextion_start, nextion_tick */
 #include "program.h" /* program_start_up */
@@ -33,6 +34,7 @@ static void start(void)
     guard_chamber_reset();
     program_start_up();
     nextion_start();
+    log_port_set_registers();
     loop_chamber_start();
     sei();
     clock_start();

@@ -45,7 +45,7 @@ def plan(source: Source, interface: SerialLog) -> Part:
         uart=registers(board, interface.port),
         setup=registers(board, interface.port).setup("LOG_DIVISOR", receives=True),
     )
-    start: list[Call] = []
+    start = [Call(Stage.OPERATE, "log_port.h", "log_port_set_registers();")]
     tick = [Call(Stage.SHOW, "log.h", "log_tick();")]
     ring = [File("src/log_ring.h", "interfaces/serial_log/log_ring.h.j2", context)]
     if kept:
