@@ -572,6 +572,7 @@ uint16_t gcode_silent_ticks(void)
 
 void gcode_start(void)
 {
+    host_set_registers();
     line_start();
     report_add(REPORT_START);
 }

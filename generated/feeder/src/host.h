@@ -12,7 +12,7 @@ enum { HOST_DAMAGED = 0 };
 /* Bits of host_take_urgent: commands that must not wait for their turn. */
 enum { HOST_STOP = 1, HOST_GO_ON = 2, HOST_REST = 4 };
 
-/* Called in each tick: a flipped register bit lasts until the next one. */
+/* Called at the start and in each tick: a flipped register bit lasts until the next one. */
 void host_set_registers(void);
 
 /* The next byte received; false when there is none. */
