@@ -392,7 +392,8 @@ class _Trial:
         Return the fault that is latched at the end, or None.
         """
         world, lockout = self.world, lockout_of(self.world.site.controller)
-        world.watch_peaks()
+        if self.fault.patient:
+            world.watch_peaks()
         ends_s = world.now_s + INSISTED_S
         while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
             if world.is_locked_out:

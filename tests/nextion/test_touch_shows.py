@@ -247,6 +247,8 @@ def test_the_chart_of_the_firing(hosted: Path) -> None:
     # From 20 °C to 540 °C in an hour: half way after 30 minutes.
     assert (len(setpoints), setpoints[0]) == (31, 3)
     assert setpoints[-1] == round((20 + 260) * 180 / 1200)
+    again = "order 17; 2 s; order 8 2; 90 s; page points; 1 s; page main; 5 s"
+    assert len(drawn(run(hosted, "1 s; order 8 1; 300 s", again), "24,0", 39_400)) == 2
 
 
 def test_a_firing_clears_the_chart_of_the_one_before_it(hosted: Path) -> None:

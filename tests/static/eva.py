@@ -36,8 +36,8 @@ under the model that is made here:
 
 Three properties are asserted: without the main loop's permit, with a fault, or where the gate finds
 another permit missing, every heater's pin is off when the tick ends, at its port and at its timer;
-what a loop asks of its heater is from 0 to 100 %; a fault is latched with a temperature from -1 000
-000 to 1 000 000 degC, which is why this is admitted of a record's.
+what a loop asks of its heater is from 0 to 100 %; a fault is latched with a temperature from
+-1 000 000 to 1 000 000 degC, which is why this is admitted of a record's.
 """
 
 import os

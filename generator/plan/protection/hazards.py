@@ -60,9 +60,9 @@ def _drift(controller: Controller) -> str:
 def _undetected(controller: Controller) -> Iterator[str]:
     """Name the loops whose setpoints go beyond the readings at which effort_high can trip."""
     for name, loop in controller.loops.items():
-        end_c = high_trips_up_to_c(loop)
         if loop.protection.agreement is not None:
             continue
+        end_c = high_trips_up_to_c(loop)
         if end_c is None or end_c < loop.setpoint.maximum_c:
             above = "" if end_c is None else f" above {end_c} °C"
             yield f"**of {name}{above} no rule detects a reading that is too low**"
