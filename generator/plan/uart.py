@@ -67,7 +67,9 @@ class UartRegisters:
             f"if (UBRR{n}L != (uint8_t){divisor}) {{",
             f"    UBRR{n}L = (uint8_t){divisor}; /* only then: it disturbs a byte on the line */",
             "}",
-            f"UCSR{n}A = (1u << U2X{n});",
+            f"if ((UCSR{n}A & ((1u << U2X{n}) | (1u << MPCM{n}))) != (1u << U2X{n})) {{",
+            f"    UCSR{n}A = (1u << U2X{n});",
+            "}",
             f"UCSR{n}C = {self._format}{' | '.join(bits)}; /* {form} */",
         ]
 

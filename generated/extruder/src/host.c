@@ -156,7 +156,9 @@ void host_set_registers(void)
     if (UBRR0L != (uint8_t)HOST_DIVISOR) {
         UBRR0L = (uint8_t)HOST_DIVISOR; /* only then: it disturbs a byte on the line */
     }
-    UCSR0A = (1u << U2X0);
+    if ((UCSR0A & ((1u << U2X0) | (1u << MPCM0))) != (1u << U2X0)) {
+        UCSR0A = (1u << U2X0);
+    }
     UCSR0C = (1u << UCSZ01) | (1u << UCSZ00); /* 8N1 */
     /* Without a byte to send, its interrupt switches itself off. */
     UCSR0B = (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0) | (1u << UDRIE0);

@@ -125,7 +125,9 @@ void modbus_line_set_registers(void)
     if (UBRRL != (uint8_t)MODBUS_DIVISOR) {
         UBRRL = (uint8_t)MODBUS_DIVISOR; /* only then: it disturbs a byte on the line */
     }
-    UCSRA = (1u << U2X);
+    if ((UCSRA & ((1u << U2X) | (1u << MPCM))) != (1u << U2X)) {
+        UCSRA = (1u << U2X);
+    }
     UCSRC = (1u << URSEL) | (1u << UCSZ1) | (1u << UCSZ0) | (1u << UPM1); /* 8E1 */
     TCCR0 = (1u << CS02);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)

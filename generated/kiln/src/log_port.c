@@ -37,14 +37,17 @@ ISR(USART1_RX_vect)
 
 ISR(USART1_UDRE_vect)
 {
-    const uint8_t next = sent;
+    uint8_t next = sent;
 
-    if (next >= size || next >= sizeof to_send) {
-        UCSR1B &= (uint8_t)~(1u << UDRIE1); /* until the next text is complete */
-        return;
+    if (next < size && next < sizeof to_send) {
+        UDR1 = (uint8_t)to_send[next];
+        next++;
+        sent = next;
     }
-    UDR1 = (uint8_t)to_send[next];
-    sent = (uint8_t)(next + 1u);
+    if (next >= size || next >= sizeof to_send) {
+        /* the last byte disables this interrupt: it must not come while the next text is copied */
+        UCSR1B &= (uint8_t)~(1u << UDRIE1);
+    }
 }
 
 void log_port_set_registers(void)
@@ -54,7 +57,9 @@ void log_port_set_registers(void)
     if (UBRR1L != (uint8_t)LOG_DIVISOR) {
         UBRR1L = (uint8_t)LOG_DIVISOR; /* only then: it disturbs a byte on the line */
     }
-    UCSR1A = (1u << U2X1);
+    if ((UCSR1A & ((1u << U2X1) | (1u << MPCM1))) != (1u << U2X1)) {
+        UCSR1A = (1u << U2X1);
+    }
     UCSR1C = (1u << UCSZ11) | (1u << UCSZ10); /* 8N1 */
     UCSR1B = (uint8_t)((UCSR1B & (1u << UDRIE1)) | (1u << TXEN1) | (1u << RXEN1) | (1u << RXCIE1));
 }

@@ -41,14 +41,17 @@ ISR(USART0_RX_vect)
 
 ISR(USART0_UDRE_vect)
 {
-    const uint8_t next = sent;
+    uint8_t next = sent;
 
-    if (next >= size || next >= sizeof to_send) {
-        UCSR0B &= (uint8_t)~(1u << UDRIE0); /* until the next text is complete */
-        return;
+    if (next < size && next < sizeof to_send) {
+        UDR0 = (uint8_t)to_send[next];
+        next++;
+        sent = next;
     }
-    UDR0 = (uint8_t)to_send[next];
-    sent = (uint8_t)(next + 1u);
+    if (next >= size || next >= sizeof to_send) {
+        /* the last byte disables this interrupt: it must not come while the next text is copied */
+        UCSR0B &= (uint8_t)~(1u << UDRIE0);
+    }
 }
 
 void nextion_port_set_registers(uint16_t divisor)
@@ -58,7 +61,9 @@ void nextion_port_set_registers(uint16_t divisor)
     if (UBRR0L != (uint8_t)divisor) {
         UBRR0L = (uint8_t)divisor; /* only then: it disturbs a byte on the line */
     }
-    UCSR0A = (1u << U2X0);
+    if ((UCSR0A & ((1u << U2X0) | (1u << MPCM0))) != (1u << U2X0)) {
+        UCSR0A = (1u << U2X0);
+    }
     UCSR0C = (1u << UCSZ01) | (1u << UCSZ00); /* 8N1 */
     UCSR0B = (uint8_t)((UCSR0B & (1u << UDRIE0)) | (1u << TXEN0) | (1u << RXEN0) | (1u << RXCIE0));
 }
