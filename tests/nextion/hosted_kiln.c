@@ -158,10 +158,8 @@ static void tick(void)
     divisor = UBRR0;
     for (int i = BYTES_PER_TICK_AND_DIVISOR / (divisor + 1); i > 0 && (UCSR0B & (1u << UDRIE0)); i--) {
         USART0_UDRE_vect();
-        if (UCSR0B & (1u << UDRIE0)) {
-            sent(UDR0);
-            sent_last_ticks = now_ticks;
-        }
+        sent(UDR0);
+        sent_last_ticks = now_ticks;
     }
     must((UCSR0B & (uint8_t) ~(1u << UDRIE0)) == LISTENS, "a line that is set otherwise");
     if (!(UCSR0B & (1u << UDRIE0))) {

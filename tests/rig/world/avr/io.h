@@ -14,7 +14,7 @@ REGISTER volatile uint8_t TIFR2;
 
 #define UBRR0 ((unsigned)UBRR0H << 8 | UBRR0L)
 
-enum { U2X0 = 1, UPE0 = 2, DOR0 = 3, FE0 = 4 };
+enum { MPCM0 = 0, U2X0 = 1, UPE0 = 2, DOR0 = 3, FE0 = 4 };
 enum { UCSZ00 = 1, UCSZ01 = 2, USBS0 = 3, UPM00 = 4, UPM01 = 5 };
 enum { TXEN0 = 3, RXEN0 = 4, UDRIE0 = 5, TXCIE0 = 6, RXCIE0 = 7 };
 enum { OCF2A = 1 };
