@@ -3,7 +3,7 @@
 from typing import TypeVar
 
 from heatwright.spec.base import Model
-from heatwright.spec.controller import Controller, Lockout
+from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import (
     Countdown,
     Gcode,
@@ -56,12 +56,6 @@ def keypad_of(controller: Controller) -> LcdKeypad | None:
 def log_of(controller: Controller) -> SerialLog | None:
     """Find the log of a controller, if it has one."""
     return _first(controller, SerialLog)
-
-
-def lockout_of(controller: Controller) -> Lockout | None:
-    """Return the lock-out after repeated trips; None if it is off, or nobody can acknowledge."""
-    ways = (keypad_of, gcode_of, modbus_of, nextion_of)
-    return controller.safety.lockout if any(way(controller) for way in ways) else None
 
 
 def commanded(controller: Controller, loop_name: str) -> bool:

@@ -25,7 +25,7 @@ from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.inputs import Inputs
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loading.suggest import one_of
-from heatwright.spec.loops import Loop, shortest_period_s
+from heatwright.spec.loops import Limits, Loop, shortest_period_s
 from heatwright.spec.monitors import Monitors
 from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
 from heatwright.spec.physics.derived import with_derived
@@ -72,14 +72,18 @@ class Identity(Model):
 _LockoutTime = Annotated[float, Quantity(DURATION, least=1.0, most=43_200.0)]
 
 
-class Lockout(Model):
+class Lockout(Limits):
     """After several trips within a time, only a person at the machine can acknowledge."""
 
     trips: Annotated[int, WholeNumber("a number of trips", 1, 100, 3)] = Field(
-        3, description="Number of trips after which nobody can acknowledge remotely."
+        3,
+        description="Number of trips after which nobody can acknowledge remotely. Default: 3, or "
+        "fewer if the plant withstands no more.",
     )
     within_s: _LockoutTime = Field(
-        1800.0, alias="within", description="Trips within this time are counted."
+        1800.0,
+        alias="within",
+        description="Trips within this time are counted. Default: 30 min, or from the plant.",
     )
     hold_s: Annotated[float, Quantity(DURATION, least=3.0, most=60.0)] = Field(
         5.0, alias="hold", description="With a keypad: time for which a person holds SELECT."
@@ -180,6 +184,12 @@ class Controller(Model):
     @model_validator(mode="after")
     def _derive(self) -> "Controller":
         return with_derived(self)
+
+    @property
+    def lockout(self) -> Lockout | None:
+        """The lock-out after repeated trips; None if it is off, or nobody can acknowledge."""
+        can = any(interface.acknowledges for interface in self.interfaces)
+        return self.safety.lockout if can else None
 
     @property
     def shortest_period_s(self) -> float:

@@ -2,8 +2,9 @@
 
 Other code uses these properties of a model, and never asks for its kind:
 line -- its serial line; shield -- its board with keys, if it is one; is_host -- a program at the
-other end sets setpoints; named_pins -- where the spec names pins for it, and for what purpose;
-named_loops -- where the spec names loops for it.
+other end sets setpoints; acknowledges -- somebody can acknowledge faults with it;
+named_pins -- where the spec names pins for it, and for what purpose; named_loops -- where the spec
+names loops for it.
 """
 
 import re
@@ -200,6 +201,7 @@ class _Interface(Model):
 
     shield: ClassVar[Shield | None] = None
     is_host: ClassVar[bool] = False
+    acknowledges: ClassVar[bool] = False
 
     @property
     def line(self) -> Line | None:
@@ -240,6 +242,7 @@ class LcdKeypad(_OfOneLoop):
     )
     least: ClassVar[Least] = Least(1080, 60)
     shield: ClassVar[Shield | None] = LCD_KEYPAD
+    acknowledges: ClassVar[bool] = True
 
 
 class SerialPlotter(_OfOneLoop):
@@ -289,6 +292,7 @@ class ModbusRtu(_Interface):
     )
     least: ClassVar[Least] = Least(2770, 245)
     is_host: ClassVar[bool] = True
+    acknowledges: ClassVar[bool] = True
     named_loops: ClassVar[Mapping[Path, str]] = {}
 
     @property
@@ -366,6 +370,7 @@ class Nextion(_OfOneLoop):
     )
     port: _Port = Field(0, description=_PORT)
     least: ClassVar[Least] = Least(5300, 1460)
+    acknowledges: ClassVar[bool] = True
 
     @property
     def line(self) -> Line:
@@ -425,6 +430,7 @@ class Gcode(_Interface):
     ] = Field({}, description="The stepper that feeds, E.", validate_default=True)
     least: ClassVar[Least] = Least(6050, 480)
     is_host: ClassVar[bool] = True
+    acknowledges: ClassVar[bool] = True
 
     @property
     def line(self) -> Line:

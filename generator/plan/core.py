@@ -8,11 +8,12 @@ from heatwright.generator.plan.loop.names import LoopSummary
 from heatwright.generator.plan.numbers import TICK_MS, c_float, quantity, steps
 from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, pair
 from heatwright.generator.plan.source import Source
+from heatwright.generator.plan.text import derivation_words
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, proofs
 from heatwright.spec.board.timers import looks, tick_interval
 from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import keypad_of, lockout_of, modbus_of
+from heatwright.spec.commands import keypad_of, modbus_of
 from heatwright.spec.inputs import tripping
 from heatwright.spec.rules import NO_LOCKOUT, Rule
 from heatwright.spec.self_checks import proves_watchdog, self_checked
@@ -58,7 +59,7 @@ def start(root: Source, reset_lines: list[str]) -> Part:
         reset_lines=reset_lines,
         causes="MCUCSR" if controller.board.is_old else "MCUSR",
         has_usb=controller.board.mcu == "atmega32u4",
-        locks_power=lockout_of(controller) is not None and keypad_of(controller) is None,
+        locks_power=controller.lockout is not None and keypad_of(controller) is None,
         proves=proves_watchdog(controller),
         checked_where=root.at("safety", "self_checks").where,
     )
@@ -237,7 +238,7 @@ def fault(root: Source, loops: list[LoopSummary]) -> Part:
 
 def lockout_ends(controller: Controller) -> str:
     """Say how a person at the machine ends a lock-out; "" if the controller has none."""
-    spec = lockout_of(controller)
+    spec = controller.lockout
     if spec is None:
         return ""
     if keypad_of(controller) is not None:
@@ -258,14 +259,17 @@ class LockoutNames:
 
 def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     """Return the lock-out's values and constants."""
-    spec, at = lockout_of(root.controller), root.at("safety", "lockout")
+    spec, at = root.controller.lockout, root.at("safety", "lockout")
     if spec is None:
         return None, ()
     keys = keypad_of(root.controller) is not None
+    trips, within = (derivation_words(spec.derived.get(key)) for key in ("trips", "within"))
     constants = [
-        at.at("trips").count("LOCKOUT_TRIPS", spec.trips, "then only a person acknowledges"),
+        at.at("trips").count(
+            "LOCKOUT_TRIPS", spec.trips, f"then only a person acknowledges{trips}"
+        ),
         at.at("within").count(
-            "LOCKOUT_WITHIN_S", int(spec.within_s), "older trips are not counted"
+            "LOCKOUT_WITHIN_S", int(spec.within_s), f"older trips are not counted{within}"
         ),
     ]
     if keys:

@@ -35,3 +35,8 @@ def markdown(text: str) -> str:
     """Escape every character that has a meaning in Markdown or HTML."""
     shown = "".join(character if character.isprintable() else "?" for character in text)
     return _MARKDOWN.sub(r"\\\1", shown)
+
+
+def derivation_words(derivation: str | None) -> str:
+    """Return how a number was derived, for the end of its comment; "" if it was given."""
+    return f", derived from the plant: {ascii_units(derivation)}" if derivation else ""

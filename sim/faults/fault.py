@@ -59,9 +59,8 @@ class Fault:
     the loop's sensor may differ from its tip; others_lie -- other loops whose sensors may, and
     monitors, as monitor_NAME; current_lies -- a measured current may differ from the real one.
     again -- acknowledge while the cause lasts; insisted -- do so at each trip and command heat,
-    until the lock-out; patient -- do so only once the tip falls too slowly for `rise_rate`, which
-    gives most heat, and judge the peaks. floats -- heaters' pins may be left undriven; resistors
-    keep them off.
+    until the lock-out, each time once the tip falls too slowly for `rise_rate`, which gives most
+    heat. floats -- heaters' pins may be left undriven; resistors keep them off.
     judge -- checks the world at the end; returns what is wrong, or "".
     """
 
@@ -79,7 +78,6 @@ class Fault:
     current_lies: bool = False
     again: bool = False
     insisted: bool = False
-    patient: bool = False
     floats: bool = False
     may: tuple[str, ...] = ()
     judge: Judge = no_complaint

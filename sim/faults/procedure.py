@@ -13,7 +13,7 @@ Many faults are also acknowledged earlier, while the cause lasts: the rules then
 trips again. One fault is acknowledged repeatedly, until the lock-out needs a person at the machine.
 From each trip to its acknowledgement no heater's pin may be on for a single cycle. No node of the
 machine may become hotter than its limit (`bears`), until the heat has spread after the first trip,
-or after the last trip of a `patient` fault.
+or after the last repeated trip.
 """
 
 import math
@@ -38,7 +38,6 @@ from heatwright.sim.faults.world import SPREAD, World, below
 from heatwright.sim.judges.interlock import overlaps
 from heatwright.spec import Frozen, Heating, Protection
 from heatwright.spec.checks import check
-from heatwright.spec.commands import lockout_of
 from heatwright.spec.controller import Lockout
 from heatwright.spec.rules import RULES
 
@@ -51,7 +50,6 @@ after at most ten ticks of start-up) and a record in the EEPROM (one byte a tick
 INSISTED_S = 1800.0
 """How long acknowledgements are repeated, if the lock-out does not refuse them before."""
 REFUSED_S = 30.0
-MILDER = "write a lower safety.lockout.trips, or use a heater of less power"
 
 SHOWN_S = 0.1
 """Much longer than the gate takes to switch a heater off."""
@@ -147,7 +145,8 @@ class _Trial:
         self.first = self._wait(self.cause_s, "")
         self.counting = witness.counting(self.world)
         self._judge_heater()
-        self._judge_peaks()  # not later: a switch that has failed closed continues to heat
+        if self.first is None or not self.fault.insisted:
+            self._judge_peaks()  # not later: a switch that has failed closed continues to heat
         if self.first is None:
             return
         self._holds(self.first, "after the trip")
@@ -290,9 +289,10 @@ class _Trial:
         self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")
-        self.world.until(SPREAD, SPREADING_S)
+        if not self.fault.insisted:  # who insists does not wait
+            self.world.until(SPREAD, SPREADING_S)
 
-    def _judge_peaks(self, *, insisted: bool = False) -> None:
+    def _judge_peaks(self) -> None:
         """Check that no node became hotter than its limit; report only the first one."""
         self.peak_c = max(self.peak_c, self.world.peak_c)
         self.world.peaks.end()
@@ -303,12 +303,14 @@ class _Trial:
                 self._wrong(
                     f"{node} reached {peak_c:.1f} °C but its limit is {bears_c:.1f} °C. If it "
                     f"withstands that, write simulation.plant.bears: {{{node}: {math.ceil(peak_c)} "
-                    f"°C}}. Otherwise {MILDER if insisted else self._remedy(node, bears_c)}"
+                    f"°C}}. Otherwise {self._remedy(node, bears_c)}"
                 )
                 return
 
     def _remedy(self, node: str, bears_c: float) -> str:
         """Return advice: the value of a key that would have kept a node from becoming too hot."""
+        if self.fault.insisted:
+            return "write a lower safety.lockout.trips, or use a heater of less power"
         off_s = self.world.peaks.latest_off_s(node, bears_c)
         rule = RULES[self.first.code].id if self.first else None
         late_s = (
@@ -391,20 +393,16 @@ class _Trial:
 
         Return the fault that is latched at the end, or None.
         """
-        world, lockout = self.world, lockout_of(self.world.site.controller)
-        if self.fault.patient:
-            world.watch_peaks()
+        world, lockout = self.world, self.world.site.controller.lockout
         ends_s = world.now_s + INSISTED_S
         while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
             if world.is_locked_out:
                 ends_s = min(ends_s, world.now_s + REFUSED_S)
-            if self.fault.patient:
-                self._falls_slowly()
+            self._falls_slowly()
             world.insist(highest_c(world.site))
             world.run(REST_S)
-        if self.fault.patient:
-            world.until(SPREAD, SPREADING_S)
-            self._judge_peaks(insisted=True)
+        world.until(SPREAD, SPREADING_S)
+        self._judge_peaks()
         trips = world.trips.since(self.cause_s)
         if lockout is not None and _goes_on(trips, lockout):
             self._wrong(f"{len(trips)} trips were acknowledged although the lock-out was due")

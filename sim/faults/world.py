@@ -35,7 +35,7 @@ from heatwright.sim.reference.outputs.output import heater_of
 from heatwright.sim.scenario import PRESS_S, Action
 from heatwright.spec import ThermalNetwork, modbus_of
 from heatwright.spec.board.timers import TICK_S
-from heatwright.spec.commands import gcode_of, lockout_of
+from heatwright.spec.commands import gcode_of
 
 __all__ = ["STEP_S", "Condition", "Known", "Site", "Weather", "Wiring", "World"]
 
@@ -417,7 +417,7 @@ class World:
     @property
     def is_locked_out(self) -> bool:
         """Whether only a person at the machine can acknowledge the latched fault (lock-out)."""
-        lockout = lockout_of(self.site.controller)
+        lockout = self.site.controller.lockout
         return lockout is not None and int(self.device.read("fault.trips")) >= lockout.trips
 
     def loop(self, member: str) -> float:

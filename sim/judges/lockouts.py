@@ -13,7 +13,7 @@ from heatwright.sim.reference.protection.lockout import Lockout
 from heatwright.sim.tape import Tape
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
-from heatwright.spec.commands import keypad_of, lockout_of
+from heatwright.spec.commands import keypad_of
 
 TRIPS = "fault.trips"
 
@@ -31,7 +31,7 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
 
     Raises KeyError: there is no such loop.
     """
-    spec = lockout_of(controller)
+    spec = controller.lockout
     if spec is None or TRIPS not in (log.dtype.names or ()):
         return
     step_us = period_us(controller.loops[loop])

@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import limits_adjustable, lockout_of, placed, programmed, tunable
+from heatwright.spec.commands import limits_adjustable, placed, programmed, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import SerialLog
 
@@ -105,7 +105,7 @@ def settings_bytes(controller: Controller) -> int:
     )
     return (
         RECORD_BYTES
-        + (lockout_of(controller) is not None)
+        + (controller.lockout is not None)
         + kept
         + sum(bool(each.selectable) for each in controller.thermometers.values())
     )

@@ -25,7 +25,8 @@ from heatwright.spec.physics.heated_loop import (
     heated_loop,
     most_borne,
 )
-from heatwright.spec.physics.stuck import BELOW_K, Lie, Times, ends_s, fallen, peaks_k, still
+from heatwright.spec.physics.stand import Stand, times_of
+from heatwright.spec.physics.stuck import BELOW_K, Lie, Spell, Times, ends_s, fallen, peaks_k, still
 from heatwright.spec.quantity import about, celsius, duration, number
 
 if TYPE_CHECKING:
@@ -60,6 +61,12 @@ HOST_LOST_AFTER_S = 600.0
 SMALL_FLASH_BYTES = 16 * 1024
 """Chips with this much flash or less get the rules of `effort` only if the spec names them."""
 
+_LOCKOUT = {"trips": "trips", "within_s": "within"}
+"""The lock-out's keys that are derived unless they are given, by field."""
+
+LONGEST_LOCKOUT_S = 43_200.0
+"""Longest time for which the lock-out counts trips."""
+
 _KNOWN: dict[str, dict[str, Limits]] = {}
 """Cache of derived rules by everything they depend on: simulating a plant is slow."""
 
@@ -82,9 +89,53 @@ def with_derived(controller: Controller) -> Controller:
     for name, loop in controller.loops.items():
         limited = _with_limits(controller, name, _minding_host(controller, name, loop))
         loops[name] = _with_effort(controller, name, limited)
-    if all(loops[name] is loop for name, loop in controller.loops.items()):
+    if any(loops[name] is not loop for name, loop in controller.loops.items()):
+        controller = controller.model_copy(update={"loops": ReadOnlyDict(loops)})
+    return _with_lockout(controller)
+
+
+def _with_lockout(controller: Controller) -> Controller:
+    """Derive how many trips the machine withstands, and for how long they must be counted.
+
+    Somebody who ignores the machine acknowledges each trip of a sensor that has fallen out.
+    """
+    lockout, simulation = controller.lockout, controller.simulation
+    if lockout is None or simulation is None:
         return controller
-    return controller.model_copy(update={"loops": ReadOnlyDict(loops)})
+    fields, words = type(lockout).model_fields, dict[str, str]()
+    values = {
+        key: fields[field].default
+        for field, key in _LOCKOUT.items()
+        if field not in lockout.model_fields_set or key in lockout.derived
+    }
+    for name, loop in controller.loops.items():
+        try:
+            heated = heated_loop(controller, name, simulation)
+            stand, times = Stand(loop, heated, heated.highest_c), times_of(loop)
+            _bear(stand, times, values, words)
+        except (ArithmeticError, AssertionError, LookupError, ValueError):
+            continue  # the checks report what is wrong with such a plant
+    if not words and not lockout.derived:
+        return controller
+    changed = {*words, *lockout.derived}
+    found = {field: values[key] for field, key in _LOCKOUT.items() if key in changed}
+    lockout = lockout.model_copy(update=found).derived_as(words)
+    safety = controller.safety.model_copy(update={"lockout": lockout})
+    return controller.model_copy(update={"safety": safety})
+
+
+def _bear(stand: Stand, times: Times, values: dict[str, float], words: dict[str, str]) -> None:
+    """Lower `trips` until a loop's nodes withstand them; raise `within` until it counts them."""
+    again_s = stand.again_s(times)
+    if values.get("within", math.inf) <= again_s < LONGEST_LOCKOUT_S / 2:
+        values["within"] = 60.0 * math.ceil(2 * again_s / 60)
+        words["within"] = f"trips may follow each other after {about(again_s)} s; twice that"
+    while values.get("trips", 1) > 1 and (peak := stand.insisted(times, int(values["trips"]) - 1)):
+        words["trips"] = (
+            f"at {values['trips']} trips {peak.node} would reach {about(peak.peak_c)} °C, "
+            f"and it withstands {about(peak.bears_c)} °C"
+        )
+        values["trips"] -= 1
 
 
 def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
@@ -384,7 +435,7 @@ class _Rules:
         plant, bears_k = heated.warm
         holding_percent = self._number("frozen", "holding_percent")
         time_s = ends_s(self._loop, lie, Times(within_s, for_s, holding_percent))
-        peaks = peaks_k(heated, plant, heated.warm_rest, lie, time_s)
+        peaks = peaks_k(heated, plant, heated.warm_rest, [Spell(lie, time_s)])
         return all(peak <= most for peak, most in zip(peaks, bears_k, strict=True))
 
     @staticmethod

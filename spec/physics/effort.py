@@ -335,8 +335,9 @@ class _Course:
 
         target_c -- its setpoint; None: the heater is off. Infinite if it stays beyond the band.
         """
-        plant, band, about_state = self._plant, self._band, state
-        without, added = plant.pushed(self._step_s, state)
+        plant, band = self._plant, self._band
+        about_state = plant.snapped(state)
+        without, added = plant.pushed(self._step_s, about_state)
         gain, arrived, sensed_c = plant.sensed_k(added), state, -math.inf
         effort, count, longest = 0.0, 0, 0
         from_c, is_there, is_on = -math.inf, False, True
@@ -344,8 +345,8 @@ class _Course:
             if place >= POINTS and not count:
                 break  # one that is switched may be beyond the band when all is steady
             if plant.bent(about_state, state):
-                about_state = state
-                without, added = plant.pushed(self._step_s, state)
+                about_state = plant.snapped(state)
+                without, added = plant.pushed(self._step_s, about_state)
                 gain = plant.sensed_k(added)
             free, power_w = apply(without, state), 0.0
             if target_c is not None:

@@ -4,6 +4,7 @@ Conduction is linear. Radiation, σ·ε·A·(Ta⁴ − Tb⁴) in kelvin, is repl
 q ≈ q₀ + ga·(θa − θa₀) − gb·(θb − θb₀) with g = 4·σ·ε·A·T³.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from heatwright.spec.base import ABSOLUTE_ZERO_C
@@ -46,6 +47,15 @@ class HeatFlows:
         for surface in self._radiation:
             self._add(conductances, constants, state, surface)
         return conductances, constants
+
+    def snapped(self, state: Vector) -> Vector:
+        """Return a state near by, the same one for many states, so that matrices are met again."""
+        near = [*state]
+        for i in self._radiating:
+            kelvin = self._kelvin(state[i])
+            place = round(math.log(kelvin) / math.log1p(BEND))
+            near[i] = (1 + BEND) ** place - self._ambient_k
+        return near
 
     def bent(self, about: Vector, state: Vector) -> bool:
         """Return whether a state is too far from the tangents' state for them to be exact."""

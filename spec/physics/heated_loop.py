@@ -195,6 +195,7 @@ class HeatedLoop:
             for peak_k, bears_c in zip(peaks, given, strict=True)
         ]
 
+    @cached_property
     def borne_k(self) -> dict[str, float]:
         """Limits of the nodes' temperatures, above the spec's ambient, K.
 

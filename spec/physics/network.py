@@ -192,6 +192,10 @@ class Heated:
             matrix[size][size] = -time_s / self.lag_s
         return matrix
 
+    def snapped(self, state: Vector) -> Vector:
+        """Return a state near by to linearise at, the same one for many states."""
+        return self._flows.snapped(state)
+
     def bent(self, about: Vector, state: Vector) -> bool:
         """Return whether a state is too far from the one at which a matrix was linearised."""
         return self._flows.bent(about, state)

@@ -1,11 +1,12 @@
 """How a loop heats its machine while its reading is wrong: without end, up to full power.
 
 If a reading is stuck a little below the setpoint, the duty grows with the integral; if it falls to
-ambient, the duty is full at once. Only rules that limit the time of heating end this.
+ambient, the duty is full at once. Only rules that limit the time of heating end this. Somebody may
+acknowledge the trip and command heat again, until the lock-out needs a person at the machine.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import NamedTuple
 
@@ -98,23 +99,68 @@ def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
     return min(counts_s) + loop.periods_s(2)
 
 
-def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, lie: Lie, time_s: float) -> Vector:
-    """Return each node's peak above ambient, if `lie` lasts `time_s` and the heat then spreads."""
-    step_s, state = min(time_s, LONGEST_S) / PIECES, start
+class Spell(NamedTuple):
+    """Power that a wrong reading causes for a time, and then none for at least `off_s`, s."""
+
+    lie: Lie
+    lasts_s: float
+    off_s: float = 0.0
+
+
+class Fall(NamedTuple):
+    """How the reading of a sensor that has fallen out falls to ambient.
+
+    fastest_k -- its fall in the first period, K; slow_s -- when it falls so slowly that `rise_rate`
+    lets somebody acknowledge, as in `verify`; still_s -- when it is constant.
+    """
+
+    fastest_k: float
+    slow_s: float
+    still_s: float
+
+
+def fall(loop: Loop, lag_s: float, above_k: float, step_k: float) -> Fall:
+    """Return how a reading falls from `above_k` above ambient in steps of `step_k`."""
+    if not lag_s:
+        return Fall(math.inf, 0.0, 0.0)
+    fastest_k = above_k * (1 - math.exp(-loop.periods_s(1) / lag_s))
+    slow_s = lag_s * math.log(max(1.0, 2 * fastest_k / loop.rise_per_period_k))
+    return Fall(fastest_k, slow_s, lag_s * math.log(max(1.0, above_k / step_k)))
+
+
+def insisted(loop: Loop, times: Times, first: Spell, again: int) -> list[Spell]:
+    """Return the spells if somebody acknowledges `again` times and commands full power."""
+    lie, period_s = fallen(loop.algorithm), loop.periods_s(1)
+    spell = Spell(lie, ends_s(loop, lie, times), period_s)
+    return [first._replace(off_s=max(period_s, first.off_s)), *[spell] * again]
+
+
+def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, spells: Sequence[Spell]) -> Vector:
+    """Return each node's peak above ambient, with spells of power whose heat then spreads."""
     size = len(start) - 1 - bool(plant.lag_s)
-    peaks, about = start[:size], start
+    peaks, rested, state = start[:size], start, start
+    for spell in spells:
+        for state in _given(heated, plant, rested, spell):
+            peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
+        rested = plant.advance(state, 0.0, spell.off_s)
+    for later in _spreading(plant, state):
+        peaks = [max(pair) for pair in zip(peaks, later[:size], strict=True)]
+    return peaks
+
+
+def _given(heated: HeatedLoop, plant: Heated, state: Vector, spell: Spell) -> Iterator[Vector]:
+    """Yield the states while a spell lasts."""
+    step_s, about = min(spell.lasts_s, LONGEST_S) / PIECES, state
     without, added = plant.pushed(step_s, about)
     for piece in range(PIECES):
         if plant.bent(about, state):
             about = state
             without, added = plant.pushed(step_s, about)
-        power_w = min(heated.power_w * lie.percent((piece + 0.5) * step_s) / 100, heated.full_w)
+        percent = spell.lie.percent((piece + 0.5) * step_s)
+        power_w = min(heated.power_w * percent / 100, heated.full_w)
         carried = apply(without, state)
         state = [old + power_w * each for old, each in zip(carried, added, strict=True)]
-        peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
-    for later in _spreading(plant, state):
-        peaks = [max(pair) for pair in zip(peaks, later[:size], strict=True)]
-    return peaks
+        yield state
 
 
 def _spreading(plant: Heated, state: Vector) -> Iterator[Vector]:

@@ -2,7 +2,7 @@
 
 import pytest
 from any_machine.drawing import MACHINES, machine
-from rig.firmware import controller_of, whole
+from rig.firmware import controller_of, edited, whole
 from rig.verified import Verdict, rehearsed, verified
 from suite import SEED, SIZE, amount
 
@@ -46,3 +46,19 @@ def test_drawn_ones_verify(number: int) -> None:
     spec = machine(number).spec
     found = verified(spec, amount("machine_faults"))
     assert found.red == (), f"SUITE_SEED={SEED} SUITE_SIZE={SIZE} make drawn ARGS='--only {number}'"
+
+
+def test_a_lock_out_comes_after_the_trips_that_the_machine_withstands() -> None:
+    """Those that are derived, and no more; a rule that takes hours is counted for longer."""
+    good = {name: text for name, text in MACHINES.items() if not expected(text)}
+    found = {name: load_text(text, name).controller.lockout for name, text in good.items()}
+    fewer = {name: each.trips for name, each in found.items() if each and "trips" in each.derived}
+    assert fewer == {"hatcher": 1, "tea_kettle": 2, "temperer": 2, "furnace": 2, "annealer": 2}
+    for name, trips in fewer.items():
+        more = edited(good[name], f"safety.lockout.trips: {trips + 1}")
+        with pytest.raises(SpecError, match=rf"lockout\.trips: .* Use at most {trips};"):
+            load_text(more, name)
+    slow = "{loops.milk.protection.heating.within: 2000 s, loops.milk.protection.frozen: 'off'}"
+    lockout = load_text(edited(good["yoghurt"], slow), "yoghurt").controller.lockout
+    assert lockout
+    assert lockout.within_s == 67 * 60  # twice 2 ks and three periods of 2 s

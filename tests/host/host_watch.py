@@ -23,7 +23,6 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.protection.limiter import HALF, TWO, Limiter
 from heatwright.spec import Input, Proof, proofs
 from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import lockout_of
 
 Part = tuple[int, int]
 """What is on the line, or which inputs are open, by their bits; and for how many ticks."""
@@ -351,7 +350,7 @@ def restored_problem(host: Host) -> str:
 def lockout_problem(host: Host) -> str:
     """Say the first thing that is wrong; empty if nothing."""
     controller = host.build.controller
-    lockout = lockout_of(controller)
+    lockout = controller.lockout
     if lockout is None:
         return ""
     for rule in rules_of(controller):

@@ -38,7 +38,6 @@ from heatwright.sim.host import Host
 from heatwright.sim.host.firmware import INPUT
 from heatwright.sim.reference import Reference
 from heatwright.spec import Spec, load_text
-from heatwright.spec.commands import lockout_of
 
 KEPT: dict[type[Kept], tuple[str, ...]] = {
     Programs: ("few", "many", "usual"),
@@ -78,7 +77,7 @@ def test_names_and_widths_are_those_of_the_reference(hosts, name):
     state = hosts(name).type
     found = {member: state[member].str.lstrip("<|") for member in state.names}
     assert found.pop("fault.time_s") == "u4"  # for the log, of no effect
-    counts = {"fault.trips": "u1"} if lockout_of(controller) is not None else {}
+    counts = {"fault.trips": "u1"} if controller.lockout is not None else {}
     members |= counts  # of the controller, held to its model by heatwright.sim.judges.lockouts
     assert ("ready" in found) == (name in host_specs.HOSTED)
     assert ("state" in found) == (name in host_specs.SWITCHED)

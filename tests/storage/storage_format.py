@@ -8,7 +8,7 @@ from heatwright.sim.interfaces.modbus_rtu.frames import crc
 from heatwright.spec import Controller, digest
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.board.eeprom import layout
-from heatwright.spec.commands import limits_adjustable, lockout_of, tunable
+from heatwright.spec.commands import limits_adjustable, tunable
 
 BLANK = 0xFF
 SETTINGS_STRIDE = 64
@@ -104,7 +104,7 @@ class Memory:
         self.has_maximum = loop.protection.maximum_adjustable
         self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
         self.numbers = numbers_of(controller, name)
-        self._counts_trips = lockout_of(controller) is not None
+        self._counts_trips = controller.lockout is not None
         self._settings = struct.Struct(
             f"<B4sHBB{'B' * self._counts_trips}fI"
             + "f" * (self.has_setpoint + 3 * self.has_gains + 3 * self.has_limits)

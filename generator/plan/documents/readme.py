@@ -22,7 +22,6 @@ from heatwright.spec.breakable import rules_of
 from heatwright.spec.commands import (
     gcode_of,
     keypad_of,
-    lockout_of,
     modbus_of,
     nextion_of,
     placed,
@@ -132,7 +131,7 @@ class ReadmeLockout:
 
 
 def _lockout(controller: Controller) -> ReadmeLockout | None:
-    lockout = lockout_of(controller)
+    lockout = controller.lockout
     if lockout is None:
         return None
     within = quantity(lockout.within_s, "s")

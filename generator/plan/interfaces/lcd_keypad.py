@@ -15,7 +15,7 @@ from heatwright.generator.plan.protection.monitors import shown as plan_warning
 from heatwright.generator.plan.source import Source
 from heatwright.spec import LcdKeypad, Loop
 from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import lockout_of, minds_host, must_release
+from heatwright.spec.commands import minds_host, must_release
 from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 from heatwright.spec.rules import Rule
@@ -45,7 +45,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
     keypad = KeypadNames(
         where=source.where,
         shared_adc=has_sensors(controller),
-        lockout=lockout_of(controller) is not None,
+        lockout=controller.lockout is not None,
         repeats=by_program or interface.countdown is not None,
     )
     constants = (
@@ -135,7 +135,7 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         countdown=interface.countdown is not None,
         numbers=adjusted.named(source, interface.loop, prefix_of(interface.loop)),
         monitors=bool(controller.monitors),
-        lockout=lockout_of(controller) is not None,
+        lockout=controller.lockout is not None,
     )
     whole = all(
         value.is_integer()

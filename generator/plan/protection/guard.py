@@ -6,7 +6,7 @@ from heatwright.generator.plan.algorithms.common import per_step
 from heatwright.generator.plan.numbers import c_float, filter_share, quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
-from heatwright.generator.plan.text import ascii_units
+from heatwright.generator.plan.text import derivation_words
 from heatwright.spec import Frozen, Loop, Protection
 from heatwright.spec.loops import Effort, Limits
 from heatwright.spec.quantity import about
@@ -145,7 +145,7 @@ def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Con
     for end, (share, season) in _ends(effort).items() if not bent else ():
         words = (
             f"{quantity(share, '%')} of the plant's power in {season}, % of full power per K"
-            f"{_words(effort.derived.get(end))}"
+            f"{derivation_words(effort.derived.get(end))}"
         )
         name, at = f"{prefix}_EFFORT_{end.upper()}", source.at(end)
         limits += [
@@ -161,7 +161,10 @@ def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Con
         ),
         source.number(f"{prefix}_EFFORT_MOVE_K", band.move_k, "a smaller change is ignored"),
         source.at("for").steps(
-            f"{prefix}_EFFORT_STEPS", effort.for_s, loop, _words(effort.derived.get("for"))
+            f"{prefix}_EFFORT_STEPS",
+            effort.for_s,
+            loop,
+            derivation_words(effort.derived.get("for")),
         ),
     ]
 
@@ -170,7 +173,9 @@ def _holding(source: Source, frozen: Frozen, prefix: str) -> list[Constant]:
     """The duty that holding the temperature may need, if the spec has one."""
     if frozen.holding_percent == 0:
         return []
-    derivation = quantity(frozen.holding_percent, "%") + _words(frozen.derived.get("holding"))
+    derivation = quantity(frozen.holding_percent, "%") + derivation_words(
+        frozen.derived.get("holding")
+    )
     name = f"{prefix}_FROZEN_HOLDING_PERCENT"
     return [source.at("frozen", "holding").number(name, frozen.holding_percent, derivation)]
 
@@ -178,8 +183,4 @@ def _holding(source: Source, frozen: Frozen, prefix: str) -> list[Constant]:
 def _from_plant(protection: Protection, path: tuple[str, ...]) -> str:
     """Say how a number was derived from the plant; empty if it was not."""
     limits = getattr(protection, path[0], None)
-    return _words(limits.derived.get(path[-1])) if isinstance(limits, Limits) else ""
-
-
-def _words(derivation: str | None) -> str:
-    return f", derived from the plant: {ascii_units(derivation)}" if derivation else ""
+    return derivation_words(limits.derived.get(path[-1])) if isinstance(limits, Limits) else ""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Protocol
 from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import modbus_of
 from heatwright.spec.adjusted import KINDS
-from heatwright.spec.commands import lockout_of
 
 if TYPE_CHECKING:
     from heatwright.sim.faults.site import Site
@@ -34,7 +33,7 @@ def release(world: World) -> None:
 
     Raises LookupError if the controller has no lock-out.
     """
-    lockout = lockout_of(world.site.controller)
+    lockout = world.site.controller.lockout
     if lockout is None:
         raise LookupError("This controller has no lock-out.")
     if world.site.has_keys:

@@ -10,7 +10,6 @@ from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.machine import room_k
 from heatwright.sim.faults.usual import harmless, watched
 from heatwright.sim.faults.world import Site
-from heatwright.spec.commands import lockout_of
 
 BEYOND_K = 3.0
 
@@ -60,5 +59,5 @@ def _fallen_out(site: Site) -> Iterator[Fault]:
         return watched(site, name, cause, cause.mend)
 
     yield falls("fallen_out")
-    if lockout_of(site.controller) is not None:
+    if site.controller.lockout is not None:
         yield replace(falls("fallen_out_insisted"), again=False, insisted=True)

@@ -2,7 +2,6 @@
 
 from heatwright.sim.reference.numbers import SECOND_US, TICK_US
 from heatwright.spec import Controller
-from heatwright.spec.commands import lockout_of
 from heatwright.spec.rules import NO_LOCKOUT, RULES
 
 UNCOUNTED = tuple(code for code, rule in RULES.items() if rule.id in NO_LOCKOUT)
@@ -16,7 +15,7 @@ class Lockout:
 
     def __init__(self, controller: Controller) -> None:
         """Start without a trip."""
-        self._spec = lockout_of(controller)
+        self._spec = controller.lockout
         self._tripped_s = 0
         self.trips = 0
 

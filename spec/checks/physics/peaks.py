@@ -1,48 +1,25 @@
-"""How hot a machine's nodes become while its sensor reads wrong, compared with their limits.
+"""Compares how hot a machine's nodes become, while its sensor reads wrong, with their limits.
 
-Two faults are tried: the reading is stuck a little below the setpoint, or the sensor has fallen out
-and reads the surroundings. The heater stays on until a rule trips that limits this time.
+If they withstand one wrong reading, somebody acknowledges each trip of a sensor that has fallen
+out, and commands heat, until the lock-out refuses it.
 """
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.physics.machine import Machine
 from heatwright.spec.commands import commanded
-from heatwright.spec.controller import Controller
+from heatwright.spec.controller import Controller, Lockout
 from heatwright.spec.loops import Loop
 from heatwright.spec.physics.heated_loop import HeatedLoop, most_borne
-from heatwright.spec.physics.matrices import Vector
-from heatwright.spec.physics.stuck import BELOW_K, Lie, Times, ends_s, fallen, peaks_k, still
+from heatwright.spec.physics.stand import Peak, Stand, times_of
+from heatwright.spec.physics.stuck import Times
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, duration
 
 SHARE = 0.02
 """Largest error of these peaks compared with `verify`, as a share of the rise above ambient."""
-
-
-class _Case(NamedTuple):
-    """A sensor that reads wrong.
-
-    counts_from_s -- when the time of `frozen` begins: once the reading is constant.
-    else_s -- when a rule trips that does not depend on the time of heating.
-    """
-
-    words: str
-    lie: Lie
-    counts_from_s: float = 0.0
-    else_s: float = math.inf
-
-
-class _Peak(NamedTuple):
-    """A node that becomes too hot, its highest temperature, and its limit."""
-
-    node: str
-    peak_c: float
-    bears_c: float
-    words: str
 
 
 def nodes_bear_the_maximum(machine: Machine, heated: HeatedLoop) -> Findings:
@@ -71,69 +48,46 @@ def lying_sensors_are_borne(
         return  # another check reports it; the nodes' limits follow from a valid maximum
     name = str(machine.path[1])
     top_c = heated.highest_c if commanded(controller, name) else loop.setpoint.initial_c
-    stand = _Stand(loop, heated, min(top_c, heated.highest_c))
-    found = stand.worst(_times(loop), SHARE)
+    stand, times = Stand(loop, heated, min(top_c, heated.highest_c)), times_of(loop)
+    found = stand.worst(times, SHARE)
+    if found is not None:
+        yield Finding(*_told(machine, stand, found), machine.because_of)
+    elif controller.lockout is not None:
+        yield from _insistence_is_borne(machine, stand, times, controller.lockout)
+
+
+def _insistence_is_borne(
+    machine: Machine, stand: Stand, times: Times, lockout: Lockout
+) -> Findings:
+    """Find a lock-out that forgets trips too soon, or comes after too many."""
+    because = (*machine.because_of, (*machine.path, "protection"))
+    again_s = stand.again_s(times)
+    if lockout.within_s <= again_s < math.inf:
+        yield Finding(
+            ("safety", "lockout", "within"),
+            f"with a sensor that has fallen out, trips follow each other after up to "
+            f"{about(again_s)} s, so the lock-out never counts more than one",
+            f"Use at least {duration(60.0 * math.ceil((again_s + 1) / 60))}",
+            because,
+        )
+        return
+    found = stand.insisted(times, lockout.trips - 1)
     if found is None:
         return
-    yield Finding(*_told(machine, stand, found), machine.because_of)
+    trips = range(lockout.trips - 1, 0, -1)
+    allowed = next(n for n in trips if stand.insisted(times, n - 1) is None)
+    yield Finding(
+        ("safety", "lockout", "trips"),
+        f"if somebody acknowledges each trip of a sensor that has fallen out, until the lock-out "
+        f"after {lockout.trips} trips, {found.node} reaches {about(found.peak_c)} °C, and it "
+        f"withstands {about(found.bears_c)} °C",
+        f"Use at most {allowed}; or, if it withstands more, write simulation.plant.bears: "
+        f"{{{found.node}: {math.ceil(found.peak_c)} °C}}",
+        because,
+    )
 
 
-class _Stand:
-    """A loop in the steady state between ambient and a setpoint, whose sensor then reads wrong."""
-
-    def __init__(self, loop: Loop, heated: HeatedLoop, setpoint_c: float) -> None:
-        self.loop, self.heated = loop, heated
-        self._below_k = max(0.0, min(BELOW_K, setpoint_c - heated.ambient_c))
-        self._fallen_k = max(0.0, setpoint_c - self._below_k - heated.ambient_c)
-        self._start = heated.plant.rest(self._fallen_k)
-        self._borne_k = heated.borne_k()
-        self._cases = list(self._lies())
-
-    def _lies(self) -> Iterator[_Case]:
-        algorithm = self.loop.algorithm
-        if self._below_k > 0:
-            yield _Case("whose reading is stuck", still(algorithm, 0.0, self._below_k))
-        loop, lag_s = self.loop, self.heated.plant.lag_s
-        fastest_k = self._fallen_k * (1 - math.exp(-loop.period_s / lag_s)) if lag_s else math.inf
-        protection = loop.protection
-        if (
-            fastest_k > loop.rise_per_period_k
-            or self.heated.ambient_c <= protection.minimum_c
-            or self._fallen_k <= self.heated.step_k
-        ):
-            return
-        falls_s = lag_s * math.log(self._fallen_k / self.heated.step_k)
-        else_s = math.inf
-        if protection.runaway is not None and (protection.runaway.below_k or 0.0) >= self._below_k:
-            else_s = falls_s + protection.runaway.for_s
-        yield _Case("that has fallen out", fallen(algorithm), falls_s, else_s)
-
-    def worst(self, times: Times, share: float = 0.0) -> _Peak | None:
-        """Return the node furthest above its limit; None if all stay within `share` of theirs."""
-        peaks = [peak for case in self._cases for peak in self._too_hot(case, times, share)]
-        return max(peaks, key=lambda peak: peak.peak_c - peak.bears_c, default=None)
-
-    def peak_c(self, node: str, times: Times) -> float:
-        """Return how hot a node becomes in the worst case, °C."""
-        place = self.heated.nodes.index(node)
-        peaks = (self._peaks_k(case, times)[place] for case in self._cases)
-        return self.heated.ambient_c + max(peaks)
-
-    def _peaks_k(self, case: _Case, times: Times) -> Vector:
-        later = times._replace(for_s=times.for_s + case.counts_from_s)
-        time_s = min(ends_s(self.loop, case.lie, later), case.else_s)
-        return peaks_k(self.heated, self.heated.plant, self._start, case.lie, time_s)
-
-    def _too_hot(self, case: _Case, times: Times, share: float) -> Iterator[_Peak]:
-        heated = self.heated
-        for node, peak_k in zip(heated.nodes, self._peaks_k(case, times), strict=True):
-            most_k = self._borne_k.get(node, math.inf)
-            if peak_k > most_k * (1 + share):
-                ambient_c = heated.ambient_c
-                yield _Peak(node, ambient_c + peak_k, ambient_c + most_k, case.words)
-
-
-def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str]:
+def _told(machine: Machine, stand: Stand, found: Peak) -> tuple[Path, str, str]:
     """Return the key to change, the reason, and the remedy with a number that is enough."""
     path = (*machine.path, "protection")
     reason = (
@@ -156,9 +110,9 @@ def _told(machine: Machine, stand: _Stand, found: _Peak) -> tuple[Path, str, str
     )
 
 
-def _numbers(loop: Loop, stand: _Stand) -> Iterator[tuple[tuple[str, str], Times, float]]:
+def _numbers(loop: Loop, stand: Stand) -> Iterator[tuple[tuple[str, str], Times, float]]:
     """Yield each rule's longest time that protects all nodes and never trips a healthy machine."""
-    now, heated = _times(loop), stand.heated
+    now, heated = times_of(loop), stand.heated
     heating, frozen = loop.protection.heating, loop.protection.frozen
     if heating is not None:
         needs_s = heated.slowest_rise(heating.rise_k)[0] + heated.late_s
@@ -177,7 +131,7 @@ def _numbers(loop: Loop, stand: _Stand) -> Iterator[tuple[tuple[str, str], Times
 
 
 def _longest(
-    stand: _Stand,
+    stand: Stand,
     key: tuple[str, str],
     needs_s: float,
     now_s: float,
@@ -190,12 +144,3 @@ def _longest(
     rounded_s = math.floor(low_s / unit) * unit
     if rounded_s > needs_s:
         yield key, times(rounded_s), float(f"{rounded_s:.3g}")
-
-
-def _times(loop: Loop) -> Times:
-    heating, frozen = loop.protection.heating, loop.protection.frozen
-    return Times(
-        math.inf if heating is None else heating.within_s,
-        math.inf if frozen is None else frozen.for_s,
-        100.0 if frozen is None else frozen.holding_percent,
-    )

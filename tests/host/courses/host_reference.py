@@ -20,7 +20,6 @@ from heatwright.sim.reference.programs.state import ProgramState
 from heatwright.sim.reference.protection.lockout import Lockout
 from heatwright.sim.reference.sensors.current import IdealSensor
 from heatwright.spec import Controller, DigitalOutput, monitors_of
-from heatwright.spec.commands import lockout_of
 
 TICK_US = 10_000
 HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64
@@ -98,7 +97,7 @@ class Way:
         self._was_open = False
         self._inputs = list(controller.safety.inputs.values())
         self._lockout = Lockout(controller)
-        self._locks_out = lockout_of(controller) is not None
+        self._locks_out = controller.lockout is not None
         if restored is not None:
             self._lockout.count(restored.fault_code, 0)
             self._reference.restore(restored.fault_code, restored.fault_c)
