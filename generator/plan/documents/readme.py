@@ -125,8 +125,7 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
 class ReadmeLockout:
     """The values for the README about the lock-out."""
 
-    trips: int
-    within: str
+    after: str
     ends: str
 
 
@@ -135,7 +134,12 @@ def _lockout(controller: Controller) -> ReadmeLockout | None:
     if lockout is None:
         return None
     within = quantity(lockout.within_s, "s")
-    return ReadmeLockout(lockout.trips, within, lockout_ends(controller))
+    after = (
+        f"after {lockout.trips} faults of the machine, each less than {within} after the one before"
+    )
+    if lockout.trips == 1:
+        after = "after each fault of the machine"
+    return ReadmeLockout(after, lockout_ends(controller))
 
 
 def _numbers(controller: Controller) -> list[str]:
