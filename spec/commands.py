@@ -63,6 +63,14 @@ def commanded(controller: Controller, loop_name: str) -> bool:
     return by_host(controller, loop_name) or switched(controller, loop_name)
 
 
+def setpoints_c(controller: Controller, loop_name: str) -> tuple[float, float]:
+    """Return the lowest and the highest setpoint that a loop may have while it heats, °C."""
+    setpoint = controller.loops[loop_name].setpoint
+    if commanded(controller, loop_name):
+        return setpoint.minimum_c, setpoint.maximum_c
+    return setpoint.initial_c, setpoint.initial_c
+
+
 def by_host(controller: Controller, loop_name: str) -> bool:
     """Return whether a host of G-code commands a loop."""
     gcode = gcode_of(controller)

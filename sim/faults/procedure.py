@@ -48,7 +48,7 @@ REST_S = 2.0
 after at most ten ticks of start-up) and a record in the EEPROM (one byte a tick)."""
 
 INSISTED_S = 1800.0
-"""How long acknowledgements are repeated, if the lock-out does not refuse them before."""
+"""How long acknowledgements are repeated at least, if the lock-out does not refuse them before."""
 REFUSED_S = 30.0
 
 SHOWN_S = 0.1
@@ -309,7 +309,8 @@ class _Trial:
 
     def _remedy(self, node: str, bears_c: float) -> str:
         """Return advice: the value of a key that would have kept a node from becoming too hot."""
-        if self.fault.insisted:
+        lockout = self.world.site.controller.lockout
+        if self.fault.insisted and lockout is not None and lockout.trips > 1:
             return "write a lower safety.lockout.trips, or use a heater of less power"
         off_s = self.world.peaks.latest_off_s(node, bears_c)
         rule = RULES[self.first.code].id if self.first else None
@@ -394,7 +395,8 @@ class _Trial:
         Return the fault that is latched at the end, or None.
         """
         world, lockout = self.world, self.world.site.controller.lockout
-        ends_s = world.now_s + INSISTED_S
+        most_s = (lockout.trips if lockout else 1) * (longest_rule_s(world.site) + LATE_S)
+        ends_s = world.now_s + max(INSISTED_S, most_s)
         while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
             if world.is_locked_out:
                 ends_s = min(ends_s, world.now_s + REFUSED_S)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -25,12 +25,13 @@ from heatwright.spec.physics.heated_loop import (
     heated_loop,
     most_borne,
 )
-from heatwright.spec.physics.stand import Stand, times_of
+from heatwright.spec.physics.stand import Stand, counted_for_s, times_of
 from heatwright.spec.physics.stuck import BELOW_K, Lie, Spell, Times, ends_s, fallen, peaks_k, still
 from heatwright.spec.quantity import about, celsius, duration, number
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
+    from heatwright.spec.simulation import Simulation
 
 
 LOSSES = 1.5
@@ -60,12 +61,6 @@ HOST_LOST_AFTER_S = 600.0
 
 SMALL_FLASH_BYTES = 16 * 1024
 """Chips with this much flash or less get the rules of `effort` only if the spec names them."""
-
-_LOCKOUT = {"trips": "trips", "within_s": "within"}
-"""The lock-out's keys that are derived unless they are given, by field."""
-
-LONGEST_LOCKOUT_S = 43_200.0
-"""Longest time for which the lock-out counts trips."""
 
 _KNOWN: dict[str, dict[str, Limits]] = {}
 """Cache of derived rules by everything they depend on: simulating a plant is slow."""
@@ -102,40 +97,42 @@ def _with_lockout(controller: Controller) -> Controller:
     lockout, simulation = controller.lockout, controller.simulation
     if lockout is None or simulation is None:
         return controller
-    fields, words = type(lockout).model_fields, dict[str, str]()
-    values = {
-        key: fields[field].default
-        for field, key in _LOCKOUT.items()
-        if field not in lockout.model_fields_set or key in lockout.derived
-    }
-    for name, loop in controller.loops.items():
-        try:
-            heated = heated_loop(controller, name, simulation)
-            stand, times = Stand(loop, heated, heated.highest_c), times_of(loop)
-            _bear(stand, times, values, words)
-        except (ArithmeticError, AssertionError, LookupError, ValueError):
-            continue  # the checks report what is wrong with such a plant
-    if not words and not lockout.derived:
+    stands, fields = list(_stands(controller, simulation)), type(lockout).model_fields
+    words, found = dict.fromkeys(lockout.derived, "as usual"), dict[str, float]()
+    trips, within_s = lockout.trips, lockout.within_s
+    if "trips" not in lockout.model_fields_set or "trips" in lockout.derived:
+        trips = found["trips"] = fields["trips"].default
+        for stand, times in stands:
+            while trips > 1 and (peak := stand.insisted(times, trips)):
+                words["trips"] = (
+                    f"at {trips} trips {peak.node} would reach {about(peak.peak_c)} °C, and it "
+                    f"withstands {about(peak.bears_c)} °C"
+                )
+                trips = found["trips"] = trips - 1
+    if trips > 1 and ("within_s" not in lockout.model_fields_set or "within" in lockout.derived):
+        within_s = usual_s = fields["within_s"].default
+        for stand, times in stands:
+            within_s = max(within_s, counted_for_s(stand, times, usual_s) or usual_s)
+        found["within_s"] = within_s
+        if within_s > usual_s:
+            words["within"] = "a trip that comes later finds the machine cool enough"
+    if not words:
         return controller
-    changed = {*words, *lockout.derived}
-    found = {field: values[key] for field, key in _LOCKOUT.items() if key in changed}
     lockout = lockout.model_copy(update=found).derived_as(words)
     safety = controller.safety.model_copy(update={"lockout": lockout})
     return controller.model_copy(update={"safety": safety})
 
 
-def _bear(stand: Stand, times: Times, values: dict[str, float], words: dict[str, str]) -> None:
-    """Lower `trips` until a loop's nodes withstand them; raise `within` until it counts them."""
-    again_s = stand.again_s(times)
-    if values.get("within", math.inf) <= again_s < LONGEST_LOCKOUT_S / 2:
-        values["within"] = 60.0 * math.ceil(2 * again_s / 60)
-        words["within"] = f"trips may follow each other after {about(again_s)} s; twice that"
-    while values.get("trips", 1) > 1 and (peak := stand.insisted(times, int(values["trips"]) - 1)):
-        words["trips"] = (
-            f"at {values['trips']} trips {peak.node} would reach {about(peak.peak_c)} °C, "
-            f"and it withstands {about(peak.bears_c)} °C"
-        )
-        values["trips"] -= 1
+def _stands(controller: Controller, simulation: Simulation) -> Iterator[tuple[Stand, Times]]:
+    """Yield what is known of each loop whose plant the checks accept."""
+    from heatwright.spec.commands import setpoints_c  # noqa: PLC0415 - it imports the controller
+
+    for name, loop in controller.loops.items():
+        try:
+            heated = heated_loop(controller, name, simulation)
+            yield Stand(loop, heated, setpoints_c(controller, name)), times_of(loop)
+        except (ArithmeticError, AssertionError, LookupError, ValueError):
+            continue  # the checks report what is wrong with such a plant
 
 
 def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:

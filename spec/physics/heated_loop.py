@@ -199,8 +199,8 @@ class HeatedLoop:
     def borne_k(self) -> dict[str, float]:
         """Limits of the nodes' temperatures, above the spec's ambient, K.
 
-        Only of this loop's own nodes if others heat the machine, too. The higher limit of a warm
-        day and a day at the spec's ambient.
+        If others heat the machine, too, only of this loop's own nodes and of those whose limit is
+        given. The higher limit of a warm day and a day at the spec's ambient.
         """
         warm_c = max(SUMMER_C, self.ambient_c)
         days = [(warm_c - self.ambient_c, self.warm[1])]
@@ -210,7 +210,7 @@ class HeatedLoop:
         return {
             node: max(above_k + bears_k[place] for above_k, bears_k in days)
             for place, node in enumerate(self.nodes)
-            if node in own or not self._neighbours
+            if node in own or node in self.given_c or not self._neighbours
         }
 
     def borne_w(self) -> float:

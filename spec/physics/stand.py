@@ -6,7 +6,7 @@ may acknowledge each trip of a sensor that has fallen out, and command heat.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from heatwright.spec.loops import Loop
@@ -14,6 +14,7 @@ from heatwright.spec.physics.heated_loop import HeatedLoop
 from heatwright.spec.physics.matrices import Vector
 from heatwright.spec.physics.stuck import (
     BELOW_K,
+    Fall,
     Lie,
     Spell,
     Times,
@@ -22,23 +23,31 @@ from heatwright.spec.physics.stuck import (
     fallen,
     insisted,
     peaks_k,
+    slow_fall_k,
     still,
 )
+
+MANY = 20
+"""Trips after which the peaks of one that follows another no longer grow."""
+
+LONGEST_WITHIN_S = 12 * 3600.0
+"""Longest time for which the language lets the lock-out count trips, s."""
+
+NO_FALL = Fall(0.0, 0.0, 0.0)
 
 
 class _Case(NamedTuple):
     """A sensor that reads wrong.
 
-    counts_from_s -- when the time of `frozen` begins: once the reading is constant.
+    start -- the machine's state; falls -- how the reading falls to ambient, which delays `frozen`;
     else_s -- when a rule trips that does not depend on the time of heating.
-    off_s -- how long rule `rise_rate` lets nobody acknowledge.
     """
 
     words: str
+    start: Vector
     lie: Lie
-    counts_from_s: float = 0.0
+    falls: Fall = NO_FALL
     else_s: float = math.inf
-    off_s: float = 0.0
 
 
 class Peak(NamedTuple):
@@ -53,42 +62,46 @@ class Peak(NamedTuple):
 class Stand:
     """A loop in the steady state between ambient and a setpoint, whose sensor then reads wrong."""
 
-    def __init__(self, loop: Loop, heated: HeatedLoop, setpoint_c: float) -> None:
+    def __init__(self, loop: Loop, heated: HeatedLoop, setpoints_c: tuple[float, float]) -> None:
+        """Take the lowest and the highest setpoint that somebody may set, °C."""
         self.loop, self.heated = loop, heated
-        self._below_k = max(0.0, min(BELOW_K, setpoint_c - heated.ambient_c))
-        self._fallen_k = max(0.0, setpoint_c - self._below_k - heated.ambient_c)
-        self._start = heated.plant.rest(self._fallen_k)
-        self._borne_k = heated.borne_k
-        self._out = self._fallen_out()
-        self._cases = []
-        if self._below_k > 0:
-            lie = still(loop.algorithm, 0.0, self._below_k)
-            self._cases.append(_Case("whose reading is stuck", lie))
-        if self._out is not None and self._out.else_s > 0:
-            self._cases.append(self._out)
+        low_k, high_k = (min(each, heated.highest_c) - heated.ambient_c for each in setpoints_c)
+        below_k = max(0.0, min(BELOW_K, high_k))
+        self._fallen = list(self._fallen_out(low_k - BELOW_K, max(0.0, high_k - below_k), below_k))
+        self._cases = [each for each in self._fallen if each.else_s > 0]
+        if below_k > 0:
+            start, lie = heated.plant.rest(high_k - below_k), still(loop.algorithm, 0.0, below_k)
+            self._cases.append(_Case("whose reading is stuck", start, lie))
 
-    def _fallen_out(self) -> _Case | None:
-        loop, heated, else_s = self.loop, self.heated, math.inf
-        protection, step_k = loop.protection, heated.step_k
-        if heated.ambient_c <= protection.minimum_c or self._fallen_k <= step_k:
-            return None
-        falls = fall(loop, heated.plant.lag_s, self._fallen_k, step_k)
-        if protection.runaway is not None and (protection.runaway.below_k or 0.0) >= self._below_k:
-            else_s = falls.still_s + protection.runaway.for_s
-        if falls.fastest_k > loop.rise_per_period_k:
-            else_s = 0.0  # rule `rise_rate` trips at once
-        lie = fallen(loop.algorithm)
-        return _Case("that has fallen out", lie, falls.still_s, else_s, falls.slow_s)
+    def _fallen_out(self, low_k: float, high_k: float, below_k: float) -> Iterator[_Case]:
+        """Yield cases from the highest setpoint, and from the highest without a trip at once."""
+        loop, heated = self.loop, self.heated
+        protection, plant, step_k = loop.protection, heated.plant, heated.step_k
+        if heated.ambient_c <= protection.minimum_c or high_k <= step_k:
+            return
+        slow_k = slow_fall_k(loop, plant.lag_s, step_k)
+        starts_k = [high_k] if not max(low_k, step_k) < slow_k < high_k else [high_k, slow_k]
+        for above_k in starts_k:
+            falls, else_s = fall(loop, plant.lag_s, above_k, step_k), math.inf
+            runaway = protection.runaway
+            if runaway is not None and (runaway.below_k or 0.0) >= below_k:
+                else_s = falls.still_s + runaway.for_s
+            if above_k > slow_k:
+                else_s = 0.0  # rule `rise_rate` trips at once
+            lie = fallen(loop.algorithm)
+            yield _Case("that has fallen out", plant.rest(above_k), lie, falls, else_s)
 
-    def again_s(self, times: Times) -> float:
-        """Return how long after an acknowledgement the next trip may come; 0 if never, s."""
-        if self._out is None:
-            return 0.0
-        return ends_s(self.loop, self._out.lie, times) + self.loop.periods_s(1)
+    def insisted(self, times: Times, trips: int) -> Peak | None:
+        """Return the node furthest above its limit if all trips but the last are acknowledged."""
+        return self._hottest(times, [0.0] * (trips - 1))
 
-    def insisted(self, times: Times, again: int) -> Peak | None:
-        """Return the node furthest above its limit if somebody acknowledges `again` times."""
-        found = self._too_hot(self._out, times, 0.0, again) if self._out and again else ()
+    def uncounted(self, times: Times, within_s: float) -> Peak | None:
+        """Return the same if somebody always waits until a trip is no longer counted."""
+        lasts_s = ends_s(self.loop, fallen(self.loop.algorithm), times)
+        return self._hottest(times, [within_s - lasts_s] * MANY)
+
+    def _hottest(self, times: Times, waits_s: Sequence[float]) -> Peak | None:
+        found = (peak for case in self._fallen for peak in self._too_hot(case, times, 0.0, waits_s))
         return max(found, key=_above_k, default=None)
 
     def worst(self, times: Times, share: float = 0.0) -> Peak | None:
@@ -102,17 +115,19 @@ class Stand:
         peaks = (self._peaks_k(case, times)[place] for case in self._cases)
         return self.heated.ambient_c + max(peaks)
 
-    def _peaks_k(self, case: _Case, times: Times, again: int = 0) -> Vector:
-        later = times._replace(for_s=times.for_s + case.counts_from_s)
+    def _peaks_k(self, case: _Case, times: Times, waits_s: Sequence[float] = ()) -> Vector:
+        later = times._replace(for_s=times.for_s + case.falls.still_s)
         time_s = min(ends_s(self.loop, case.lie, later), case.else_s)
-        first = Spell(case.lie, time_s, case.off_s - time_s)
-        spells = insisted(self.loop, times, first, again)
-        return peaks_k(self.heated, self.heated.plant, self._start, spells)
+        first = Spell(case.lie, time_s, case.falls.slow_s - time_s)
+        spells = insisted(self.loop, times, first, case.falls.still_s, waits_s)
+        return peaks_k(self.heated, self.heated.plant, case.start, spells)
 
-    def _too_hot(self, case: _Case, times: Times, share: float, again: int = 0) -> Iterator[Peak]:
+    def _too_hot(
+        self, case: _Case, times: Times, share: float, waits_s: Sequence[float] = ()
+    ) -> Iterator[Peak]:
         heated = self.heated
-        for node, peak_k in zip(heated.nodes, self._peaks_k(case, times, again), strict=True):
-            most_k = self._borne_k.get(node, math.inf)
+        for node, peak_k in zip(heated.nodes, self._peaks_k(case, times, waits_s), strict=True):
+            most_k = heated.borne_k.get(node, math.inf)
             if peak_k > most_k * (1 + share):
                 ambient_c = heated.ambient_c
                 yield Peak(node, ambient_c + peak_k, ambient_c + most_k, case.words)
@@ -130,3 +145,15 @@ def times_of(loop: Loop) -> Times:
         math.inf if frozen is None else frozen.for_s,
         100.0 if frozen is None else frozen.holding_percent,
     )
+
+
+def counted_for_s(stand: Stand, times: Times, within_s: float) -> float | None:
+    """Return the first multiple of a time, by powers of 2, for which the lock-out must count.
+
+    None if even the longest time that the language allows is too short.
+    """
+    while within_s <= LONGEST_WITHIN_S:
+        if stand.uncounted(times, within_s) is None:
+            return within_s
+        within_s *= 2
+    return None

@@ -65,6 +65,10 @@ class Lie(NamedTuple):
         return min(self.most_percent, self.first_percent + self.per_s * time_s)
 
 
+OFF = Lie(0.0, 0.0, 0.0)
+"""No power."""
+
+
 def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_K) -> Lie:
     """Return the duty that a loop asks for while its reading is stuck below the setpoint."""
     full = algorithm.full_percent
@@ -110,11 +114,12 @@ class Spell(NamedTuple):
 class Fall(NamedTuple):
     """How the reading of a sensor that has fallen out falls to ambient.
 
-    fastest_k -- its fall in the first period, K; slow_s -- when it falls so slowly that `rise_rate`
-    lets somebody acknowledge, as in `verify`; still_s -- when it is constant.
+    surest_k -- its fastest fall in a period, K, if the period's readings divide it most evenly;
+    slow_s -- when it falls so slowly that `rise_rate` lets somebody acknowledge, as in `verify`;
+    still_s -- when it is constant.
     """
 
-    fastest_k: float
+    surest_k: float
     slow_s: float
     still_s: float
 
@@ -123,16 +128,41 @@ def fall(loop: Loop, lag_s: float, above_k: float, step_k: float) -> Fall:
     """Return how a reading falls from `above_k` above ambient in steps of `step_k`."""
     if not lag_s:
         return Fall(math.inf, 0.0, 0.0)
-    fastest_k = above_k * (1 - math.exp(-loop.periods_s(1) / lag_s))
-    slow_s = lag_s * math.log(max(1.0, 2 * fastest_k / loop.rise_per_period_k))
-    return Fall(fastest_k, slow_s, lag_s * math.log(max(1.0, above_k / step_k)))
+    share = _fall_share(loop, lag_s)
+    slow_s = lag_s * math.log(max(1.0, 2 * above_k * share / loop.rise_per_period_k))
+    return Fall(above_k * share / (1 + share), slow_s, lag_s * math.log(max(1.0, above_k / step_k)))
 
 
-def insisted(loop: Loop, times: Times, first: Spell, again: int) -> list[Spell]:
-    """Return the spells if somebody acknowledges `again` times and commands full power."""
+def slow_fall_k(loop: Loop, lag_s: float, step_k: float) -> float:
+    """Return how far above ambient a sensor may fall out without a certain trip of `rise_rate`."""
+    if not lag_s:
+        return 0.0
+    share = _fall_share(loop, lag_s)
+    return (loop.rise_per_period_k + step_k) * (1 + share) / share
+
+
+def _fall_share(loop: Loop, lag_s: float) -> float:
+    """Return the share of its distance to ambient by which a reading falls in a period."""
+    return 1 - math.exp(-loop.periods_s(1) / lag_s)
+
+
+def insisted(
+    loop: Loop, times: Times, first: Spell, still_s: float, waits_s: Sequence[float]
+) -> list[Spell]:
+    """Return the first spell, and those of somebody who acknowledges after each of `waits_s`.
+
+    They are at full power. A fall that lasts until `still_s` delays rule `frozen`.
+    """
     lie, period_s = fallen(loop.algorithm), loop.periods_s(1)
-    spell = Spell(lie, ends_s(loop, lie, times), period_s)
-    return [first._replace(off_s=max(period_s, first.off_s)), *[spell] * again]
+    spells, now_s = [first], first.lasts_s
+    for wait_s in waits_s:
+        off_s = max(period_s, wait_s, spells[-1].off_s)
+        now_s += off_s
+        later = times._replace(for_s=times.for_s + max(0.0, still_s - now_s))
+        spells[-1] = spells[-1]._replace(off_s=off_s)
+        spells.append(Spell(lie, ends_s(loop, lie, later)))
+        now_s += spells[-1].lasts_s
+    return spells
 
 
 def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, spells: Sequence[Spell]) -> Vector:
@@ -140,24 +170,25 @@ def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, spells: Sequence[S
     size = len(start) - 1 - bool(plant.lag_s)
     peaks, rested, state = start[:size], start, start
     for spell in spells:
-        for state in _given(heated, plant, rested, spell):
+        for state in _given(heated, plant, rested, spell.lie, spell.lasts_s):
             peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
-        rested = plant.advance(state, 0.0, spell.off_s)
+        *_, rested = _given(heated, plant, state, OFF, spell.off_s)
     for later in _spreading(plant, state):
         peaks = [max(pair) for pair in zip(peaks, later[:size], strict=True)]
     return peaks
 
 
-def _given(heated: HeatedLoop, plant: Heated, state: Vector, spell: Spell) -> Iterator[Vector]:
-    """Yield the states while a spell lasts."""
-    step_s, about = min(spell.lasts_s, LONGEST_S) / PIECES, state
+def _given(
+    heated: HeatedLoop, plant: Heated, state: Vector, lie: Lie, lasts_s: float
+) -> Iterator[Vector]:
+    """Yield the states while power is given as a wrong reading asks for."""
+    step_s, about = min(lasts_s, LONGEST_S) / PIECES, plant.snapped(state)
     without, added = plant.pushed(step_s, about)
     for piece in range(PIECES):
         if plant.bent(about, state):
-            about = state
+            about = plant.snapped(state)
             without, added = plant.pushed(step_s, about)
-        percent = spell.lie.percent((piece + 0.5) * step_s)
-        power_w = min(heated.power_w * percent / 100, heated.full_w)
+        power_w = min(heated.power_w * lie.percent((piece + 0.5) * step_s) / 100, heated.full_w)
         carried = apply(without, state)
         state = [old + power_w * each for old, each in zip(carried, added, strict=True)]
         yield state

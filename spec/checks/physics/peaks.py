@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.physics.machine import Machine
-from heatwright.spec.commands import commanded
+from heatwright.spec.commands import setpoints_c
 from heatwright.spec.controller import Controller, Lockout
 from heatwright.spec.loops import Loop
 from heatwright.spec.physics.heated_loop import HeatedLoop, most_borne
-from heatwright.spec.physics.stand import Peak, Stand, times_of
+from heatwright.spec.physics.stand import Peak, Stand, counted_for_s, times_of
 from heatwright.spec.physics.stuck import Times
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, celsius, duration
@@ -46,44 +46,56 @@ def lying_sensors_are_borne(
     loop = machine.loop
     if loop.protection.maximum_c <= heated.highest_c:
         return  # another check reports it; the nodes' limits follow from a valid maximum
-    name = str(machine.path[1])
-    top_c = heated.highest_c if commanded(controller, name) else loop.setpoint.initial_c
-    stand, times = Stand(loop, heated, min(top_c, heated.highest_c)), times_of(loop)
+    stand = Stand(loop, heated, setpoints_c(controller, str(machine.path[1])))
+    times, lockout = times_of(loop), controller.lockout
     found = stand.worst(times, SHARE)
     if found is not None:
         yield Finding(*_told(machine, stand, found), machine.because_of)
-    elif controller.lockout is not None:
-        yield from _insistence_is_borne(machine, stand, times, controller.lockout)
+    elif lockout is not None and lockout.trips > 1:
+        yield from _insistence_is_borne(machine, stand, times, lockout)
 
 
 def _insistence_is_borne(
     machine: Machine, stand: Stand, times: Times, lockout: Lockout
 ) -> Findings:
-    """Find a lock-out that forgets trips too soon, or comes after too many."""
+    """Find a lock-out that comes after too many trips, or forgets them too soon."""
     because = (*machine.because_of, (*machine.path, "protection"))
-    again_s = stand.again_s(times)
-    if lockout.within_s <= again_s < math.inf:
+    found = stand.insisted(times, lockout.trips)
+    if found is not None:
+        trips = range(lockout.trips - 1, 0, -1)
+        allowed = next(n for n in trips if n == 1 or stand.insisted(times, n) is None)
         yield Finding(
-            ("safety", "lockout", "within"),
-            f"with a sensor that has fallen out, trips follow each other after up to "
-            f"{about(again_s)} s, so the lock-out never counts more than one",
-            f"Use at least {duration(60.0 * math.ceil((again_s + 1) / 60))}",
+            ("safety", "lockout", "trips"),
+            f"if somebody acknowledges each trip of a sensor that has fallen out, until the "
+            f"lock-out after {lockout.trips} trips, {_reaches(found)}",
+            f"Use at most {allowed}{_or_bears(found)}",
             because,
         )
         return
-    found = stand.insisted(times, lockout.trips - 1)
-    if found is None:
-        return
-    trips = range(lockout.trips - 1, 0, -1)
-    allowed = next(n for n in trips if stand.insisted(times, n - 1) is None)
-    yield Finding(
-        ("safety", "lockout", "trips"),
-        f"if somebody acknowledges each trip of a sensor that has fallen out, until the lock-out "
-        f"after {lockout.trips} trips, {found.node} reaches {about(found.peak_c)} °C, and it "
-        f"withstands {about(found.bears_c)} °C",
-        f"Use at most {allowed}; or, if it withstands more, write simulation.plant.bears: "
-        f"{{{found.node}: {math.ceil(found.peak_c)} °C}}",
-        because,
+    found = stand.uncounted(times, lockout.within_s)
+    if found is not None:
+        longer_s = counted_for_s(stand, times, lockout.within_s)
+        yield Finding(
+            ("safety", "lockout", "within"),
+            f"if a sensor has fallen out and somebody acknowledges each trip "
+            f"{duration(lockout.within_s)} after the one before, the lock-out never comes, and "
+            f"{_reaches(found)}",
+            (f"Use at least {duration(longer_s)}" if longer_s else "Let a rule trip sooner")
+            + _or_bears(found),
+            because,
+        )
+
+
+def _reaches(peak: Peak) -> str:
+    return (
+        f"{peak.node} reaches {about(peak.peak_c)} °C, and it withstands {about(peak.bears_c)} °C"
+    )
+
+
+def _or_bears(peak: Peak) -> str:
+    celsius_ = math.ceil(peak.peak_c)
+    return (
+        f"; or, if it withstands more, write simulation.plant.bears: {{{peak.node}: {celsius_} °C}}"
     )
 
 
