@@ -151,7 +151,8 @@ class _Trial:
             return
         self._holds(self.first, "after the trip")
         latched: Change | None = self.first
-        if self.fault.again and self.world.site.has_operator:
+        can = self.world.site.has_operator and not self.world.is_locked_out
+        if self.fault.again and can:
             latched = self._again()
         if self.fault.insisted:
             latched = self._insisted()

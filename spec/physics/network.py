@@ -206,7 +206,7 @@ class Heated:
 
     def _advance(self, state: Vector, power_w: float, time_s: float, halvings: int) -> Vector:
         """Advance a state in one step, or in two halves where the linearization is too inexact."""
-        later = apply(self.step(power_w, time_s, state), state)
+        later = apply(self.step(power_w, time_s, self.snapped(state)), state)
         if halvings == 0 or not self._flows.bent(state, later):
             return later
         for _ in range(2):

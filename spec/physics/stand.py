@@ -71,7 +71,7 @@ class Stand:
         self._cases = [each for each in self._fallen if each.else_s > 0]
         if below_k > 0:
             start, lie = heated.plant.rest(high_k - below_k), still(loop.algorithm, 0.0, below_k)
-            self._cases.append(_Case("whose reading is stuck", start, lie))
+            self._cases.insert(0, _Case("whose reading is stuck", start, lie))
 
     def _fallen_out(self, low_k: float, high_k: float, below_k: float) -> Iterator[_Case]:
         """Yield cases from the highest setpoint, and from the highest without a trip at once."""

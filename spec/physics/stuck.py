@@ -104,7 +104,7 @@ def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
 
 
 class Spell(NamedTuple):
-    """Power that a wrong reading causes for a time, and then none for at least `off_s`, s."""
+    """Power that a wrong reading causes for `lasts_s`, and then none for `off_s`, before a next."""
 
     lie: Lie
     lasts_s: float
@@ -168,11 +168,14 @@ def insisted(
 def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, spells: Sequence[Spell]) -> Vector:
     """Return each node's peak above ambient, with spells of power whose heat then spreads."""
     size = len(start) - 1 - bool(plant.lag_s)
-    peaks, rested, state = start[:size], start, start
+    peaks, state, off_s = start[:size], start, 0.0
     for spell in spells:
+        rested = state
+        if off_s > 0:
+            *_, rested = _given(heated, plant, state, OFF, off_s)
         for state in _given(heated, plant, rested, spell.lie, spell.lasts_s):
             peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
-        *_, rested = _given(heated, plant, state, OFF, spell.off_s)
+        off_s = spell.off_s
     for later in _spreading(plant, state):
         peaks = [max(pair) for pair in zip(peaks, later[:size], strict=True)]
     return peaks
@@ -190,7 +193,9 @@ def _given(
             without, added = plant.pushed(step_s, about)
         power_w = min(heated.power_w * lie.percent((piece + 0.5) * step_s) / 100, heated.full_w)
         carried = apply(without, state)
-        state = [old + power_w * each for old, each in zip(carried, added, strict=True)]
+        later = [old + power_w * each for old, each in zip(carried, added, strict=True)]
+        bent = plant.bent(about, later)
+        state = plant.advance(state, power_w, step_s) if bent else later
         yield state
 
 
