@@ -2,6 +2,7 @@
 
 import pytest
 from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
+from rig.bad_specs import bases
 from rig.firmware import ROOT, changed, controller_of, edited, whole
 from rig.sensors import KEYS, bed
 
@@ -74,6 +75,16 @@ CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).ite
 @pytest.mark.parametrize(("machine", "name", "rule"), CASES)
 def test_it_trips_its_rule_and_no_other(machine: str, name: str, rule: str | None) -> None:
     assert judged(machine, name) == rule
+
+
+@pytest.mark.parametrize(
+    "protection", ["{}", "{rise_rate: 3 K/s, heating: 'off', frozen: {for: 80 s}}"]
+)
+def test_a_derived_lock_out_protects_however_the_reading_falls(protection: str) -> None:
+    """Two readings shared the fall, so that `rise_rate` did not trip; a fall delayed `frozen`."""
+    keyed = "{interfaces: [{kind: lcd_keypad, loop: air}], outputs.heater.power: 400 W, "
+    text = edited(bases()["simulated_oven"], f"{keyed}loops.air.protection: {protection}}}")
+    assert judged(text, "fallen_out_insisted")
 
 
 @pytest.mark.parametrize("machine", MACHINES)
