@@ -28,12 +28,12 @@ from heatwright.spec.physics.stuck import (
 )
 
 MANY = 20
-"""Trips after which the peaks of one that follows another no longer grow."""
+"""How many trips are tried if the lock-out counts none of them."""
 
 LONGEST_WITHIN_S = 12 * 3600.0
 """Longest time for which the language lets the lock-out count trips, s."""
 
-NO_FALL = Fall(0.0, 0.0, 0.0)
+NO_FALL = Fall(0.0, 0.0)
 
 
 class _Case(NamedTuple):

@@ -114,12 +114,10 @@ class Spell(NamedTuple):
 class Fall(NamedTuple):
     """How the reading of a sensor that has fallen out falls to ambient.
 
-    surest_k -- its fastest fall in a period, K, if the period's readings divide it most evenly;
     slow_s -- when it falls so slowly that `rise_rate` lets somebody acknowledge, as in `verify`;
     still_s -- when it is constant.
     """
 
-    surest_k: float
     slow_s: float
     still_s: float
 
@@ -127,14 +125,17 @@ class Fall(NamedTuple):
 def fall(loop: Loop, lag_s: float, above_k: float, step_k: float) -> Fall:
     """Return how a reading falls from `above_k` above ambient in steps of `step_k`."""
     if not lag_s:
-        return Fall(math.inf, 0.0, 0.0)
+        return Fall(0.0, 0.0)
     share = _fall_share(loop, lag_s)
     slow_s = lag_s * math.log(max(1.0, 2 * above_k * share / loop.rise_per_period_k))
-    return Fall(above_k * share / (1 + share), slow_s, lag_s * math.log(max(1.0, above_k / step_k)))
+    return Fall(slow_s, lag_s * math.log(max(1.0, above_k / step_k)))
 
 
 def slow_fall_k(loop: Loop, lag_s: float, step_k: float) -> float:
-    """Return how far above ambient a sensor may fall out without a certain trip of `rise_rate`."""
+    """Return how far above ambient a sensor may fall out without a certain trip of `rise_rate`.
+
+    Two readings may share the fastest fall, and each may be wrong by a step.
+    """
     if not lag_s:
         return 0.0
     share = _fall_share(loop, lag_s)
