@@ -29,6 +29,7 @@ from heatwright.spec.loops import Limits, Loop, shortest_period_s
 from heatwright.spec.monitors import Monitors
 from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
 from heatwright.spec.physics.derived import with_derived
+from heatwright.spec.physics.stand import LONGEST_WITHIN_S
 from heatwright.spec.problems import Checked, refuse
 from heatwright.spec.programs import Programs
 from heatwright.spec.quantity import Quantity, QuantityRange
@@ -69,7 +70,7 @@ class Identity(Model):
     )
 
 
-_LockoutTime = Annotated[float, Quantity(DURATION, least=1.0, most=43_200.0)]
+_LockoutTime = Annotated[float, Quantity(DURATION, least=1.0, most=LONGEST_WITHIN_S)]
 
 
 class Lockout(Limits):

@@ -55,7 +55,8 @@ class UartRegisters:
     def formed(self, divisor: str, form: str) -> list[str]:
         """Set speed (doubled) and format: 8 bits, no, even or odd parity, 1 or 2 stops: `8E1`.
 
-        The same values written again disturb no byte, except one in UBRRL: it restarts a bit.
+        The same values written again disturb no byte, except one in UBRRL: it restarts a bit. For
+        avr8js one in UCSRA also ends all sending.
         """
         n = self.number
         bits = [f"(1u << UCSZ{n}1)", f"(1u << UCSZ{n}0)"]

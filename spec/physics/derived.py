@@ -62,6 +62,9 @@ HOST_LOST_AFTER_S = 600.0
 SMALL_FLASH_BYTES = 16 * 1024
 """Chips with this much flash or less get the rules of `effort` only if the spec names them."""
 
+_LOCKOUT = {"trips": "trips", "within": "within_s"}
+"""The lock-out's keys that are derived unless they are given, and their fields."""
+
 _KNOWN: dict[str, dict[str, Limits]] = {}
 """Cache of derived rules by everything they depend on: simulating a plant is slow."""
 
@@ -97,27 +100,33 @@ def _with_lockout(controller: Controller) -> Controller:
     lockout, simulation = controller.lockout, controller.simulation
     if lockout is None or simulation is None:
         return controller
-    stands, fields = list(_stands(controller, simulation)), type(lockout).model_fields
-    words, found = dict.fromkeys(lockout.derived, "as usual"), dict[str, float]()
-    trips, within_s = lockout.trips, lockout.within_s
-    if "trips" not in lockout.model_fields_set or "trips" in lockout.derived:
-        trips = found["trips"] = fields["trips"].default
-        for stand, times in stands:
-            while trips > 1 and (peak := stand.insisted(times, trips)):
-                words["trips"] = (
-                    f"at {trips} trips {peak.node} would reach {about(peak.peak_c)} °C, and it "
-                    f"withstands {about(peak.bears_c)} °C"
-                )
-                trips = found["trips"] = trips - 1
-    if trips > 1 and ("within_s" not in lockout.model_fields_set or "within" in lockout.derived):
-        within_s = usual_s = fields["within_s"].default
-        for stand, times in stands:
-            within_s = max(within_s, counted_for_s(stand, times, usual_s) or usual_s)
-        found["within_s"] = within_s
-        if within_s > usual_s:
+    stands, words = (
+        list(_stands(controller, simulation)),
+        dict.fromkeys(lockout.derived, "as usual"),
+    )
+    given = {"trips": lockout.trips, "within": lockout.within_s}
+    usual = {
+        key: type(lockout).model_fields[field].default
+        for key, field in _LOCKOUT.items()
+        if field not in lockout.model_fields_set or key in lockout.derived
+    }
+    values = given | usual
+    for stand, times in stands if "trips" in usual else ():
+        borne = stand.trips_borne(times, values["trips"])
+        if borne < values["trips"] and (peak := stand.insisted(times, borne + 1)):
+            words["trips"] = (
+                f"at {borne + 1} trips {peak.node} would reach {about(peak.peak_c)} °C, and it "
+                f"withstands {about(peak.bears_c)} °C"
+            )
+            values["trips"] = borne
+    for stand, times in stands if "within" in usual and values["trips"] > 1 else ():
+        longer_s = counted_for_s(stand, times, usual["within"])
+        if longer_s is not None and longer_s > values["within"]:
             words["within"] = "a trip that comes later finds the machine cool enough"
+            values["within"] = longer_s
     if not words:
         return controller
+    found = {_LOCKOUT[key]: values[key] for key in words}  # what is usual must not look given
     lockout = lockout.model_copy(update=found).derived_as(words)
     safety = controller.safety.model_copy(update={"lockout": lockout})
     return controller.model_copy(update={"safety": safety})

@@ -95,6 +95,10 @@ class Stand:
         """Return the node furthest above its limit if all trips but the last are acknowledged."""
         return self._hottest(times, [0.0] * (trips - 1))
 
+    def trips_borne(self, times: Times, most: int) -> int:
+        """Return how many trips all nodes withstand, at most `most`; 1 needs no acknowledgement."""
+        return next((n for n in range(most, 1, -1) if self.insisted(times, n) is None), 1)
+
     def uncounted(self, times: Times, within_s: float) -> Peak | None:
         """Return the same if somebody always waits until a trip is no longer counted."""
         lasts_s = ends_s(self.loop, fallen(self.loop.algorithm), times)

@@ -167,16 +167,23 @@ def insisted(
 
 
 def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, spells: Sequence[Spell]) -> Vector:
-    """Return each node's peak above ambient, with spells of power whose heat then spreads."""
+    """Return each node's peak above ambient, with spells of power whose heat then spreads.
+
+    spells -- from the second on, none is longer, or has a shorter rest, than the one before it.
+    """
     size = len(start) - 1 - bool(plant.lag_s)
-    peaks, state, off_s = start[:size], start, 0.0
+    peaks, state, rested, before = start[:size], start, start, None
     for spell in spells:
-        rested = state
-        if off_s > 0:
-            *_, rested = _given(heated, plant, state, OFF, off_s)
+        if before is not None:
+            begun = rested
+            *_, rested = _given(heated, plant, state, OFF, before.off_s)
+            cooler = all(new <= old for new, old in zip(rested, begun, strict=True))
+            no_more = spell.lasts_s <= before.lasts_s and spell.off_s >= before.off_s
+            if cooler and no_more and spell.lie == before.lie:
+                break  # each spell begins cooler than the one before
         for state in _given(heated, plant, rested, spell.lie, spell.lasts_s):
             peaks = [max(pair) for pair in zip(peaks, state[:size], strict=True)]
-        off_s = spell.off_s
+        before = spell
     for later in _spreading(plant, state):
         peaks = [max(pair) for pair in zip(peaks, later[:size], strict=True)]
     return peaks

@@ -3,10 +3,10 @@
 import pytest
 from fault_machines import MACHINES, expected, faults_of, judged, site_of, tried
 from rig.bad_specs import bases
-from rig.firmware import ROOT, changed, controller_of, edited, whole
+from rig.firmware import EXAMPLE_NAMES, ROOT, changed, controller_of, edited, whole
 from rig.sensors import KEYS, bed
 
-from heatwright.sim.faults import catalogue, starts
+from heatwright.sim.faults import catalogue, starts, try_fault
 from heatwright.sim.faults.controller.memory import cut_line
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.replay import replay_all
@@ -75,6 +75,16 @@ CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).ite
 @pytest.mark.parametrize(("machine", "name", "rule"), CASES)
 def test_it_trips_its_rule_and_no_other(machine: str, name: str, rule: str | None) -> None:
     assert judged(machine, name) == rule
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in EXAMPLE_NAMES if controller_of(name).lockout is not None]
+)
+def test_who_insists_at_the_worst_moment_heats_nothing_beyond_its_limit(name: str) -> None:
+    """The feeder's block went to 291 °C, and bears 288 °C."""
+    insisted = [each for each in faults_of(name).values() if each.insisted]
+    assert insisted
+    assert [try_fault(fault).detail for fault in insisted] == [""] * len(insisted)
 
 
 @pytest.mark.parametrize(

@@ -62,8 +62,7 @@ def _insistence_is_borne(
     because = (*machine.because_of, (*machine.path, "protection"))
     found = stand.insisted(times, lockout.trips)
     if found is not None:
-        trips = range(lockout.trips - 1, 0, -1)
-        allowed = next(n for n in trips if n == 1 or stand.insisted(times, n) is None)
+        allowed = stand.trips_borne(times, lockout.trips - 1)
         yield Finding(
             ("safety", "lockout", "trips"),
             f"if somebody acknowledges each trip of a sensor that has fallen out, until the "
@@ -93,10 +92,11 @@ def _reaches(peak: Peak) -> str:
 
 
 def _or_bears(peak: Peak) -> str:
-    celsius_ = math.ceil(peak.peak_c)
-    return (
-        f"; or, if it withstands more, write simulation.plant.bears: {{{peak.node}: {celsius_} °C}}"
-    )
+    return f"; or, if it withstands more, write {_bears(peak)}"
+
+
+def _bears(peak: Peak) -> str:
+    return f"simulation.plant.bears: {{{peak.node}: {math.ceil(peak.peak_c)} °C}}"
 
 
 def _told(machine: Machine, stand: Stand, found: Peak) -> tuple[Path, str, str]:
@@ -106,19 +106,18 @@ def _told(machine: Machine, stand: Stand, found: Peak) -> tuple[Path, str, str]:
         f"with a sensor {found.words}, {found.node} reaches {about(found.peak_c)} °C before a rule "
         f"trips, and it withstands {about(found.bears_c)} °C"
     )
-    bears = f"simulation.plant.bears: {{{found.node}: {math.ceil(found.peak_c)} °C}}"
     for key, times, would_do_s in _numbers(machine.loop, stand):
         left = stand.peak_c(found.node, times)
         return (
             (*path, *key),
             reason,
-            f"Use at most {duration(would_do_s)}, with which it reaches {about(left)} °C; or, if "
-            f"it withstands more, write {bears}",
+            f"Use at most {duration(would_do_s)}, with which it reaches {about(left)} °C"
+            f"{_or_bears(found)}",
         )
     return (
         path,
         f"{reason}; no rule can trip sooner without tripping on the healthy machine, too",
-        f"Use a heater of less power, or, if it withstands that, write {bears}",
+        f"Use a heater of less power, or, if it withstands that, write {_bears(found)}",
     )
 
 
