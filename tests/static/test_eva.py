@@ -89,7 +89,7 @@ def test_what_is_broken_is_told(tmp_path: Path) -> None:
     """Also what only interrupts do, or only an interrupt at one place."""
     sources = sources_of("press")
     for file, old, new in (
-        ("serial.c", "next >= size || next >= sizeof to_send", "next > sizeof to_send"),
+        ("serial.c", "next < size && next < sizeof to_send", "next <= sizeof to_send"),
         ("serial.c", ON, f"{ON}    size = (uint8_t)(size / (uint8_t)(sent == 0));\n"),
         ("gate.c", "platen_permitted = healthy;", "platen_permitted = left != 0;"),
         ("output_heater.c", "if (permitted && ", "if ("),
