@@ -41,11 +41,12 @@ def pin_name(number: int) -> str:
 
 
 class Pins:
-    """The pins: levels from outside, present levels, and times spent high.
+    """The pins: levels from outside, present levels, and for how long each was high.
 
     A pin's level comes from the first of these that exists: a strong driver outside (``drive``), a
-    chip that holds the pin, the processor's driver, the board's resistor (``pull``), the
-    processor's own pull-up. Without any it keeps its last level and counts as floating.
+    simulated chip that drives the pin, the processor's output, the board's resistor (``pull``),
+    the processor's own pull-up. Without any of these it keeps its last level and counts as
+    floating.
     """
 
     def __init__(self, hw: Hw) -> None:

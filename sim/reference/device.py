@@ -71,7 +71,7 @@ class ReferenceDevice:
         self._key_us = 0
         self._rested = False
         self.fault_loop = ""
-        """The loop in whose step the first fault was found."""
+        """Name of the loop in whose control step the first fault was latched; empty: none yet."""
 
     def _master_of(self, controller: Controller) -> Master | None:
         if modbus_of(controller) is None:

@@ -51,13 +51,13 @@ const uint32_t spec_digest PROGMEM = SPEC_DIGEST;
 
 struct settings settings;
 
-/* The newest record, or the one being written. */
+/* Copy of the newest record in the EEPROM; while a record is written: that record. */
 static struct record record = { .size = OWN_SIZE, .digest = SPEC_DIGEST };
-static uint8_t slot; /* its slot */
-static uint8_t next_byte = sizeof record; /* to be written next; sizeof record: none */
-static uint8_t saves_wanted;
+static uint8_t slot; /* where it is in the EEPROM */
+static uint8_t next_byte = sizeof record; /* index of the next byte to write; sizeof record: all are written */
+static uint8_t saves_wanted; /* records still to be begun; a fault is written into two */
 static struct kept kept; /* gains and limits for the next record */
-static uint8_t seal; /* checksum of the settings, updated with each change */
+static uint8_t seal; /* checksum of `settings` in the RAM, updated with each change */
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)
 {

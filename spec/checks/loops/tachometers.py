@@ -60,8 +60,8 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
         yield Finding(
             (*path, "maximum" if fan.maximum_rpm is not None else "speed"),
             f"{fan.fastest_rpm:g} rpm are {fan.pulses_hz(fan.fastest_rpm):g} pulses a second, and "
-            f"at most {FASTEST_PULSES_HZ:g} can be counted",
-            f"{AIRFLOW}, or a maximum of at most {most_rpm:g} rpm"
+            f"the firmware can count at most {FASTEST_PULSES_HZ:g}",
+            f"{AIRFLOW}, or set a maximum of {most_rpm:g} rpm or less"
             if fast_rpm <= most_rpm
             else AIRFLOW,
             ((*path, "pulses"),),
@@ -72,7 +72,7 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
             (*path, "minimum" if fan.minimum_rpm is not None else "speed"),
             f"{fan.slowest_rpm:g} rpm are {fan.pulses_hz(fan.slowest_rpm):g} pulses a second: it "
             "would take more than 2 s to detect that the pulses stop",
-            f"{AIRFLOW}, or a minimum of at least {least_rpm:g} rpm"
+            f"{AIRFLOW}, or set a minimum of {least_rpm:g} rpm or more"
             if least_rpm <= slow_rpm
             else AIRFLOW,
             ((*path, "pulses"),),
@@ -82,6 +82,6 @@ def _limits(fan: Tachometer, path: Path) -> Findings:
             (*path, "maximum" if fan.maximum_rpm is not None else "minimum"),
             f"{fan.fastest_rpm:g} rpm are more than {MOST_RATIO:g} times {fan.slowest_rpm:g} rpm: "
             "no counting window suits both",
-            f"Use a minimum of at least {fan.fastest_rpm / MOST_RATIO:g} rpm, or a smaller maximum",
+            f"Use a minimum of {fan.fastest_rpm / MOST_RATIO:g} rpm or more, or a smaller maximum",
             ((*path, "minimum" if fan.maximum_rpm is not None else "maximum"),),
         )

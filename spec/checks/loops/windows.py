@@ -94,8 +94,9 @@ def spread_has_no_rests(controller: Controller) -> Findings:
             if output.distribution == "spread" and seconds:
                 yield Finding(
                     ("outputs", name, key),
-                    "with distribution: spread, one step is the shortest pulse and pause",
-                    f"Delete it, or write resolution: {duration(seconds)}",
+                    "with distribution: spread, the shortest pulse and the shortest pause are the "
+                    "resolution",
+                    f"Delete it, or replace it by resolution: {duration(seconds)}",
                     (("outputs", name, "distribution"),),
                 )
 
