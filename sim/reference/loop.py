@@ -24,6 +24,7 @@ EMERGENCY_STOP = 19
 STOPS = (EMERGENCY_STOP, *(code for code, rule in RULES.items() if rule.id in SELF_CHECK_RULES))
 """Faults that are latched between two steps, with temperature 0."""
 MASTER_LOST = 23
+MEMORY_DAMAGED = 29
 WATCHED_FAULTS = (25, 26, 28, 29, 31)
 """Faults of the relay, fans, memory and inputs, which are detected between two steps."""
 
@@ -164,6 +165,7 @@ class Reference:
             None if status else temperature_c,
             reading_c=self._readings.single.temperature_c,
             fault=bool(self.fault_code),
+            damaged=orders.watch_fault == MEMORY_DAMAGED and not self.fault_code,
         )
         self._trip(code, temperature_c)
         self.steering.follow(self.program.now.rate_k_per_s)

@@ -241,6 +241,6 @@ def names_apart_in_c(controller: Controller) -> Findings:
                 if other in names and not rest[0].isdigit():
                     yield Finding(
                         (*section, name),
-                        f"in C its identifiers could be equal to those of {other}",
-                        f"Rename one of them, for instance this one to {rest}",
+                        f"in C its identifiers could be equal to those of {other!r}",
+                        f"Rename one of them, for instance {name!r} to {rest!r}",
                     )

@@ -73,7 +73,7 @@ def test_no_check_without_a_spec_that_needs_it(
 PHYSICS = """
 never to the highest setpoint, alone heats to, this healthy plant needs, this current gives,
 this healthy plant heats at, coasts up to, continues to rise for, swings by,
-W are too little, on this plant falls by, through the whole band, may jump by
+W are too little, this plant cools by, through the whole band, may jump by
 """
 
 

@@ -82,7 +82,7 @@ _RELAY = _of(
 _PROGRAMS = _of(
     "power_cut_in_program power_cut_until_cold power_cut_in_pause",
     sensor_short="sensor_lost_in_program", watchdog_reset="hung_in_program",
-    program_lags="heater_too_weak_for_program",
+    program_lags="heater_too_weak_for_program", memory_damaged="program_flipped",
 )  # fmt: skip
 _OPERATORS = {
     "lcd_keypad": _of(

@@ -28,8 +28,10 @@ from heatwright.sim.faults.controller.upsets import (
     try_upset,
 )
 from heatwright.sim.faults.effects import SHORTED
+from heatwright.sim.faults.operation import programs
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import World
+from heatwright.sim.reference.programs.state import IDLE
 
 DRAWN = amount("upsets")
 FLAGS = {"A": 0xFC, "B": 0x23}
@@ -254,6 +256,39 @@ def test_a_relay_that_a_flipped_bit_closes_opens_in_the_next_tick() -> None:
         world.run(60.0)
         assert world.sensed_c < before_c
         assert world.fault
+
+
+def paused(site: Site) -> World:
+    """Return a world whose program an operator has paused."""
+    world = programs.under_way(site)
+    world.device.program("pause")
+    world.run(2 * site.loop.period_s)
+    return world
+
+
+@pytest.mark.parametrize("begin", [programs.under_way, paused, starts.cold])
+def test_no_bit_of_a_program_moves_a_firing(begin: Callable[[Site], World]) -> None:
+    """What it is doing, and where it goes; an order that nobody gave does not heat either."""
+    site = site_of("kiln")
+    world = begin(site)
+    variables = world.device.variables
+    bits = [
+        (name, variables[name].address + bit // 8, bit % 8)
+        for name in ("program", "loaded", "program.c:seal")
+        for bit in range(8 * variables[name].size)
+    ]
+    for name, place, bit in some(bits, amount("program_bits")):
+        world.device.avr.flip(place, bit)
+        world.run(2 * site.loop.period_s)
+        assert world.fault == CODES["memory_damaged"], (name, place, bit)
+        assert world.device.read("program.state") == IDLE
+        world = begin(site)
+    state = world.device.read("program.state")
+    for name, bit in product(("next_order", "next_argument"), range(8)):
+        world.device.avr.flip(variables[name].address, bit)
+        world.run(2 * site.loop.period_s)
+        assert world.device.read("program.state") == state, (name, bit)
+        world = begin(site)
 
 
 @pytest.mark.parametrize("maximum_c", [float("nan"), 4600.0, float("inf")])

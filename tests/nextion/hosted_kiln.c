@@ -265,6 +265,7 @@ static void follow(int command, uint32_t number)
     case 'm':
         program.clock = program.segment_clock = number;
         program.energy = 4500u * number;
+        program_count(0.0f); /* it renews the checksum of the program */
         break;
     case 'a':
         display_answers = number != 0;

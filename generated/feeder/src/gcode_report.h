@@ -59,7 +59,7 @@ void report_add(uint8_t report);
 void report_add_temperatures(void);
 
 /* Continue to send. True while something is left to send: no command may begin before the answer to
- * the last one has been sent. */
+ * the command before it is sent completely. */
 bool report_tick(void);
 
 #endif

@@ -176,7 +176,7 @@ static void step(void)
     const float reading_change_k = had_reading ? loop_chamber.reading_c - reading_last_c : 0.0f;
     mark(READ);
 
-    program_step(now.ok);
+    program_step(now.ok, sound);
     follow_program();
 
     fault_judge(sound, loop_chamber.temperature_c);

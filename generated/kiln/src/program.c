@@ -17,6 +17,24 @@ static struct stored_program loaded;
 static uint8_t next_order; /* for the next step */
 static uint8_t next_argument;
 static uint32_t unsaved_steps;
+static uint8_t seal; /* checksum of `program` and `loaded`, updated with each change */
+
+static uint8_t sum_of(const void *data, uint8_t size)
+{
+    const uint8_t *const bytes = data;
+    uint8_t sum = 0;
+
+    for (uint8_t i = 0; i < size; i++) {
+        sum = (uint8_t)(sum + bytes[i]);
+    }
+    return sum;
+}
+
+/* The checksum of what moves the setpoint: a flipped bit changes it. */
+static uint8_t sum_of_program(void)
+{
+    return (uint8_t)(sum_of(&program, sizeof program) + sum_of(&loaded, sizeof loaded));
+}
 
 /* Saves the progress, so that the program can continue there after a loss of power. */
 static void save(void)
@@ -34,13 +52,30 @@ static void end(uint8_t reason)
     save();
 }
 
+static bool is_sound(void)
+{
+    return sum_of_program() == seal;
+}
+
+/* Ends a program whose memory is damaged. */
+static void abandon(void)
+{
+    next_order = PROGRAM_NO_ORDER;
+    next_argument = 0;
+    if (program.state != PROGRAM_IDLE) {
+        end(PROGRAM_FAILED);
+    }
+}
+
 static bool load(uint8_t number)
 {
-    if (!programs_read(number, &loaded)) {
+    const bool found = programs_read(number, &loaded);
+
+    if (!found) {
         loaded.segments = 0;
-        return false;
     }
-    return true;
+    seal = sum_of_program();
+    return found;
 }
 
 static bool has_target(uint8_t kind)
@@ -346,14 +381,30 @@ static void interrupt(void)
     }
 }
 
-void program_step(bool ok)
+static void fail(void)
 {
+    if (next_order != PROGRAM_STOP) {
+        next_order = PROGRAM_NO_ORDER;
+        next_argument = 0;
+    }
+    interrupt();
+}
+
+void program_step(bool ok, bool sound)
+{
+    const bool is_damaged = !sound || !is_sound();
+
     program.leap = 0;
     program.rate_k_per_s = 0.0f;
     program.order = PROGRAM_NO_ORDER;
     program.argument = 0;
+    if (is_damaged) {
+        abandon();
+        fault_trip(FAULT_MEMORY_DAMAGED, loop_chamber.temperature_c);
+        return;
+    }
     if (fault.code != FAULT_NONE) {
-        program_fail();
+        fail();
         take_order(ok); /* only a stop can be waiting */
         (void)obey();
         return;
@@ -374,15 +425,16 @@ void program_count(float duty_percent)
             program.before_c = loop_chamber.temperature_c;
         }
     }
+    seal = sum_of_program();
 }
 
 void program_fail(void)
 {
-    if (next_order != PROGRAM_STOP) {
-        next_order = PROGRAM_NO_ORDER;
-        next_argument = 0;
+    if (!is_sound()) {
+        abandon();
     }
-    interrupt();
+    fail();
+    seal = sum_of_program();
 }
 
 /* ---- commands of the operator ---- */
@@ -509,15 +561,15 @@ void program_start_up(void)
     }
     program.number = record.number;
     program.ended = record.ended;
-    if (record.state == PROGRAM_IDLE) {
-        return;
+    if (record.state != PROGRAM_IDLE) {
+        loop_chamber_switch_off(); /* so that the loop is off when the program has ended */
+        if (can_go_on(&record)) {
+            take_over(&record);
+        } else {
+            end(PROGRAM_POWER_UNREADABLE);
+        }
     }
-    loop_chamber_switch_off(); /* so that the loop is off when the program has ended */
-    if (can_go_on(&record)) {
-        take_over(&record);
-    } else {
-        end(PROGRAM_POWER_UNREADABLE);
-    }
+    seal = sum_of_program();
 }
 
 void program_note(struct progress_record *record)

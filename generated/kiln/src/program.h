@@ -38,15 +38,15 @@ enum {
     PROGRAM_POWER_UNREADABLE = 5  /* after a power cut, record and stored program do not match */
 };
 
-/* program.order */
+/* program.order: two codes differ in at least two bits, so that one flipped bit makes no order. */
 enum {
     PROGRAM_NO_ORDER = 0,
-    PROGRAM_STOP = 1,
-    PROGRAM_PAUSE = 2,
-    PROGRAM_START = 3,
-    PROGRAM_RESUME = 4,
-    PROGRAM_SKIP = 5,
-    PROGRAM_JUMP = 6
+    PROGRAM_STOP = 3,
+    PROGRAM_PAUSE = 5,
+    PROGRAM_START = 6,
+    PROGRAM_RESUME = 9,
+    PROGRAM_SKIP = 10,
+    PROGRAM_JUMP = 12
 };
 
 /* The state after the last control step. A step of progress is one period of the loop. */
@@ -97,10 +97,11 @@ const struct stored_program *program_loaded(void);
 /* After a reset: continue where the power was cut, if the first reading allows it. */
 void program_start_up(void);
 
-/* One step of the loop; `ok` says whether its temperature is that of this step. */
-void program_step(bool ok);
+/* One step of the loop. `ok` says whether its temperature is that of this step, `sound` whether the
+ * memory that this step has checked before is sound. */
+void program_step(bool ok, bool sound);
 
-/* Add the duty of this step to the program's energy. */
+/* Add the duty of this step to the program's energy; the last change of the program in a step. */
 void program_count(float duty_percent);
 
 /* A fault was latched or acknowledged: a program must not continue by itself. */

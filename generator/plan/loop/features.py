@@ -105,7 +105,7 @@ PROGRAM = (
         when=lambda loop: loop.programmed,
         helpers=("program",),
         includes={"program.h": "program_step"},
-        program="program_step(now.ok);\nfollow_program();",
+        program="program_step(now.ok, sound);\nfollow_program();",
         refuse="program.state != PROGRAM_IDLE",
         disable="(void)program_stop(); /* also a start that waits for a reading */",
     ),

@@ -65,6 +65,9 @@ def faults(site: Site) -> Iterator[Fault]:
         trip=Trip(("watchdog_reset",), watchdog_s(site)),
         judge=_judge(programs),
     )
+    flipped = Trip(("memory_damaged",), site.loop.periods_s(2))
+    yield replace(lost, id="program_flipped", cause=_flip, cure=nothing, trip=flipped,
+                  sensor_lies=False, judge=_failed)  # fmt: skip
     if programs.on_fault == "pause":
         name = "power_cut_in_interrupted_program"
         yield replace(lost, id=name, cause=_cut_while_latched, cure=nothing)
@@ -114,6 +117,12 @@ def _started_at(site: Site, start_c: float) -> World:
     world.device.program("start", 1)
     world.until(lambda now: _program(now, "state") == RUNNING, shows_s(site))
     return world
+
+
+def _flip(world: World) -> None:
+    """Flip a bit in the copy of the program that runs."""
+    place = world.device.variables["program.c:loaded"]
+    world.device.avr.flip(place.address + place.size - 1, memory.HIGHEST_BIT)
 
 
 def _program(world: World, member: str) -> Any:

@@ -106,6 +106,7 @@ class ProgramRun:
         *,
         reading_c: Single,
         fault: bool,
+        damaged: bool,
     ) -> tuple[int, bool]:
         """Run the program's part of a step.
 
@@ -114,6 +115,7 @@ class ProgramRun:
             temperature_c: the temperature for the control, None without a valid reading.
             reading_c: the last single reading.
             fault: whether a fault is latched.
+            damaged: whether this step finds the memory damaged (rule 29).
 
         Returns:
             The code of a fault, 0 for none; and whether the command still waits.
@@ -124,6 +126,10 @@ class ProgramRun:
         self._reading_c = reading_c
         now.rate_k_per_s = ZERO
         self.handed_over = None
+        if damaged:
+            if self.is_active:
+                self._end(FAILED)
+            return 0, False
         if fault:
             self.fail()
             if self._keeps and order[0] == STOP:

@@ -12,7 +12,7 @@ NOTHING, HELD_BACK, FOR_TARGET, FOR_OPERATOR = range(4)
 """Reasons why the program's clocks wait."""
 FINISHED, STOPPED, FAILED, TOO_FAR, POWER_UNREADABLE = range(1, 6)
 """Reasons why a program ended."""
-STOP, PAUSE, START, RESUME, SKIP, JUMP = range(1, 7)
+STOP, PAUSE, START, RESUME, SKIP, JUMP = 3, 5, 6, 9, 10, 12
 """Commands to a program."""
 NO_ORDER = (0, 0)
 

@@ -89,9 +89,10 @@ def cooling_is_slow_enough(machine: Machine) -> Findings:
     if needed > loop.protection.rise_rate_k_per_s:
         yield Finding(
             (*machine.path, "protection", "rise_rate"),
-            f"with {loop.cooler} on this plant falls by {machine.told(fastest)} from "
-            f"{celsius(loop.setpoint.maximum_c)}, and a reading may add a step of "
-            f"{about(step_k)} K",
+            f"the rule counts a fall like a rise: while {loop.cooler} is on, this plant cools by "
+            f"{machine.told(fastest)} at {celsius(loop.setpoint.maximum_c)}, and one step of the "
+            f"reading, {about(step_k)} K in a period, looks like "
+            f"{machine.told(loop.rate_k_per_s(step_k))} more",
             f"Use at least {rounded_up(needed)} K/s",
             (*machine.because_of, ("outputs", loop.cooler)),
         )

@@ -76,7 +76,7 @@ def codes_are_of_the_circuit(controller: Controller) -> Findings:
 
 
 def _above_supply(sensor: AdcThermometer, mcu: str) -> bool:
-    """Return whether a table has a code that its divider's supply does not reach."""
+    """Return whether a table has a code that its divider can never give: it is above the supply."""
     if not isinstance(sensor.curve, CodesCurve):
         return False
     highest = max(code for code, _ in sensor.curve.codes)
