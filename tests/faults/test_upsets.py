@@ -31,7 +31,7 @@ from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.operation import programs
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import World
-from heatwright.sim.reference.programs.state import IDLE
+from heatwright.sim.reference.programs.state import FAILED, IDLE, PAUSED, RUNNING
 
 DRAWN = amount("upsets")
 FLAGS = {"A": 0xFC, "B": 0x23}
@@ -266,29 +266,40 @@ def paused(site: Site) -> World:
     return world
 
 
-@pytest.mark.parametrize("begin", [programs.under_way, paused, starts.cold])
-def test_no_bit_of_a_program_moves_a_firing(begin: Callable[[Site], World]) -> None:
-    """What it is doing, and where it goes; an order that nobody gave does not heat either."""
-    site = site_of("kiln")
-    world = begin(site)
+BEGINS = {programs.under_way: RUNNING, paused: PAUSED, starts.cold: IDLE}
+"""Worlds, and the state of the program in them."""
+
+
+def moves_no_firing(site: Site, begin: Callable[[Site], World], count: int) -> None:
+    """Judge flipped bits of a program in the RAM, and of an order that waits."""
+    world, state = begin(site), BEGINS[begin]
     variables = world.device.variables
     bits = [
         (name, variables[name].address + bit // 8, bit % 8)
         for name in ("program", "loaded", "program.c:seal")
         for bit in range(8 * variables[name].size)
     ]
-    for name, place, bit in some(bits, amount("program_bits")):
+    setpoint = variables[f"settings.{site.loop_name}_setpoint_c"]
+    for name, place, bit in (("setpoint", setpoint.address, 0), bits[0], *some(bits, count)):
+        assert (world.fault, world.device.read("program.state")) == (0, state)
         world.device.avr.flip(place, bit)
+        seems_idle = world.device.read("program.state") == IDLE
         world.run(2 * site.loop.period_s)
         assert world.fault == CODES["memory_damaged"], (name, place, bit)
         assert world.device.read("program.state") == IDLE
+        assert world.device.read("program.ended") == (0 if seems_idle else FAILED)
         world = begin(site)
-    state = world.device.read("program.state")
     for name, bit in product(("next_order", "next_argument"), range(8)):
         world.device.avr.flip(variables[name].address, bit)
         world.run(2 * site.loop.period_s)
         assert world.device.read("program.state") == state, (name, bit)
-        world = begin(site)
+        world.device.avr.write_ram(variables[name].address, b"\0")
+
+
+@pytest.mark.parametrize("begin", BEGINS)
+def test_no_bit_of_a_program_moves_a_firing(begin: Callable[[Site], World]) -> None:
+    """What it is doing, and where it goes; an order that nobody gave does not heat either."""
+    moves_no_firing(site_of("kiln"), begin, amount("program_bits"))
 
 
 @pytest.mark.parametrize("maximum_c", [float("nan"), 4600.0, float("inf")])
