@@ -159,6 +159,13 @@ def edited(spec: str, changes: str) -> str:
     return yaml.dump(data, allow_unicode=True, sort_keys=False)
 
 
+def flow(value: Any) -> str:
+    """Write what yaml.BaseLoader has read, all of it texts, without quotes."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {flow(each)}' for key, each in value.items())}}}"
+    return f"[{', '.join(map(flow, value))}]" if isinstance(value, list) else str(value)
+
+
 TEMPLATES = Path(templates).parent
 CLOCK_HZ = 16_000_000
 SHARED = Path(__file__).parents[1] / "sim_native" / "firmware"
