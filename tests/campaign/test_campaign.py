@@ -22,7 +22,7 @@ import pytest
 from distributed import Client
 from pyarrow import parquet
 from rig.commands import Heatwright
-from rig.firmware import EXAMPLE_NAMES, EXAMPLES, example, finished
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, changed, example, finished
 
 from heatwright.cli.campaign.given import given
 from heatwright.cli.campaign.work import GOES_ON, Task, run_here, run_whole
@@ -57,9 +57,8 @@ faults: {chance: 40 %, at: 20 s .. 30 s}
 
 def short_chamber(length: str = "1 min") -> str:
     """Write short.yaml, the chamber with a short scenario, and vary.yaml; return what to type."""
-    text = (EXAMPLES / "chamber.yaml").read_text("utf-8")
-    assert text.count("for: 30 min") == 1
-    Path("short.yaml").write_text(text.replace("for: 30 min", f"for: {length}"), encoding="utf-8")
+    text = changed("chamber", ("for: 30 min", f"for: {length}"))
+    Path("short.yaml").write_text(text, encoding="utf-8")
     Path("vary.yaml").write_text(VARY, encoding="utf-8")
     return "campaign short.yaml --vary vary.yaml"
 

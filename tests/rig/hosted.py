@@ -10,6 +10,7 @@ a hundred times as quick, but what crashes or hangs takes the process along: for
 import ctypes
 import inspect
 import re
+import struct
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -96,6 +97,24 @@ def world_of(spec: str, files: Iterable[str], world: Path, *flags: str) -> World
     chip = f"-D__AVR_ATmega{board.mcu.removeprefix('atmega').upper()}__"
     clock = f"-DF_CPU={board.clock_hz}UL"
     return World(sources_of(spec), tuple(sorted(files)), world, (chip, clock, *flags))
+
+
+# A line's share of a script, which all worlds of one take in this form.
+
+
+def received(data: bytes) -> bytes:
+    """Bytes that come in."""
+    parts = [data[i : i + 0xFFFF] for i in range(0, len(data), 0xFFFF)]
+    return b"".join(b"r" + struct.pack("<H", len(part)) + part for part in parts)
+
+
+def flagged(flags: int, byte: int) -> bytes:
+    """A byte that comes in with the receiver's flags."""
+    return b"x" + bytes([flags, byte])
+
+
+def ticks(count: int) -> bytes:
+    return b"t" + struct.pack("<H", count)
 
 
 class Stopped(AssertionError):
