@@ -10,6 +10,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,11 +19,10 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from campaign.campaigns import kept, short_chamber, wait_for
 from distributed import Client
 from pyarrow import parquet
 from rig.commands import Heatwright
-from rig.firmware import EXAMPLE_NAMES, EXAMPLES, example, finished
+from rig.firmware import EXAMPLE_NAMES, EXAMPLES, changed, example, finished
 
 from heatwright.cli.campaign.given import given
 from heatwright.cli.campaign.work import GOES_ON, Task, run_here, run_whole
@@ -37,6 +37,45 @@ from heatwright.sim.campaign.world import DrawnWorld
 from heatwright.sim.machine import FEED, TIPS
 from heatwright.sim.plants import plant_of
 from heatwright.spec import Controller, Event
+
+VARY = """\
+capacities: {all: ± 20 %, walls: normal 5 %}
+resistances: {air-walls: 0.15 K/W .. 0.2 K/W}
+ambient: [15 °C, 20 °C, 25 °C]
+supply: ± 10 %
+errors: {air: ± 0.5 K}
+noise: {air: 0 K .. 0.2 K}
+late: 0 s .. 5 s
+asks:
+  - {loop: air, at: 20 s .. 25 s, setpoint: 30 °C .. 60 °C, chance: 50 %}
+upsets:
+  - {at: 30 s, node: air, by: -5 K .. -2 K}
+  - {at: 35 s, power_cut: 1 s .. 2 s, chance: 50 %}
+faults: {chance: 40 %, at: 20 s .. 30 s}
+"""
+
+
+def short_chamber(length: str = "1 min") -> str:
+    """Write short.yaml, the chamber with a short scenario, and vary.yaml; return what to type."""
+    text = changed("chamber", ("for: 30 min", f"for: {length}"))
+    Path("short.yaml").write_text(text, encoding="utf-8")
+    Path("vary.yaml").write_text(VARY, encoding="utf-8")
+    return "campaign short.yaml --vary vary.yaml"
+
+
+def kept(folder: str) -> int:
+    file = Path(folder, "runs.jsonl")
+    return file.read_bytes().count(b"\n") if file.is_file() else 0
+
+
+def wait_for(condition: Callable[[], object], what: str, of: subprocess.Popen[Any]) -> None:
+    """Wait until something is so, as long as a process is there, for four minutes at most."""
+    end_s = time.monotonic() + 240
+    while not condition():
+        assert of.poll() is None, f"{what}: it has ended"
+        assert time.monotonic() < end_s, what
+        time.sleep(0.05)
+
 
 PROGRAM = [sys.executable, "-m", "heatwright.cli.start"]
 

@@ -10,7 +10,7 @@ from operator import xor
 from pathlib import Path
 
 from rig.firmware import device_of, sources_of
-from rig.hosted import World, play, world_of
+from rig.hosted import World, play, received, ticks, world_of
 
 from heatwright.sim.interfaces.gcode import GcodeHost
 
@@ -21,20 +21,6 @@ def gcode_world(spec: str = "extruder") -> World:
     """Return the files that a host speaks with, of a spec's text or an example."""
     files = [name for name in sources_of(spec) if re.fullmatch(r"(gcode.*|host|text)\.c", name)]
     return world_of(spec, files, Path(__file__).with_name("world.c"))
-
-
-def received(data: bytes) -> bytes:
-    parts = [data[i : i + 0xFFFF] for i in range(0, len(data), 0xFFFF)]
-    return b"".join(b"r" + struct.pack("<H", len(part)) + part for part in parts)
-
-
-def ticks(count: int) -> bytes:
-    return b"t" + struct.pack("<H", count)
-
-
-def flagged(flags: int, byte: int) -> bytes:
-    """A byte that comes in with the receiver's flags."""
-    return b"x" + bytes([flags, byte])
 
 
 def celsius(value: float, of: str = "nozzle") -> bytes:

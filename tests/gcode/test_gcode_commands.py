@@ -5,8 +5,9 @@ from pathlib import Path
 
 import gcode_world
 import pytest
-from gcode_world import celsius, fault, received, run, spoken, switched, talk, ticks, tuning_ends
+from gcode_world import celsius, fault, run, spoken, switched, talk, tuning_ends
 from rig.firmware import changed, controller_of, sources_of
+from rig.hosted import received, ticks
 
 from heatwright.spec import digest
 

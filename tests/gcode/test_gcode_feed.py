@@ -124,9 +124,15 @@ def test_what_m410_is_not(feeder: Board) -> None:
     assert not feeder.motor_is_free
 
 
-def test_no_feed_while_the_heater_is_off(feeder: Board) -> None:
-    feeder.tell("M104 S0")
-    assert feeder.told("G1 E5") == ["echo:G1 refused: the heater is off", "ok"]
+@pytest.mark.parametrize(
+    ("ends", "reason"),
+    [("M104 S0", "the heater is off"), ("M112", "acknowledge the fault with M999")],
+)
+def test_no_feed_while_nothing_heats(feeder: Board, ends: str, reason: str) -> None:
+    feeder.tell(ends, 1.0)
+    assert feeder.told("G1 E5") == [f"echo:G1 refused: {reason}", "ok"]
+    feeder.tell("M999")
+    feeder.tell(HOT, 3.0)
     assert feeder.steps == 0
 
 
@@ -154,19 +160,8 @@ def test_m410_ends_a_move_and_the_next_begins_where_it_stands(feeder: Board) -> 
     assert feeder.steps == stopped + round(3 * STEPS_PER_MM)
 
 
-def test_a_stop_ends_the_move_for_good(feeder: Board) -> None:
-    feeder.tell("G1 E50 F1200", 1.0)
-    feeder.tell("M112", 1.0)
-    stopped = feeder.steps
-    assert feeder.told("G1 E5") == ["echo:G1 refused: acknowledge the fault with M999", "ok"]
-    feeder.tell("M999")
-    feeder.tell(HOT, 3.0)
-    assert feeder.steps == stopped
-    assert place(feeder) == f"E:{stopped / STEPS_PER_MM:.2f}"
-
-
-@pytest.mark.parametrize("ends", ["M104 S0", "M303 S200|M108"])
-def test_off_and_a_tuning_forget_the_move(feeder: Board, ends: str) -> None:
+@pytest.mark.parametrize("ends", ["M104 S0", "M303 S200|M108", "M112|M999"])
+def test_off_a_tuning_and_a_stop_forget_the_move(feeder: Board, ends: str) -> None:
     """What was left must not go on with the next target."""
     feeder.tell("G1 E50 F1200", 1.0)
     for line in ends.split("|"):
@@ -175,6 +170,7 @@ def test_off_and_a_tuning_forget_the_move(feeder: Board, ends: str) -> None:
     assert 0 < stopped < 50 * STEPS_PER_MM
     feeder.tell(HOT, 3.0)
     assert feeder.steps == stopped
+    assert place(feeder) == f"E:{stopped / STEPS_PER_MM:.2f}"
 
 
 @pytest.mark.parametrize("line", ["M84", "M18"])

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import pytest
-from gcode_world import celsius, flagged, received, run, ticks
+from gcode_world import celsius, run
+from rig.hosted import flagged, received, ticks
 
 
 @pytest.mark.parametrize(

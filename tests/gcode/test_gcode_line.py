@@ -6,7 +6,8 @@ import re
 from pathlib import Path
 
 import pytest
-from gcode_world import celsius, fault, numbered, received, run, spoken, ticks, tuning_ends
+from gcode_world import celsius, fault, numbered, run, spoken, tuning_ends
+from rig.hosted import received, ticks
 from suite import amount
 
 WARM = "ok T:0.0 /0.0 B:0.0 /0.0 @:0"

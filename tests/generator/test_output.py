@@ -20,6 +20,7 @@ from rig.firmware import (
     example,
     files_of,
     finished,
+    headers_of,
     sources_of,
 )
 
@@ -258,8 +259,7 @@ def test_every_file_begins_with_the_banner_and_is_tidy() -> None:
 def test_a_header_has_one_guard_behind_its_comment() -> None:
     """And one that has its own, as a package from outside may write, keeps that alone."""
     begun = "// {}\n/\\*.*?\\*/\n#ifndef {}_H\n#define {}_H\n\n"
-    headers = {path: text for path, text in sources_of("kiln").items() if path.endswith(".h")}
-    for path, text in headers.items():
+    for path, text in headers_of(sources_of("kiln")).items():
         name = path.removesuffix(".h").upper()
         assert re.match(begun.format(".*", name, name), text, re.DOTALL), path
         assert (text.count("#ifndef"), text[-8:]) == (1, "\n#endif\n"), path

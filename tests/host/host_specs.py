@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from rig.firmware import changed, kept, put
+from rig.firmware import changed, flow, kept, put
 
 from heatwright.generator import plan_firmware, render, write
 from heatwright.sim.host import Host, HostBuild, build_host
@@ -33,13 +33,7 @@ def _text(*changes: dict[str, Any]) -> str:
     for change in changes:
         for path, value in change.items():
             put(spec, path, None if value == NOTHING else deepcopy(value))
-    return "".join(f"{key}: {_flow(value)}\n" for key, value in spec.items() if value)
-
-
-def _flow(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_flow(each)}" for key, each in value.items()) + "}"
-    return "[" + ", ".join(map(_flow, value)) + "]" if isinstance(value, list) else str(value)
+    return "".join(f"{key}: {flow(value)}\n" for key, value in spec.items() if value)
 
 
 def _family(name: str) -> dict[str, str]:

@@ -288,14 +288,12 @@ def shows(hal: Hal, board: LiveBoard, *expected: str) -> None:
     """See that these lights are lit and no others, on the panel and on the board itself."""
     wanted = {light: float(light in expected) for light in LEDS}
     lights = {LEDS[light]: "lit" if lit else "dark" for light, lit in wanted.items()}
-    end = time.monotonic() + LATE_S
-    while True:
+
+    def seen() -> tuple[dict[str, float], dict[str, str]]:
         panel = {each: hal.signal(f"fabricator-panel.nozzle.{each}", "getp") for each in LEDS}
-        leds = {each: board.ask("lights")[each] for each in LEDS.values()}
-        if (panel, leds) == (wanted, lights):
-            return
-        assert time.monotonic() < end, (panel, leds)
-        time.sleep(hal_session.POLL_S)
+        return panel, {each: board.ask("lights")[each] for each in LEDS.values()}
+
+    wait_for(lambda: seen() == (wanted, lights), seen, LATE_S, hal_session.POLL_S)
 
 
 def shown_c(hal: Hal) -> float:

@@ -3,20 +3,14 @@
 from pathlib import Path
 
 from hosted_menu import BROKEN, SPEC, WORLD, problem_of, walks
-from rig.firmware import sources_of
+from rig.firmware import headers_of, sources_of
 from rig.hosted import InItsWorld
 
 
 class Menu(InItsWorld):
-    """Of the kiln's files those of which the menu is made."""
-
-    def sources(self) -> dict[str, str]:
-        """Return the files that may be broken."""
-        return {name: text for name, text in super().sources().items() if name in BROKEN}
-
     def headers(self) -> dict[str, str]:
-        """Return what the files include."""
-        return {name: text for name, text in sources_of(SPEC).items() if name.endswith(".h")}
+        """Return the kiln's own, also of what is the world's."""
+        return headers_of(sources_of(SPEC))
 
 
 def problem(world: Path) -> str:
@@ -24,4 +18,4 @@ def problem(world: Path) -> str:
     return next(filter(None, (problem_of(world, walk) for walk in walks(77))), "")
 
 
-ARENAS = [Menu("menu/walks", lambda: WORLD, problem)]
+ARENAS = [Menu("menu/walks", lambda: WORLD, problem, broken="|".join(BROKEN))]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pytest
 from rig.firmware import sources_of, spec_of
-from rig.hosted import World, play, world_of
+from rig.hosted import World, flagged, play, received, ticks, world_of
 from rig.modbus_oracle import GAINS, MODES, Oracle
 from suite import amount
 
@@ -70,14 +70,6 @@ def slave_world() -> World:
 def frame(data: bytes) -> bytes:
     """A frame comes in, with silence behind it, and is answered."""
     return b"f" + struct.pack("<H", len(data)) + data
-
-
-def received(data: bytes) -> bytes:
-    return b"r" + struct.pack("<H", len(data)) + data
-
-
-def ticks(count: int) -> bytes:
-    return b"t" + struct.pack("<H", count)
 
 
 def value(name: str, number: float) -> bytes:
@@ -297,10 +289,6 @@ ASK = framed(ADDRESS, bytes.fromhex("04 0000 0001"))
 ANSWER = framed(ADDRESS, bytes.fromhex("04 02 0001"))
 WRITE = framed(ADDRESS, struct.pack(">BHH", 6, 100, 300))
 TO_ALL = framed(0, struct.pack(">BHH", 6, 100, 300))
-
-
-def flagged(flags: int, byte: int) -> bytes:
-    return b"x" + bytes([flags, byte])
 
 
 def leaves(count: int) -> bytes:

@@ -86,7 +86,7 @@ def names_of(sources: Mapping[str, str]) -> Names:
 def _declared(source: str) -> tuple[tuple[str, str], ...]:
     """Every name that is declared in a file, and the type that it is declared with."""
     return tuple(
-        (name, (of.text or b"").decode())
+        (name, text_of(of))
         for node in everything(syntax_of(source.encode()))
         if node.type in _DECLARING and (of := node.child_by_field_name("type"))
         for declarator in node.children_by_field_name("declarator")
@@ -134,15 +134,15 @@ def ancestor(node: Node, kind: str) -> Node | None:
 def can_only_be_equal(node: Node, other: str, names: Names) -> bool:
     """Whether a comparison with this other operator says the same."""
     left, right = node.child_by_field_name("left"), node.child_by_field_name("right")
-    operator = _text(node.child_by_field_name("operator"))
+    operator = text_of(node.child_by_field_name("operator"))
     if left is None or right is None:
         return False
     if (operator, other) == ("<", "!=") and _counts_up(node, left, right, names):
         return True
-    if names.is_zero(_text(left)):
+    if names.is_zero(text_of(left)):
         left, right = right, left
         operator, other = MIRRORED.get(operator, operator), MIRRORED.get(other, other)
-    equal = (operator, other) in EQUAL_AT_0 and names.is_zero(_text(right))
+    equal = (operator, other) in EQUAL_AT_0 and names.is_zero(text_of(right))
     return equal and _has_no_sign(left, names)
 
 
@@ -152,10 +152,10 @@ def _has_no_sign(node: Node | None, names: Names) -> bool:
     if node.type == "binary_expression":
         left = _has_no_sign(node.child_by_field_name("left"), names)
         right = _has_no_sign(node.child_by_field_name("right"), names)
-        operator = _text(node.child_by_field_name("operator"))
+        operator = text_of(node.child_by_field_name("operator"))
         return {"&": left or right, ">>": left}.get(operator, left and right and operator in "|/%")
     if node.type == "cast_expression":
-        return bool(_UNSIGNED.fullmatch(_text(node.child_by_field_name("type"))))
+        return bool(_UNSIGNED.fullmatch(text_of(node.child_by_field_name("type"))))
     if node.type == "parenthesized_expression":
         return len(node.named_children) == 1 and _has_no_sign(node.named_children[0], names)
     inner = {
@@ -165,7 +165,7 @@ def _has_no_sign(node: Node | None, names: Names) -> bool:
     }.get(node.type)  # fmt: skip
     if inner:
         return _has_no_sign(node.child_by_field_name(inner), names)
-    return names.value(_text(node)).isdecimal() or _text(node) in names.unsigned
+    return names.value(text_of(node)).isdecimal() or text_of(node) in names.unsigned
 
 
 def _counts_up(node: Node, left: Node, right: Node, names: Names) -> bool:
@@ -173,17 +173,19 @@ def _counts_up(node: Node, left: Node, right: Node, names: Names) -> bool:
     around = node
     while around.parent is not None and (
         around.parent.type == "parenthesized_expression"
-        or _text(around.parent.child_by_field_name("operator")) == "&&"
+        or text_of(around.parent.child_by_field_name("operator")) == "&&"
     ):
         around = around.parent
-    loop, counter = around.parent, _text(left)
+    loop, counter = around.parent, text_of(left)
     if loop is None or loop.type != "for_statement":
         return False
-    start = re.fullmatch(rf"\w+ {counter} = (\w+);", _text(loop.child_by_field_name("initializer")))
-    counts = _text(loop.child_by_field_name("update")) == f"{counter}++"
+    start = re.fullmatch(
+        rf"\w+ {counter} = (\w+);", text_of(loop.child_by_field_name("initializer"))
+    )
+    counts = text_of(loop.child_by_field_name("update")) == f"{counter}++"
     if not start or not counts or _changes(loop, counter) != 1:
         return False
-    first, end = names.value(start[1]), names.value(_text(right))
+    first, end = names.value(start[1]), names.value(text_of(right))
     if end.isdecimal():
         return first.isdecimal() and int(first) <= int(end)
     return first == "0" and (right.type in ("sizeof_expression", "offsetof_expression")
@@ -195,7 +197,7 @@ def _is_local(node: Node, name: str) -> bool:
     function = ancestor(node, "function_definition")
     if function is None:
         return False
-    return name in dict(_declared(_text(function))) and not _changes(function, name)
+    return name in dict(_declared(text_of(function))) and not _changes(function, name)
 
 
 def _changes(inside: Node, name: str) -> int:
@@ -203,12 +205,12 @@ def _changes(inside: Node, name: str) -> int:
     fields = {"assignment_expression": "left", "update_expression": "argument",
               "pointer_expression": "argument"}  # fmt: skip
     return sum(
-        _text(node.child_by_field_name(fields[node.type])) == name
+        text_of(node.child_by_field_name(fields[node.type])) == name
         for node in everything(inside) if node.type in fields
     )  # fmt: skip
 
 
-def _text(node: Node | None) -> str:
+def text_of(node: Node | None) -> str:
     return node.text.decode() if node is not None and node.text is not None else ""
 
 

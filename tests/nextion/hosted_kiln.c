@@ -225,56 +225,29 @@ static void order_now(uint32_t size)
 static void follow(int command, uint32_t number)
 {
     switch (command) {
-    case 'd':
-        receive('#', 1u << FE0);
-        receive_many(number);
-        break;
-    case 'b':
-        receive('#', 1u << DOR0);
-        receive_many(number);
-        break;
-    case 'r':
-        receive_many(number);
-        break;
-    case 'o':
-        order_now(number);
-        break;
+    case 'd': receive('#', 1u << FE0); receive_many(number); break;
+    case 'b': receive('#', 1u << DOR0); receive_many(number); break;
+    case 'r': receive_many(number); break;
+    case 'o': order_now(number); break;
     case 't':
         for (uint32_t left = number; left-- != 0;) {
             tick();
         }
         break;
-    case 'c':
-        raw_now = (int32_t)((float)(int32_t)number / SENSOR_CHAMBER_STEP_C);
-        break;
-    case 'f':
-        fault_trip((uint8_t)number, 20.0f);
-        break;
-    case 'l':
-        fault.trips = (uint8_t)number;
-        break;
-    case 'n':
-        answers = number != 0;
-        break;
-    case 'p':
-        settings_reload();
-        break;
-    case 'w':
-        now_ticks = 100u * number;
-        break;
+    case 'c': raw_now = (int32_t)((float)(int32_t)number / SENSOR_CHAMBER_STEP_C); break;
+    case 'f': fault_trip((uint8_t)number, 20.0f); break;
+    case 'l': fault.trips = (uint8_t)number; break;
+    case 'n': answers = number != 0; break;
+    case 'p': settings_reload(); break;
+    case 'w': now_ticks = 100u * number; break;
     case 'm':
         program.clock = program.segment_clock = number;
         program.energy = 4500u * number;
         program_count(0.0f); /* it renews the checksum of the program */
         break;
-    case 'a':
-        display_answers = number != 0;
-        break;
-    case 's':
-        loop_chamber.steps = (uint16_t)number;
-        break;
-    default:
-        show_state();
+    case 'a': display_answers = number != 0; break;
+    case 's': loop_chamber.steps = (uint16_t)number; break;
+    default: show_state();
     }
 }
 

@@ -1,4 +1,7 @@
-"""The documents as a site: built without a warning, with a page for each kind and the schema."""
+"""The documents as a site: built without a warning, with a page for each kind and the schema.
+
+The pictures of the house and of the way of the data are those of the code.
+"""
 
 import json
 import re
@@ -49,3 +52,21 @@ def test_it_is_built_strictly() -> None:
     dead = finished(MKDOCS, cwd=ROOT)
     assert dead.returncode != 0
     assert "nowhere.md" in dead.stderr
+
+
+TOOL = ROOT / "tools" / "architecture.py"
+
+
+def test_they_are_of_this_code() -> None:
+    done = finished([sys.executable, TOOL, "--check"])
+    assert done.returncode == 0, done.stderr
+
+
+def test_an_arrow_more_is_seen_and_a_circle_refused() -> None:
+    words = "import architecture as a; found = a.imports(); before = a.house()\n{}"
+    more = "found['templates'] = ['spec']; a.imports = lambda: found; assert a.house() != before"
+    circle = "found['spec'] = ['sim']; a.levels(found)"
+    for line, status in ((more, 0), (circle, 1)):
+        done = finished([sys.executable, "-c", words.format(line)], cwd=TOOL.parent)
+        assert done.returncode == status, done.stderr
+    assert "sim imports spec imports sim" in done.stderr or "spec imports sim" in done.stderr

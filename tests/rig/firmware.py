@@ -114,6 +114,10 @@ def sources_of(spec: str) -> dict[str, str]:
     return {path.removeprefix("src/"): files[path] for path in files if path.startswith("src/")}
 
 
+def headers_of(texts: Mapping[str, str]) -> dict[str, str]:
+    return {name: text for name, text in texts.items() if name.endswith(".h")}
+
+
 def changed(spec: str, *changes: tuple[str, str]) -> str:
     """Return a spec's text, or that of the example of that name, with parts of it replaced."""
     text = spec if "\n" in spec else (EXAMPLES / f"{spec}.yaml").read_text("utf-8")
@@ -153,6 +157,13 @@ def edited(spec: str, changes: str) -> str:
     for path, value in yaml.safe_load(changes).items():
         put(data, path, value)
     return yaml.dump(data, allow_unicode=True, sort_keys=False)
+
+
+def flow(value: Any) -> str:
+    """Write what yaml.BaseLoader has read, all of it texts, without quotes."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {flow(each)}' for key, each in value.items())}}}"
+    return f"[{', '.join(map(flow, value))}]" if isinstance(value, list) else str(value)
 
 
 TEMPLATES = Path(templates).parent
@@ -261,8 +272,7 @@ class Program:
         if not self.main:
             return texts
         chosen = {f"{name}.c" for name in self.names}
-        headers = {name: text for name, text in texts.items() if name.endswith(".h")}
-        return headers | {name: texts[name] for name in chosen} | {"main.c": self.main}
+        return headers_of(texts) | {name: texts[name] for name in chosen} | {"main.c": self.main}
 
     def elf(self, changed: Changed | None = None, folder: Path | None = None) -> Elf:
         """Compile it: strictly, or with files that are changed, without warnings.
@@ -271,7 +281,7 @@ class Program:
         without a folder, is kept in the store.
         """
         texts = self.texts() | dict(changed or {})
-        headers = {name: text for name, text in texts.items() if name.endswith(".h")}
+        headers = headers_of(texts)
         stale = set(texts) if set(changed or ()) & set(headers) else set(changed or ())
         words = self._words(strict=not changed)
         objects = []
@@ -324,7 +334,7 @@ class Firmware:
 
     def headers(self) -> dict[str, str]:
         """Return what the files include."""
-        return {name: text for name, text in self.program.texts().items() if name.endswith(".h")}
+        return headers_of(self.program.texts())
 
     def sources(self) -> dict[str, str]:
         """Return the files that are broken."""

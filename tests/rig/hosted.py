@@ -9,6 +9,8 @@ a hundred times as quick, but what crashes or hangs takes the process along: for
 
 import ctypes
 import inspect
+import re
+import struct
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -18,7 +20,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from rig.firmware import board_of, made, sources_of
+from rig.firmware import board_of, headers_of, made, sources_of
 
 import heatwright.sim.host
 
@@ -80,8 +82,7 @@ class World:
 
     def _headers(self, changed: Mapping[str, str]) -> dict[str, str]:
         """Return everything that may be included, by its place in one folder."""
-        headers = {name: text for name, text in self.sources.items() if name.endswith(".h")}
-        headers |= {name: text for name, text in changed.items() if name.endswith(".h")}
+        headers = headers_of(self.sources) | headers_of(changed)
         headers |= {path.name: path.read_text("utf-8") for path in self.world.parent.glob("*.h")}
         for name, folder in {"more": HERE, "host": HOST}.items():
             for path in folder.rglob("*.h"):
@@ -96,6 +97,24 @@ def world_of(spec: str, files: Iterable[str], world: Path, *flags: str) -> World
     chip = f"-D__AVR_ATmega{board.mcu.removeprefix('atmega').upper()}__"
     clock = f"-DF_CPU={board.clock_hz}UL"
     return World(sources_of(spec), tuple(sorted(files)), world, (chip, clock, *flags))
+
+
+# A line's share of a script, which all worlds of one take in this form.
+
+
+def received(data: bytes) -> bytes:
+    """Bytes that come in."""
+    parts = [data[i : i + 0xFFFF] for i in range(0, len(data), 0xFFFF)]
+    return b"".join(b"r" + struct.pack("<H", len(part)) + part for part in parts)
+
+
+def flagged(flags: int, byte: int) -> bytes:
+    """A byte that comes in with the receiver's flags."""
+    return b"x" + bytes([flags, byte])
+
+
+def ticks(count: int) -> bytes:
+    return b"t" + struct.pack("<H", count)
 
 
 class Stopped(AssertionError):
@@ -190,19 +209,22 @@ class InItsWorld:
 
     together = True
 
-    def __init__(self, name: str, world: Callable[[], World], judge: Callable[[Path], str]) -> None:
-        """Say what is broken: all files of that world; the judge says the first thing wrong."""
+    def __init__(
+        self, name: str, world: Callable[[], World], judge: Callable[[Path], str], broken: str = ""
+    ) -> None:
+        """Say what is broken: the files of that world whose names match; the judge says the first
+        thing wrong."""
         self.name, self._world, self.problem = name, cache(world), judge
+        self._broken = re.compile(broken)
 
     def sources(self) -> Mapping[str, str]:
         """Return the files that may be broken."""
         world = self._world()
-        return {name: world.sources[name] for name in world.files}
+        return {name: world.sources[name] for name in world.files if self._broken.match(name)}
 
     def headers(self) -> Mapping[str, str]:
         """Return what they include."""
-        sources = self._world().sources
-        return {name: text for name, text in sources.items() if name.endswith(".h")}
+        return headers_of(self._world().sources)
 
     def build(self, changed: Mapping[str, str], folder: Path) -> Path:  # noqa: ARG002
         """Compile a library with these texts."""

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig.firmware import CLOCK_HZ, began_s, compiled, example, powered, running, shared, whole
+from rig.firmware import CLOCK_HZ, began_s, compiled, device_of, powered, running, shared, whole
 
 from heatwright.sim.avr import RAM_FILL, Avr
 from heatwright.sim.binary.elf import ElfError
@@ -119,11 +119,6 @@ def test_an_interruption_ends_a_run_that_would_take_minutes() -> None:
     assert avr.cycle >= cycle + 16_000
 
 
-@pytest.fixture
-def device(chamber: Controller) -> AvrDevice:
-    return AvrDevice(chamber, whole("chamber"))
-
-
 def test_the_binary_must_be_of_this_spec(chamber: Controller, oven: Controller) -> None:
     message = rf"another spec .digest {digest(chamber)}, not {digest(oven)}.: generate and build it"
     with pytest.raises(StaleBinary, match=message):
@@ -137,9 +132,9 @@ def test_a_binary_without_its_state(chamber: Controller) -> None:
 
 
 def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
-    device: AvrDevice, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    device.sense("air", 25.5)
+    device = device_of("chamber", 25.5)
     device.advance(3.5)
     left = lambda undefined: bytes([undefined]) * 1024  # noqa: E731
     monkeypatch.setattr(device.avr.eeprom, "after_power_cut", left)
@@ -160,9 +155,8 @@ def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
 
 
 def test_a_spec_without_a_shield() -> None:
-    device = AvrDevice(example("extruder").controller, whole("extruder"))
     with pytest.raises(LookupError, match="extruder has no LcdKeypad"):
-        device.press("up")
+        device_of("extruder").press("up")
 
 
 # ---- building and finding the shim, and what is said when it cannot be had ----

@@ -175,11 +175,6 @@ def kiln(first: str = FIRST) -> Controller:
     return controller_of(changed(bases()["simulated_kiln"], (FIRST, first)))
 
 
-@pytest.fixture(scope="module")
-def machine() -> Machine:
-    return machine_of(kiln())
-
-
 def ramp(to_k: float, seconds: float) -> Ramp:
     return Ramp((), "over", 0.0, to_k, seconds)
 
@@ -197,6 +192,7 @@ def test_the_advice_is_good(steep: str, form: str) -> None:
     assert kiln(f"{{to: 540 °C, {form.format(advised[1])}}}")
 
 
-def test_no_power_is_enough_for_the_last_degree(machine: Machine) -> None:
+def test_no_power_is_enough_for_the_last_degree() -> None:
+    machine = machine_of(kiln())
     highest_k = machine.plant.steady_k(machine.full_power_w)
     assert "more power" in firing._slower(machine, ramp(highest_k + 1.0, 3600.0))

@@ -46,7 +46,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from mutation.known import everything, name_of, syntax_of
+from mutation.known import everything, name_of, syntax_of, text_of
 from points import LATCHED, Firmware, Group, mask_bit, pointed, unlocked, with_places
 from rig.firmware import board_of, finished
 from tree_sitter import Node
@@ -311,12 +311,12 @@ def _with_ends(text: str) -> str:
     for function in _texts(text):
         body = function.child_by_field_name("body")
         assert body is not None
-        written = (function.text or b"").decode()
+        written = text_of(function)
         is_given_one = re.search(r"\bchar (\*|\w+\[)", written.split("{")[0])
         new = "" if is_given_one else "text_end = 0; "
         puts[body.start_byte + 1] = f" {new}/*@ dynamic_split text_end; */ ;"
         for each in everything(body):
-            said = (each.text or b"").decode()
+            said = text_of(each)
             if ended := re.fullmatch(r"([^;=]+) = '\\0';", said):
                 puts[each.end_byte] = f" ENDS(&({ended[1]}));"
             if found := re.match(r"uint8_t (length|size)\b.*;", said):

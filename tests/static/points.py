@@ -18,7 +18,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import NamedTuple
 
-from mutation.known import everything, name_of, syntax_of, upwards
+from mutation.known import ancestor, everything, name_of, syntax_of, text_of, upwards
 from tree_sitter import Node
 
 ATOMIC = re.compile(
@@ -96,7 +96,7 @@ class Firmware:
     def shared_functions(self) -> list[str]:
         """Return what both interrupts and others call, and has points."""
         others = [
-            _text(each)
+            text_of(each)
             for name, bodies in self.functions.items()
             for body in bodies
             if name not in self._called
@@ -116,7 +116,7 @@ class Firmware:
         writes: set[str] = set()
         switches = False
         for node in (each for part in nodes for each in everything(part)):
-            text = _text(node)
+            text = text_of(node)
             key = self._variable(node, file)
             touched: set[str] = set()
             if node.type == "identifier":
@@ -154,7 +154,7 @@ class Firmware:
                 if "pointer_declarator" in inside:
                     self._pointers.add(name_of(each))
         elif node.type == "declaration" and (
-            _text(node).startswith("static")
+            text_of(node).startswith("static")
             or not any(each.type == "compound_statement" for each in upwards(node))
         ):
             for each in node.children_by_field_name("declarator"):
@@ -163,8 +163,8 @@ class Firmware:
     def _declare_function(self, file: str, node: Node) -> None:
         is_routine = node.children[0].text == b"ISR"
         declared = node.child_by_field_name("declarator")
-        name = f"ISR {_text(node.children[1])}" if is_routine else name_of(declared)
-        if re.match(r"static\b(?! inline)", _text(node)):
+        name = f"ISR {text_of(node.children[1])}" if is_routine else name_of(declared)
+        if re.match(r"static\b(?! inline)", text_of(node)):
             self._own[file].add(name)
             name = f"{file}:{name}"
         body = node.child_by_field_name("body")
@@ -174,15 +174,15 @@ class Firmware:
 
     def _declare_variable(self, file: str, node: Node, declared: Node) -> None:
         inside = _types(declared)
-        is_constant = "const" in [_text(one) for one in node.children]
+        is_constant = "const" in [text_of(one) for one in node.children]
         is_pointer = "pointer_declarator" in inside
         if "function_declarator" in inside or (is_constant and not is_pointer):
             return
-        if _text(node).startswith("static"):
+        if text_of(node).startswith("static"):
             self._own[file].add(name_of(declared))
         key = self._key(name_of(declared), file)
         kind = node.child_by_field_name("type")
-        self.lasting[key] = _text(kind).split("{")[0].strip() if kind else ""
+        self.lasting[key] = text_of(kind).split("{")[0].strip() if kind else ""
         if is_pointer:
             self._stored.add(key)
         if "array_declarator" in inside:
@@ -193,7 +193,7 @@ class Firmware:
 
     def _variable(self, node: Node, file: str) -> str:
         """Return which variable an identifier means; none if it is of the function's own."""
-        text = _text(node)
+        text = text_of(node)
         if node.type != "identifier" or text in _locals(node):
             return ""
         return self._key(text, file)
@@ -204,10 +204,10 @@ class Firmware:
         while base.type in ("parenthesized_expression", "subscript_expression"):
             base = base.named_children[0]
         if field := base.child_by_field_name("field"):
-            return "void" if _text(field) in self._pointers else "", False
+            return "void" if text_of(field) in self._pointers else "", False
         if base.type != "identifier":
             return "void", False
-        name = _text(base)
+        name = text_of(base)
         if name in (own := _locals(base)):
             return own[name], True
         key = self._key(name, file)
@@ -226,21 +226,21 @@ class Firmware:
         """Whether a place is read, whether it is written, and whether a pointer leads to it from
         here on, so that it may be both."""
         is_element = node.type == "subscript_expression"
-        name = _text(node)
+        name = text_of(node)
         parent = node.parent
         while parent and parent.type in PLACES and parent.children[0] == node:
             is_element = is_element or parent.type == "subscript_expression"
             if field := parent.child_by_field_name("field"):
-                name, is_element = _text(field), False
+                name, is_element = text_of(field), False
             node, parent = parent, parent.parent
         if parent is None or parent.type == "sizeof_expression" or _is_declared(node, parent):
             return False, False, False
-        sign = _text(parent.children[0]) if parent.type == "pointer_expression" else ""
+        sign = text_of(parent.children[0]) if parent.type == "pointer_expression" else ""
         is_array = name in self._arrays and key not in self._stored
         if sign == "&" or (is_array and not is_element):
             return True, True, True
         if parent.type == "assignment_expression" and parent.children[0] == node:
-            return _text(parent.children[1]) != "=", True, False
+            return text_of(parent.children[1]) != "=", True, False
         return True, parent.type == "update_expression", False
 
     def _grouped(self) -> tuple[Group, ...]:
@@ -274,11 +274,11 @@ class Firmware:
                 file = self._files[body.id]
                 found = self.accesses([body], file, inside=True)
                 nodes = [each for each in everything(body) if each.type.endswith("identifier")]
-                names = {_text(each) for each in nodes}
+                names = {text_of(each) for each in nodes}
                 reads |= {each for each in found.reads if not MASK.match(each)}
                 writes |= {each for each in found.writes if not MASK.match(each)}
                 writes |= {known[1] for name in names if (known := MASK_BIT.match(name))}
-                writes |= set(MASK_SET.findall(_text(body)))
+                writes |= set(MASK_SET.findall(text_of(body)))
                 if (
                     names & self._pointers
                     or {self._variable(each, file) for each in nodes} & self._stored
@@ -332,13 +332,13 @@ def pointed(file: str, text: str, firmware: Firmware, iterations: int) -> str:
             value = node.child_by_field_name("value")
             inner = [each for each in _statements(node) if each != value]
             for each in [] if parent.type == "switch_statement" else inner:
-                is_short = _is_short(each) and not JOINED.match(_text(parent))
+                is_short = _is_short(each) and not JOINED.match(text_of(parent))
                 unrolled = f"/*@ loop unroll {iterations}; */ " if is_short else ""
                 whole = each.type == "return_statement"
                 places[each.start_byte] = points([function] if whole else _own(each)) + unrolled
             if node.type == "compound_statement" and parent.type != "switch_statement":
                 last = [parent] if parent.type in LOOPS else inner[-1:]
-                is_endless = _text(parent).startswith("for (;;)")
+                is_endless = text_of(parent).startswith("for (;;)")
                 places[node.end_byte - 1] = everywhere if is_endless else points(last)
         later = None
         if node.type == "if_statement" and parent.type == "else_clause":
@@ -363,17 +363,13 @@ def _types(node: Node) -> set[str]:
     return {each.type for each in everything(node)}
 
 
-def _text(node: Node) -> str:
-    return (node.text or b"").decode()
-
-
 def _inner(node: Node | None) -> list[Node]:
     return node.named_children if node else []
 
 
 def _locals(node: Node) -> dict[str, str]:
     """Return a function's own names that last no longer, and to what type its pointers lead."""
-    function = next((each for each in upwards(node) if each.type == "function_definition"), None)
+    function = ancestor(node, "function_definition")
     return _locals_of(function) if function else {}
 
 
@@ -383,7 +379,7 @@ def _locals_of(function: Node) -> dict[str, str]:
     for each in everything(function):
         if each.type not in ("declaration", "parameter_declaration"):
             continue
-        if _text(each).startswith("static"):
+        if text_of(each).startswith("static"):
             continue
         kind = each.child_by_field_name("type")
         for declared in each.children_by_field_name("declarator"):
@@ -392,7 +388,7 @@ def _locals_of(function: Node) -> dict[str, str]:
             is_pointer = "pointer_declarator" in inside or (
                 each.type == "parameter_declaration" and "array_declarator" in inside
             )
-            found[name_of(declared)] = _text(kind) if kind and is_pointer else ""
+            found[name_of(declared)] = text_of(kind) if kind and is_pointer else ""
     return found
 
 
