@@ -29,8 +29,7 @@ from heatwright.sim.proof import proofs_of
 from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, digest
-from heatwright.spec.commands import for_display
+from heatwright.spec import Controller, digest, for_display
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.registry import module_of
 from heatwright.spec.scenario.program_orders import Order, ProgramOrder

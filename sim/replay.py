@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.judges.lockouts import TRIPS, miscounts
 from heatwright.sim.player import LOADED, Latched, Player, Restored
-from heatwright.sim.reference.members import Member
+from heatwright.sim.reference.numbers import Member
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 from heatwright.spec.board.timers import TICK_S

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import PLOTS, File, Length, json_option, spec_argument
+from heatwright.cli.options import PLOTS, File, Length, json_option, spec_argument, with_examples
 from heatwright.cli.targets import check_target
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ from heatwright.sim.comparison import row_controller, row_loop, row_scenario
 from heatwright.sim.judges.metrics import Metrics
 from heatwright.sim.replay import ReplayResult, replay
 from heatwright.sim.trace import StepLog
-from heatwright.spec import ComparisonRow, Controller, Spec
-from heatwright.spec.facts import facts_of
+from heatwright.spec import ComparisonRow, Controller, Spec, facts_of
 
 if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult

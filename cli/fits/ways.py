@@ -10,12 +10,11 @@ from pydantic import ValidationError
 from heatwright.cli.fits.shares import Share, in_order, short_of
 from heatwright.generator.toolchain import BuildResult
 from heatwright.generator.toolchain.taken import NONE, Bytes
-from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec
+from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec, placed
 from heatwright.spec.board.eeprom import layout, log_entry_bytes
 from heatwright.spec.checks import check
 from heatwright.spec.checks.board.eeprom import on_board
 from heatwright.spec.checks.board.memory import POINT_BYTES
-from heatwright.spec.commands import placed
 from heatwright.spec.problems import Path, dotted
 
 LEAVE_OUT = "leave it out"

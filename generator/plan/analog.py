@@ -21,8 +21,7 @@ from heatwright.generator.plan.parts import (
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.sensors.common import UseOfSensor, summed
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Analog, Divider, Rtd, Thermistor
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Analog, Divider, Rtd, Thermistor
 from heatwright.spec.sensing.conversion import Conversion, conversion
 
 RULE = {rule.id: rule_macro(rule) for rule in RULES.values()}

@@ -36,10 +36,9 @@ from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import SPREAD, World, below
 from heatwright.sim.judges.interlock import overlaps
-from heatwright.spec import Frozen, Heating, Protection
+from heatwright.spec import RULES, Frozen, Heating, Protection
 from heatwright.spec.checks import check
 from heatwright.spec.controller import Lockout
-from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
 """How much longer than the bound to wait, to distinguish a late trip from none."""

@@ -12,8 +12,7 @@ from heatwright.sim.reference.numbers import SECOND_US, period_us
 from heatwright.sim.reference.protection.lockout import Lockout
 from heatwright.sim.tape import Tape
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller
-from heatwright.spec.commands import keypad_of
+from heatwright.spec import Controller, keypad_of
 
 TRIPS = "fault.trips"
 

@@ -10,13 +10,11 @@ from heatwright.sim.reference.algorithms.three_position import ThreePositionCont
 from heatwright.sim.reference.algorithms.tunable_pid import TunablePid
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.interfaces.keyed import in_range
-from heatwright.sim.reference.members import Member, Value, prefixed
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Member, Single, Value, prefixed
 from heatwright.sim.reference.protection.rules import Look
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Controller, Loop, facts_of
 from heatwright.spec.adjusted import Number
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.facts import facts_of
 from heatwright.spec.registry import module_of
 
 ENABLED: Member = ("enabled", "u1")

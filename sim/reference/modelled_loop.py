@@ -17,10 +17,10 @@ from heatwright.sim.reference.sensors.sampling import Sampler
 from heatwright.sim.trace import StepLog
 from heatwright.spec import (
     Controller,
+    countdown_of,
+    facts_of,
     monitors_of,
 )
-from heatwright.spec.commands import countdown_of
-from heatwright.spec.facts import facts_of
 
 DEFAULT_READY_K = 1.0
 

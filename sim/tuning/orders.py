@@ -3,8 +3,7 @@
 from collections.abc import Callable
 
 from heatwright.sim.interfaces.gcode import heats, tunes
-from heatwright.spec import Controller, Event
-from heatwright.spec.commands import gcode_of, modbus_of
+from heatwright.spec import Controller, Event, gcode_of, modbus_of
 
 ORDER_S = 1.0
 """Time of the command; a loop that is not commanded starts on its own."""

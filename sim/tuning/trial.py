@@ -6,9 +6,7 @@ from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.orders import heat
-from heatwright.spec import Controller, Event, Pid
-from heatwright.spec.commands import must_release
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Event, Pid, facts_of, must_release
 
 Progress = Callable[[float, float], None]
 

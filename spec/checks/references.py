@@ -5,8 +5,7 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.loading.planned import NOT_BUILT
-from heatwright.spec.loading.suggest import advice
+from heatwright.spec.loading.suggest import NOT_BUILT, advice
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.quantity import duration
 

@@ -17,7 +17,7 @@ from heatwright.cli.running import run_model
 from heatwright.cli.scenario import with_scenario
 from heatwright.cli.talk import _PlainJob
 from heatwright.cli.verify.checks import replay_checks, run_checks
-from heatwright.cli.verify.closed_loop import ClosedLoop, closed_loop, long_enough
+from heatwright.cli.verify.trials import ClosedLoop, closed_loop, long_enough
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.comparison import row_scenario
 from heatwright.sim.faults import FaultResult

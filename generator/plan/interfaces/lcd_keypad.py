@@ -13,12 +13,8 @@ from heatwright.generator.plan.pins import pulled_up
 from heatwright.generator.plan.programs.menu import Shown, plan_menu
 from heatwright.generator.plan.protection.monitors import shown as plan_warning
 from heatwright.generator.plan.source import Source
-from heatwright.spec import LcdKeypad, Loop
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import minds_host, must_release
-from heatwright.spec.facts import facts_of
+from heatwright.spec import LcdKeypad, Loop, Rule, facts_of, minds_host, must_release, rules_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
-from heatwright.spec.rules import Rule
 
 MINUTE_S = 60.0
 COARSE = 10

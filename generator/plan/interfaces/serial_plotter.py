@@ -7,9 +7,8 @@ from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, 
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import Controller, Pid, SerialPlotter
-from heatwright.spec.adjusted import numbers_of, sets_gains
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Pid, SerialPlotter, facts_of, numbers_of
+from heatwright.spec.adjusted import sets_gains
 
 
 @dataclass(frozen=True, slots=True)

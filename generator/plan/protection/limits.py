@@ -2,8 +2,7 @@
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
-from heatwright.spec import Controller, Proof, Protection, Spec, proofs
-from heatwright.spec.commands import gcode_of
+from heatwright.spec import Controller, Proof, Protection, Spec, gcode_of, proofs
 from heatwright.spec.inputs import tripping
 
 READINGS = tuple(

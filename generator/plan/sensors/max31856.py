@@ -18,9 +18,8 @@ from heatwright.generator.plan.parts import (
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor, raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Max31856
+from heatwright.spec import Max31856, facts_of
 from heatwright.spec.boards import Pin
-from heatwright.spec.facts import facts_of
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 OPEN_TEST = 0x10

@@ -6,9 +6,8 @@ from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import watchdog_s
 from heatwright.sim.faults.controller import processor
 from heatwright.sim.faults.effects import Heated
-from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.fault import Fault, Trip, harmless, watched
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.usual import harmless, watched
 from heatwright.sim.faults.world import Site, World
 
 WATCH_S = 60.0

@@ -1,8 +1,7 @@
 """PID control with filtered derivative and limited integral (docs/control.md, "pid")."""
 
 from heatwright.sim.reference.inputs import Limits
-from heatwright.sim.reference.members import Kept
-from heatwright.sim.reference.numbers import ZERO, Single, clamp, faded, filter_share
+from heatwright.sim.reference.numbers import ZERO, Kept, Single, clamp, faded, filter_share
 from heatwright.spec import Pid
 
 LEAST_RANGE = 1.0

@@ -2,8 +2,7 @@
 
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.interfaces.keyed import Numbers
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value
 from heatwright.spec import ThreePosition
 
 

@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 from heatwright.sim.reference.inputs import AUTOMATIC, Orders
-from heatwright.sim.reference.members import Value
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Single, Value
 from heatwright.sim.reference.programs.copies import Copy
 from heatwright.sim.reference.programs.ramps import Way
 from heatwright.sim.reference.programs.state import (

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from heatwright.sim.reference.members import Value
-from heatwright.sim.reference.numbers import Single
+from heatwright.sim.reference.numbers import Single, Value
 from heatwright.sim.reference.programs.program import without_energy_of
 from heatwright.sim.reference.programs.state import (
     IDLE,

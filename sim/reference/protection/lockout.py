@@ -1,8 +1,8 @@
 """The lock-out after repeated trips (docs/control.md, "Lock-out")."""
 
 from heatwright.sim.reference.numbers import SECOND_US, TICK_US
-from heatwright.spec import Controller
-from heatwright.spec.rules import NO_LOCKOUT, RULES
+from heatwright.spec import RULES, Controller
+from heatwright.spec.rules import NO_LOCKOUT
 
 UNCOUNTED = tuple(code for code, rule in RULES.items() if rule.id in NO_LOCKOUT)
 

@@ -1,7 +1,6 @@
 """A monitor: a sensor that controls no loop, checked in a loop's step (docs/control.md)."""
 
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import Single, steps
+from heatwright.sim.reference.numbers import Member, Single, Value, steps
 from heatwright.sim.reference.sensors.reading import Readings
 from heatwright.spec import Controller, Loop
 

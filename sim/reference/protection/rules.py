@@ -3,10 +3,10 @@
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
-from heatwright.sim.reference.members import Kept
 from heatwright.sim.reference.numbers import (
     LARGEST_COUNT,
     ZERO,
+    Kept,
     Single,
     filter_share,
     steps,

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.sensing.measured import measured
+from heatwright.spec.checks.sensing.currents import measured
 from heatwright.spec.controller import Controller
 from heatwright.spec.loops import Loop
 from heatwright.spec.problems import Path
