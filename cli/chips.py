@@ -11,7 +11,7 @@ from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.judges.interlock import overlaps
 from heatwright.spec import Controller, Indicators, placed
-from heatwright.spec.indicated import shown_loop
+from heatwright.spec.commands import shown_loop
 
 
 def display(device: AvrDevice) -> tuple[str, str] | None:

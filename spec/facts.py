@@ -11,8 +11,8 @@ from weakref import finalize
 
 from heatwright.spec import commands
 from heatwright.spec.adjusted import Number, numbers_of
+from heatwright.spec.commands import indicated
 from heatwright.spec.controller import Controller
-from heatwright.spec.indicated import indicated
 from heatwright.spec.inputs import tripping
 from heatwright.spec.monitors import monitors_of
 from heatwright.spec.proofs import proofs, proven_in

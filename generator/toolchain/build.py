@@ -10,7 +10,7 @@ from filelock import FileLock
 
 from heatwright.generator.stack import StackUnknown, worst_stack
 from heatwright.generator.toolchain import platformio
-from heatwright.generator.toolchain.cache import digest, write_files
+from heatwright.generator.toolchain.cache import digest, forget_old, recall, remember, write_files
 from heatwright.generator.toolchain.errors import (
     BuildFailed,
     CompilerFailed,
@@ -19,7 +19,6 @@ from heatwright.generator.toolchain.errors import (
 )
 from heatwright.generator.toolchain.offline import REMEDY
 from heatwright.generator.toolchain.result import BuildResult, limits, sizes
-from heatwright.generator.toolchain.store import forget_old, recall, remember
 from heatwright.generator.toolchain.taken import taken
 from heatwright.spec.loading.user_cache import cache_dir
 

@@ -5,9 +5,8 @@ from typing import NamedTuple, Protocol
 
 from heatwright.sim.reference.algorithms.autotune import SLOPE, Moment, Tuner
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
-from heatwright.sim.reference.algorithms.pid import PidControl
+from heatwright.sim.reference.algorithms.pid import PidControl, TunablePid
 from heatwright.sim.reference.algorithms.three_position import ThreePositionControl
-from heatwright.sim.reference.algorithms.tunable_pid import TunablePid
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.interfaces.keyed import in_range
 from heatwright.sim.reference.numbers import ZERO, Member, Single, Value, prefixed

@@ -3,16 +3,14 @@
 from collections.abc import Callable, Mapping
 
 from heatwright.sim.reference.inputs import Gains
-from heatwright.sim.reference.interfaces.countdown import CountdownKeys
 from heatwright.sim.reference.interfaces.display import Display
 from heatwright.sim.reference.interfaces.host import Host
 from heatwright.sim.reference.interfaces.master import Master
-from heatwright.sim.reference.interfaces.pages import MenuKeys, Pages
+from heatwright.sim.reference.interfaces.pages import CountdownKeys, MenuKeys, Pages
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.modelled_loop import Feels, ModelledLoop
 from heatwright.sim.reference.numbers import FULL, SECOND_US, ZERO, Single
-from heatwright.sim.reference.outputs.driven import Clock, Driven
-from heatwright.sim.reference.outputs.feed import Feed
+from heatwright.sim.reference.outputs.driven import Clock, Driven, Feed
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.protection.latch import Latch
 from heatwright.sim.trace import StepLog

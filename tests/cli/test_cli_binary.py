@@ -306,7 +306,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
             ("engine.build_firmware", lambda *_: built),
             ("engine.program_of", lambda _: None),
             ("engine.try_all", try_all),
-            ("closed_loop.run_binary", lambda controller, _, job: run_model(controller, job)),
+            ("trials.run_binary", lambda controller, _, job: run_model(controller, job)),
         ):
             monkeypatch.setattr(f"heatwright.cli.verify.{name}", stand_in)
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 from heatwright.sim.reference.interfaces.operator import Operator
 from heatwright.sim.reference.modelled_loop import ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.sim.reference.outputs.driven import Driven
-from heatwright.sim.reference.outputs.feed import Feed
+from heatwright.sim.reference.outputs.driven import Driven, Feed
 from heatwright.sim.reference.protection.latch import Latch
 from heatwright.spec import Controller, gcode_of
 
