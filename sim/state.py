@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.binary.dwarf import Variables
-from heatwright.sim.native.log import Log
+from heatwright.sim.native.hw import Log
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, facts_of, monitors_of
 

@@ -23,7 +23,6 @@ from heatwright.spec.commands import (
 )
 from heatwright.spec.controller import ComparisonRow, Controller, Published
 from heatwright.spec.facts import LoopFacts, facts_of
-from heatwright.spec.inputs import Input
 from heatwright.spec.interfaces import (
     Gcode,
     Indicators,
@@ -45,7 +44,7 @@ from heatwright.spec.loops import (
     RisingWhileOff,
     Runaway,
 )
-from heatwright.spec.monitors import Monitor, monitors_of, watching_loop
+from heatwright.spec.monitors import Input, Monitor, monitors_of, watching_loop
 from heatwright.spec.outputs import (
     DigitalOutput,
     Output,

@@ -22,11 +22,10 @@ from heatwright.spec.base import (
     WholeNumber,
 )
 from heatwright.spec.boards import BOARDS, Board
-from heatwright.spec.inputs import Inputs
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loading.suggest import one_of
 from heatwright.spec.loops import Limits, Loop, shortest_period_s
-from heatwright.spec.monitors import Monitors
+from heatwright.spec.monitors import Inputs, Monitors
 from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
 from heatwright.spec.physics.derived import with_derived
 from heatwright.spec.physics.stand import LONGEST_WITHIN_S

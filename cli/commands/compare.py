@@ -88,12 +88,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 
 
 def _print(spec: Spec, outcomes: Sequence[Outcome], device: str, plot: Path | None) -> None:
-    from heatwright.cli.compare.tabled import (  # noqa: PLC0415
-        COLUMNS,
-        lines,
-        mismatches,
-        ticks,
-    )
+    from heatwright.cli.compare.tabled import COLUMNS, lines, mismatches, ticks  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
 
     plural = "binaries" if device == "binary" else "model"

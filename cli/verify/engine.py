@@ -22,7 +22,7 @@ from heatwright.cli.verify.checks import (
 from heatwright.cli.verify.evidence import Evidence
 from heatwright.cli.verify.trials import program_of, try_all, try_upsets
 from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
-from heatwright.generator.toolchain.given import given, refuse_other_chip
+from heatwright.generator.toolchain.build import given, refuse_other_chip
 from heatwright.sim.avr import Core
 from heatwright.sim.binary.dwarf import Variables
 from heatwright.sim.binary.elf import Elf, ElfError

@@ -12,7 +12,7 @@ from heatwright.generator.plan.text import derivation_words
 from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, Rule, keypad_of, modbus_of, proofs, rules_of
 from heatwright.spec.board.timers import looks, tick_interval
-from heatwright.spec.inputs import tripping
+from heatwright.spec.monitors import tripping
 from heatwright.spec.rules import NO_LOCKOUT
 from heatwright.spec.self_checks import proves_watchdog, self_checked
 

@@ -8,14 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.identify.cells import (
-    DIALECTS,
-    Dialect,
-    fields,
-    labelled,
-    unstamped,
-    value,
-)
+from heatwright.sim.identify.cells import DIALECTS, Dialect, fields, labelled, unstamped, value
 from heatwright.sim.trace import Series
 
 

@@ -17,12 +17,7 @@ from heatwright.sim.reference.programs.copies import Cell, cell_of, column_of
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.sensors.current import IdealSensor
 from heatwright.sim.trace import StepLog
-from heatwright.spec import (
-    Controller,
-    countdown_of,
-    facts_of,
-    monitors_of,
-)
+from heatwright.spec import Controller, countdown_of, facts_of, monitors_of
 from heatwright.spec.registry import module_of
 
 

@@ -8,13 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from heatwright.spec.base import (
-    ABSOLUTE_ZERO_C,
-    BareNumber,
-    Model,
-    PinName,
-    WholeNumber,
-)
+from heatwright.spec.base import ABSOLUTE_ZERO_C, BareNumber, Model, PinName, WholeNumber
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity, QuantityRange
 from heatwright.spec.sensing.averaging import Started

@@ -23,7 +23,7 @@ from heatwright.cli.loads import loads
 from heatwright.cli.loads import told as said_of
 from heatwright.cli.talk import _PlainJob
 from heatwright.generator.toolchain import TooLarge
-from heatwright.generator.toolchain.given import given
+from heatwright.generator.toolchain.build import given
 from heatwright.sim.plants import FOREVER_S, plant_of, powers_of
 from heatwright.spec import Controller, load_text
 from heatwright.spec.checks.board.memory import EVERY, Least, least

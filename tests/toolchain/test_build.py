@@ -15,8 +15,8 @@ import pytest
 from rig.firmware import finished
 
 from heatwright.generator.toolchain import BuildFailed, ToolMissing, build
+from heatwright.generator.toolchain.build import given
 from heatwright.generator.toolchain.cache import KEPT_S, forget_old
-from heatwright.generator.toolchain.given import given
 from heatwright.generator.toolchain.offline import core_dir
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.loading.user_cache import cache_dir

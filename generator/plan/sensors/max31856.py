@@ -5,16 +5,7 @@ from dataclasses import dataclass
 
 from heatwright.generator.plan.converter import ConverterNames, shifted
 from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
-from heatwright.generator.plan.parts import (
-    Call,
-    Constant,
-    Group,
-    Part,
-    Stage,
-    Wiring,
-    pair,
-    pulled,
-)
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, Wiring, pair, pulled
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor, raw_type
 from heatwright.generator.plan.source import Source

@@ -16,11 +16,7 @@ from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.spec.registry import module_of
-from heatwright.spec.self_checks import (
-    measures_known_voltage,
-    proves_watchdog,
-    self_checked,
-)
+from heatwright.spec.self_checks import measures_known_voltage, proves_watchdog, self_checked
 
 SEED = 1
 WATCH_S = 30.0

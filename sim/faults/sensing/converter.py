@@ -7,11 +7,7 @@ from typing import Any, cast
 
 from heatwright.sim.faults.effects import Felt
 from heatwright.sim.faults.fault import Act, Fault, harmless, watched
-from heatwright.sim.faults.sensing.readings import (
-    bursts_of_damage,
-    no_reading,
-    slow_conversions,
-)
+from heatwright.sim.faults.sensing.readings import bursts_of_damage, no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.native.pins import Level

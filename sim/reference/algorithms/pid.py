@@ -172,7 +172,7 @@ Control = PidControl
 
 
 class TunablePid(PidControl):
-    """PID control that gets its gains at every step, so that all terms exist, even with a gain of 0."""
+    """PID control that gets its gains at every step; all terms exist, even with a gain of 0."""
 
     def __init__(self, algorithm: Pid, period_s: float) -> None:
         """Start without gains: the first step sets them."""
