@@ -75,8 +75,6 @@ class ChainError:
         }  # fmt: skip
 
 
-__all__ = ["CHAIN_BOUND_STEPS", "TABLE_BOUND_STEPS", "ChainError", "ChainRow", "chain_errors"]
-
 CODES = 1024
 LOOKS_PER_STEP = 200
 """Number of temperatures tested within each step of the ADC, on average."""

@@ -24,8 +24,6 @@ from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 from heatwright.spec.board.timers import TICK_S
 
-__all__ = ["Mismatch", "ReplayError", "ReplayResult", "Restored", "replay", "replay_all"]
-
 MOST_SHOWN = 10
 
 NO_MEMBERS = ("time_s", LOADED)

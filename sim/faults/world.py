@@ -36,8 +36,6 @@ from heatwright.sim.scenario import PRESS_S, Action
 from heatwright.spec import ThermalNetwork, gcode_of, modbus_of
 from heatwright.spec.board.timers import TICK_S
 
-__all__ = ["STEP_S", "Condition", "Known", "Site", "Weather", "Wiring", "World"]
-
 STEP_S = 0.1
 """Longest time step of the machine; a tenth of the usual control period."""
 ROUNDING = 1e-6
