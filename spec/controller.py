@@ -115,9 +115,7 @@ class Safety(Model):
         "open nothing heats.",
     )
     lockout: Annotated[Lockout | None, Off] = Field(
-        DEFAULTS,
-        validate_default=True,
-        description="Lock-out after repeated trips, or `off`.",
+        DEFAULTS, validate_default=True, description="Lock-out after repeated trips, or `off`."
     )
     self_checks: StrictBool = Field(
         True, description="Whether the controller checks its own processor, memories and clock."

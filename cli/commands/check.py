@@ -88,11 +88,7 @@ def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     if as_json:
         print_json(
             good=[
-                {
-                    "file": str(path),
-                    "digest": spec.digest,
-                    "budgets": budgets_json(spec.controller),
-                }
+                {"file": str(path), "digest": spec.digest, "budgets": budgets_json(spec.controller)}
                 for path, spec in good
             ],
             loads=[

@@ -76,12 +76,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     if plot is not None:
         _draw(loaded, outcomes, device, plot)
     if as_json:
-        print_json(
-            spec=str(spec),
-            digest=loaded.digest,
-            device=device,
-            rows=rows_json(outcomes),
-        )
+        print_json(spec=str(spec), digest=loaded.digest, device=device, rows=rows_json(outcomes))
     else:
         _print(loaded, outcomes, device, plot)
     return Status.FAILED if mismatches(outcomes) else Status.DONE

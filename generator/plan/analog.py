@@ -48,11 +48,7 @@ class AnalogNames:
 
 
 def plan_analog(
-    source: Source,
-    name: str,
-    sensor: Thermistor | Rtd | Analog,
-    use: UseOfSensor,
-    circuit: str,
+    source: Source, name: str, sensor: Thermistor | Rtd | Analog, use: UseOfSensor, circuit: str
 ) -> Part:
     """Plan an analog sensor; `circuit` describes the circuit at the pin in a few ASCII words."""
     controller = source.controller

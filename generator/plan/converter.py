@@ -98,11 +98,7 @@ def shifted(shift: str) -> tuple[Symbol, ...]:
 
 
 def _constants(
-    source: Source,
-    sensor: Max6675 | Max31855,
-    name: str,
-    use: UseOfSensor,
-    chip: Chip,
+    source: Source, sensor: Max6675 | Max31855, name: str, use: UseOfSensor, chip: Chip
 ) -> tuple[Constant, ...]:
     prefix = f"SENSOR_{name.upper()}"
     first_s = chip.power_up_s + sensor.conversion_s

@@ -47,10 +47,7 @@ Progress = Callable[[str], None]
 
 
 def build(
-    project_dir: Path,
-    *,
-    environment: str | None = None,
-    progress: Progress | None = None,
+    project_dir: Path, *, environment: str | None = None, progress: Progress | None = None
 ) -> BuildResult:
     """Build the PlatformIO project in `project_dir` without writing there.
 

@@ -97,11 +97,7 @@ def _to_main(avr: Avr, program: Elf) -> None:
 
 
 def _play(
-    stage: Stage,
-    device: AvrDevice,
-    pressed: list[Press],
-    until_s: float,
-    progress: Progress | None,
+    stage: Stage, device: AvrDevice, pressed: list[Press], until_s: float, progress: Progress | None
 ) -> None:
     for press in pressed:
         stage.advance(press.time_s)

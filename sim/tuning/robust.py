@@ -163,9 +163,7 @@ def is_sound(gains: Gains, machines: Iterable[Machine], period_s: float) -> bool
 
 
 def improved(
-    start: Gains,
-    cost: float,
-    costs_of: Callable[[Sequence[Gains]], Sequence[float]],
+    start: Gains, cost: float, costs_of: Callable[[Sequence[Gains]], Sequence[float]]
 ) -> Gains:
     """Improve gains until no step of an eighth of an octave helps: a compass search.
 

@@ -14,10 +14,7 @@ def unknown(path: Path, word: str, section: str, known: Collection[str]) -> Find
     """Report a name that the section does not define."""
     if word not in known:
         yield Finding(
-            path,
-            f"{section} has no {shown(word)}",
-            advice(word, tuple(known)),
-            ((section, word),),
+            path, f"{section} has no {shown(word)}", advice(word, tuple(known)), ((section, word),)
         )
 
 

@@ -114,10 +114,7 @@ def _place(path: Path, asked: ProgramOrder, programs: Programs, edited: bool) ->
     if asked.order == "start" and asked.number > filled:
         there = f"places is {programs.places}" if edited else f"stored has {filled}"
         yield Finding(
-            path,
-            f"program {asked.number} is empty: {there}",
-            _startable(filled),
-            _PROGRAMS,
+            path, f"program {asked.number} is empty: {there}", _startable(filled), _PROGRAMS
         )
     elif asked.order == "jump" and asked.number > programs.points:
         yield Finding(

@@ -44,10 +44,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         lockout=controller.lockout is not None,
         repeats=by_program or interface.countdown is not None,
     )
-    constants = (
-        *lcd.CONSTANTS,
-        source.at("step").given("PANEL_STEP_K", interface.step_k, "K"),
-    )
+    constants = (*lcd.CONSTANTS, source.at("step").given("PANEL_STEP_K", interface.step_k, "K"))
     return Part(
         files=(
             *keys.files,

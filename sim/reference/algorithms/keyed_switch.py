@@ -56,10 +56,7 @@ class KeyedSwitch:
         self._has_width = algorithm.hysteresis_k > 0 or "hysteresis_k" in keyed
         self._hysteresis = Single(algorithm.hysteresis_k)
         self._taken: dict[str, Single] = dict.fromkeys(keyed, ZERO)
-        self._members: tuple[Member, ...] = (
-            *self._lead.members,
-            *((each, "f4") for each in keyed),
-        )
+        self._members: tuple[Member, ...] = (*self._lead.members, *((each, "f4") for each in keyed))
 
     def take(self, numbers: Numbers) -> None:
         """Take over the numbers that the keypad has set, for the next step."""

@@ -19,11 +19,7 @@ class ThreePositionControl(KeyedSwitch):
         super().__init__(algorithm, period_s, keyed)
         self._dead_band = Single(algorithm.dead_band_k)
         self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)
-        self.members: tuple[Member, ...] = (
-            *self._members,
-            ("heating", "u1"),
-            ("cooling", "u1"),
-        )
+        self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"), ("cooling", "u1"))
         self.reset()
 
     def reset(self) -> None:

@@ -22,10 +22,7 @@ class MonitorModel:
         self._limit_c = Single(spec.limit_c)
         self._stale = steps(spec.stale_after_s, loop)
         self._warns = 0
-        self.members: tuple[Member, ...] = (
-            *self._readings.members,
-            ("warns", "u1"),
-        )
+        self.members: tuple[Member, ...] = (*self._readings.members, ("warns", "u1"))
 
     @property
     def temperature_c(self) -> Single:
