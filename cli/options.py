@@ -72,7 +72,7 @@ class Length(click.ParamType[float]):
         """Return the length in s, or fail with the message that a spec gets."""
         if not isinstance(value, str):
             return value
-        from heatwright.cli.scenario import read_length  # noqa: PLC0415
+        from heatwright.cli.beside import read_length  # noqa: PLC0415
 
         try:
             return read_length(value)

@@ -72,7 +72,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     check_target(csv)
     check_target(vcd)
     check_target(display, (".png",))
-    from heatwright.cli.scenario import with_scenario  # noqa: PLC0415
+    from heatwright.cli.beside import with_scenario  # noqa: PLC0415
     from heatwright.cli.targets import whole  # noqa: PLC0415
     from heatwright.spec import load, nextion_of  # noqa: PLC0415
 

@@ -104,7 +104,7 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
 
     loaded = load(spec)
     if scenario is not None:
-        from heatwright.cli.scenario import with_scenario  # noqa: PLC0415
+        from heatwright.cli.beside import with_scenario  # noqa: PLC0415
 
         loaded = loaded._replace(controller=with_scenario(loaded, scenario, None))
     keys = {"core": core, "elf": elf and str(elf), "passed": False}

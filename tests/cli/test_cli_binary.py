@@ -13,8 +13,8 @@ import pytest
 from rig.commands import Heatwright, printer_rows
 from rig.firmware import EXAMPLES, ROOT, example
 
+from heatwright.cli.beside import with_scenario
 from heatwright.cli.running import run_model
-from heatwright.cli.scenario import with_scenario
 from heatwright.cli.talk import _PlainJob
 from heatwright.cli.verify.checks import replay_checks, run_checks
 from heatwright.cli.verify.trials import ClosedLoop, closed_loop, long_enough
