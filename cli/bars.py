@@ -1,7 +1,6 @@
 """Progress on a terminal."""
 
 import os
-from types import TracebackType
 
 from rich.console import Console
 from rich.markup import escape
@@ -51,12 +50,7 @@ class Bars:
         if self._shows:
             self._progress.start()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Remove the bars from the screen."""
         self._pause()
         self._shows = False

@@ -10,9 +10,8 @@ from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.judges.interlock import overlaps
-from heatwright.spec import Controller, Indicators
-from heatwright.spec.commands import placed
-from heatwright.spec.indicated import shown_loop
+from heatwright.spec import Controller, Indicators, placed
+from heatwright.spec.commands import shown_loop
 
 
 def display(device: AvrDevice) -> tuple[str, str] | None:

@@ -7,8 +7,8 @@ from importlib import import_module
 
 import click
 
-from heatwright.cli.command import Command
 from heatwright.cli.ends import end_in_order, ended
+from heatwright.cli.options import Command
 
 COMMANDS = (
     "init",

@@ -1,11 +1,33 @@
-"""Arguments and options that several commands share."""
+"""What the commands share: a help that ends with examples, arguments and options."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
 from heatwright.cli.ends import JSON_TOLD
+
+
+class Command(click.Command):
+    """A command whose help lists examples, one on each line, below the options."""
+
+    def __init__(self, *arguments: Any, examples: tuple[str, ...] = (), **names: Any) -> None:
+        super().__init__(*arguments, **names)
+        self.examples = examples
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples."""
+        super().format_epilog(ctx, formatter)
+        with formatter.section("Examples" if len(self.examples) > 1 else "Example"):
+            for line in self.examples:
+                formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+
+
+def with_examples(*examples: str) -> Callable[[Callable[..., Any]], Command]:
+    """Make a function a command; its help ends with the examples."""
+    return click.command(cls=Command, examples=examples)
+
 
 PLOTS = (".png", ".svg", ".html")
 """Suffixes of the files that a plot can be written to."""
@@ -50,7 +72,7 @@ class Length(click.ParamType[float]):
         """Return the length in s, or fail with the message that a spec gets."""
         if not isinstance(value, str):
             return value
-        from heatwright.cli.scenario import read_length  # noqa: PLC0415
+        from heatwright.cli.beside import read_length  # noqa: PLC0415
 
         try:
             return read_length(value)

@@ -9,9 +9,8 @@ from heatwright.cli.options import print_json
 from heatwright.cli.running import Run
 from heatwright.cli.targets import whole
 from heatwright.sim.plots.plot_data import Tripped, fault_label
-from heatwright.spec import Controller, Spec
+from heatwright.spec import RULES, Controller, Spec
 from heatwright.spec.quantity import duration
-from heatwright.spec.rules import RULES
 
 
 def write_run(

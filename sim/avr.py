@@ -17,8 +17,7 @@ from heatwright.sim.interfaces.look import NEVER, Look
 from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
 from heatwright.sim.native.eeprom import Eeprom
-from heatwright.sim.native.hw import Hw, Range
-from heatwright.sim.native.log import Log
+from heatwright.sim.native.hw import Hw, Log, Range
 from heatwright.sim.native.one_wire import Line, Slave, Timing, attach, install
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.native.pins import Pins

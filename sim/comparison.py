@@ -2,16 +2,7 @@
 
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.trace import Trace
-from heatwright.spec import (
-    ComparisonRow,
-    Controller,
-    Event,
-    ThermalNetwork,
-    row_controller,
-    row_loop,
-)
-
-__all__ = ["row_controller", "row_loop", "row_scenario", "run_row"]
+from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, row_controller
 
 
 def row_scenario(controller: Controller) -> tuple[Event, ...]:

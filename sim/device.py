@@ -14,7 +14,7 @@ from heatwright.sim.binary.elf import Elf, ElfError
 from heatwright.sim.contact import contacts_of
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
-from heatwright.sim.interfaces.lcd_keypad.menu_keys import keys_for
+from heatwright.sim.interfaces.lcd_keypad.keypad import keys_for
 from heatwright.sim.interfaces.look import NO_LOOK, Look
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.modbus_rtu.registers import registers
@@ -29,8 +29,7 @@ from heatwright.sim.proof import proofs_of
 from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, digest
-from heatwright.spec.commands import for_display
+from heatwright.spec import Controller, digest, for_display
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.registry import module_of
 from heatwright.spec.scenario.program_orders import Order, ProgramOrder

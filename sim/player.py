@@ -9,7 +9,7 @@ from heatwright.sim.reference import Reference
 from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, STOPS, WATCHED_FAULTS
 from heatwright.sim.reference.numbers import ZERO, Single
 from heatwright.sim.reference.programs.copies import from_cell
-from heatwright.sim.reference.programs.resumed import resumed
+from heatwright.sim.reference.programs.program import resumed
 from heatwright.sim.reference.programs.state import START
 from heatwright.sim.reference.protection.monitor import MONITOR_LIMIT
 from heatwright.sim.tape import ACKNOWLEDGEMENTS, STARTS, Tape, count_in

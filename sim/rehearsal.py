@@ -18,15 +18,13 @@ from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plots.plot_data import faults
 from heatwright.sim.reference.numbers import steps
 from heatwright.sim.scenario import long_enough, unasked
-from heatwright.spec import Controller, Loop, ThermalNetwork
+from heatwright.spec import RULES, Controller, Loop, ThermalNetwork, keypad_of
 from heatwright.spec.adjusted import Setting, extremes, with_setting, words
 from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.checks import check
 from heatwright.spec.checks.finding import Finding
-from heatwright.spec.commands import keypad_of
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, rounded_up
-from heatwright.spec.rules import RULES
 
 Progress = Callable[[float, float], None]
 

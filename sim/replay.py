@@ -19,12 +19,10 @@ from numpy.typing import NDArray
 
 from heatwright.sim.judges.lockouts import TRIPS, miscounts
 from heatwright.sim.player import LOADED, Latched, Player, Restored
-from heatwright.sim.reference.members import Member
+from heatwright.sim.reference.numbers import Member
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 from heatwright.spec.board.timers import TICK_S
-
-__all__ = ["Mismatch", "ReplayError", "ReplayResult", "Restored", "replay", "replay_all"]
 
 MOST_SHOWN = 10
 

@@ -5,9 +5,7 @@ from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
 from heatwright.sim.coupling import Coupling
-from heatwright.spec import Controller, Event, ProgramOrder, Simulation, Write
-from heatwright.spec.commands import gcode_of
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Controller, Event, ProgramOrder, Simulation, Write, gcode_of
 from heatwright.spec.scenario.program_orders import Order
 from heatwright.spec.simulation import LEAST_VERIFIED_S
 

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.binary.dwarf import Variables
-from heatwright.sim.native.log import Log
+from heatwright.sim.native.hw import Log
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, monitors_of
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, facts_of, monitors_of
 
 LOADED = "program.c:loaded"
 """The variable with the firmware's copy of the program."""

@@ -1,20 +1,28 @@
 """The language: one YAML file describes a thermal controller."""
 
+from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.algorithms import Algorithm, OnOff, Pid, ThreePosition
 from heatwright.spec.board.interrupts import longest_wait_s
 from heatwright.spec.boards import BOARDS, Board, Pin, Timer
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.checks.comparison import row_controller, row_loop
 from heatwright.spec.commands import (
     commanded,
+    countdown_of,
+    for_display,
     gcode_of,
+    keypad_of,
+    log_of,
+    minds_host,
     modbus_of,
     must_release,
     nextion_of,
+    placed,
     programmed,
     tunable,
 )
 from heatwright.spec.controller import ComparisonRow, Controller, Published
-from heatwright.spec.inputs import Input
+from heatwright.spec.facts import LoopFacts, facts_of
 from heatwright.spec.interfaces import (
     Gcode,
     Indicators,
@@ -36,7 +44,7 @@ from heatwright.spec.loops import (
     RisingWhileOff,
     Runaway,
 )
-from heatwright.spec.monitors import Monitor, monitors_of, watching_loop
+from heatwright.spec.monitors import Input, Monitor, monitors_of, watching_loop
 from heatwright.spec.outputs import (
     DigitalOutput,
     Output,
@@ -51,6 +59,7 @@ from heatwright.spec.outputs import (
 from heatwright.spec.problems import Problem, SpecError
 from heatwright.spec.programs import AfterPowerLoss, HoldBack, Program, Programs, Segment
 from heatwright.spec.proofs import proofs, proven_in
+from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.scenario.program_orders import ProgramOrder
 from heatwright.spec.scenario.writes import Write
 from heatwright.spec.sensing.analog_parts import (

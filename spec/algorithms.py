@@ -179,8 +179,7 @@ class Pid(Model):
         0.0, description="Duty per kelvin per second of slope, %·s/K."
     )
     feed_forward: Annotated[float, Gain("%·s/K")] = Field(
-        0.0,
-        description="Duty per kelvin per second of the setpoint's slope in a program, %·s/K.",
+        0.0, description="Duty per kelvin per second of the setpoint's slope in a program, %·s/K."
     )
     derivative_of: Literal["measurement", "error"] = Field(
         "measurement",
@@ -212,8 +211,7 @@ class Pid(Model):
         description="Deviation within which neither proportional nor integral term acts.",
     )
     dead_band_keeps: Literal["integral", "output"] = Field(
-        "integral",
-        description="What is kept in the dead band: the integral, or the whole output.",
+        "integral", description="What is kept in the dead band: the integral, or the whole output."
     )
     least: ClassVar[Least] = Least(1290, 52)
 

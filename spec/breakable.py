@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.inputs import tripping
+from heatwright.spec.monitors import tripping
 from heatwright.spec.proofs import proofs
 from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.self_checks import self_check_rules

@@ -7,6 +7,7 @@ from heatwright.spec.controller import Controller
 from heatwright.spec.interfaces import (
     Countdown,
     Gcode,
+    Indicators,
     LcdKeypad,
     ModbusRtu,
     Nextion,
@@ -167,3 +168,23 @@ def tunable(controller: Controller, loop_name: str) -> bool:
 def limits_adjustable(controller: Controller, loop_name: str) -> bool:
     """Return whether a host may narrow the limits of a loop's integral and output."""
     return bool(getattr(controller.loops[loop_name].algorithm, "limits_adjustable", False))
+
+
+def shown_loop(controller: Controller, indicators: Indicators) -> str:
+    """Name the loop that LEDs show: the loop of their key `loop`, otherwise the only loop."""
+    return next(iter(controller.loops)) if indicators.loop is None else indicators.loop
+
+
+def indicated(controller: Controller, loop_name: str) -> bool:
+    """Return whether LEDs show a loop."""
+    return bool(shown_meanings(controller, loop_name))
+
+
+def shown_meanings(controller: Controller, loop_name: str) -> frozenset[str]:
+    """Collect the states of a loop that LEDs show."""
+    return frozenset(
+        meaning
+        for each in placed(controller, Indicators).values()
+        if shown_loop(controller, each) == loop_name
+        for meaning in each.leds.values()
+    )

@@ -22,11 +22,10 @@ from heatwright.spec.base import (
     WholeNumber,
 )
 from heatwright.spec.boards import BOARDS, Board
-from heatwright.spec.inputs import Inputs
 from heatwright.spec.interfaces import Interface
 from heatwright.spec.loading.suggest import one_of
 from heatwright.spec.loops import Limits, Loop, shortest_period_s
-from heatwright.spec.monitors import Monitors
+from heatwright.spec.monitors import Inputs, Monitors
 from heatwright.spec.outputs import DigitalOutput, Output, Stepper, Switch
 from heatwright.spec.physics.derived import with_derived
 from heatwright.spec.physics.stand import LONGEST_WITHIN_S
@@ -116,9 +115,7 @@ class Safety(Model):
         "open nothing heats.",
     )
     lockout: Annotated[Lockout | None, Off] = Field(
-        DEFAULTS,
-        validate_default=True,
-        description="Lock-out after repeated trips, or `off`.",
+        DEFAULTS, validate_default=True, description="Lock-out after repeated trips, or `off`."
     )
     self_checks: StrictBool = Field(
         True, description="Whether the controller checks its own processor, memories and clock."

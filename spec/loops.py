@@ -295,8 +295,7 @@ class Loop(Model):
 
     sensor: Reference = Field(description="Sensor that measures the temperature.")
     also: Reference | None = Field(
-        None,
-        description="Monitor of the same temperature; the loop heats only with both sensors.",
+        None, description="Monitor of the same temperature; the loop heats only with both sensors."
     )
     heater: Reference = Field(description="Output that heats.")
     fan: Reference | None = Field(

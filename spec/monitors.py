@@ -1,19 +1,24 @@
-"""Monitors: sensors outside the loops that warn at one temperature and stop all heat at another."""
+"""What stops all heat from outside the loops: monitors and inputs.
+
+Monitors are sensors that warn at one temperature and stop at another; inputs are contacts that are
+closed to ground while all is well.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
-from heatwright.spec.base import Model, Name, Reference, Temperature, at_most
+from heatwright.spec.base import Model, Name, PinName, Reference, Temperature, at_most
 from heatwright.spec.quantity import Quantity
 from heatwright.spec.sensors import shortest_period_s
 from heatwright.spec.units import DIFFERENCE, DURATION
 
 if TYPE_CHECKING:
     from heatwright.spec.controller import Controller
+
 
 MOST_MONITORS = 8
 """Maximum number of monitors: each takes an address and a bit of its own on a Modbus line."""
@@ -63,3 +68,32 @@ def monitors_of(controller: Controller, loop: str) -> dict[str, Monitor]:
         for name, monitor in controller.monitors.items()
         if watching_loop(controller, name) == loop
     }
+
+
+MOST_INPUTS = 8
+"""Maximum number of inputs: the tick's interrupt reads each of them."""
+
+
+class Input(Model):
+    """A contact, such as a door's, of an emergency stop or of a thermal cut-out."""
+
+    pin: PinName = Field(description="Pin at the contact to ground; it has a pull-up.")
+    trips: StrictBool = Field(
+        True,
+        description="Rule `input_open`: an open contact is a fault. With `false` the heat only "
+        "pauses.",
+    )
+    for_s: Annotated[float, Quantity(DURATION, least=0.02, most=1.0)] = Field(
+        0.05,
+        alias="for",
+        description="Time that the contact is open until it is a fault, and closed until there may "
+        "be heat again.",
+    )
+
+
+Inputs = Annotated[Mapping[Name, Input], at_most(MOST_INPUTS)]
+
+
+def tripping(controller: Controller) -> dict[str, Input]:
+    """List the inputs that are a fault when they open, in the order of the file."""
+    return {name: each for name, each in controller.safety.inputs.items() if each.trips}

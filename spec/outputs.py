@@ -126,9 +126,7 @@ class DigitalOutput(Model):
         description="Shortest time on; a heater's protections do not wait for it.",
     )
     minimum_off_s: _Rest = Field(
-        0.0,
-        alias="minimum_off",
-        description="Shortest time off; also after the power-up.",
+        0.0, alias="minimum_off", description="Shortest time off; also after the power-up."
     )
     supply_v: Volt | None = Field(None, alias="supply", description=_SUPPLY)
     current: Current | None = Field(None, description=_CURRENT)

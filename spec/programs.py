@@ -61,8 +61,7 @@ class Segment(Model):
     over_s: _Time | None = Field(None, alias="over", description="Its duration, whole seconds.")
     asked_rate: (
         Annotated[
-            float | str,
-            Quantity(PROGRAM_RATE, least=0.1, most=FASTEST_K_PER_H, words=(FAST,)),
+            float | str, Quantity(PROGRAM_RATE, least=0.1, most=FASTEST_K_PER_H, words=(FAST,))
         ]
         | None
     ) = Field(None, alias="at", description=f"Rate of the setpoint, or `{FAST}`.")

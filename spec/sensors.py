@@ -129,11 +129,7 @@ class Rtd(AnalogSensor):
     )
     element: Literal["pt100", "pt1000"] = Field(description="100 Ω or 1000 Ω at 0 °C.")
     alpha_ppm_per_k: Annotated[float, Quantity(COEFFICIENT, least=3500.0, most=4000.0)] | None = (
-        Field(
-            None,
-            alias="alpha",
-            description="R = R0 · (1 + alpha · t) instead of IEC 60751.",
-        )
+        Field(None, alias="alpha", description="R = R0 · (1 + alpha · t) instead of IEC 60751.")
     )
     divider: Divider | None = Field(None, description="The resistor in series with the element.")
     amplifier: Amplifier | None = Field(

@@ -114,8 +114,7 @@ class Filament(Model):
 
     node: Reference = Field(description="Node that heats it from ambient to its own temperature.")
     heat_j_per_k_mm: Annotated[float, Quantity(FEED_HEAT, least=0.0)] = Field(
-        alias="heat",
-        description="Heat per kelvin and millimetre: area · density · specific heat.",
+        alias="heat", description="Heat per kelvin and millimetre: area · density · specific heat."
     )
 
 

@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import click
 
 from heatwright.cli.tables import show, table
-from heatwright.sim.comparison import row_controller, run_row
+from heatwright.sim.comparison import run_row
 from heatwright.sim.judges.metrics import metrics
-from heatwright.spec import ComparisonRow, Controller, Pid, load
+from heatwright.spec import ComparisonRow, Controller, Pid, load, row_controller
 from heatwright.spec.sensing.budget import judged
 
 LOOP, SENSOR = "nozzle", "nozzle"

@@ -39,11 +39,11 @@ from rich.progress import Progress
 from rich.table import Table
 from scipy.optimize import Bounds, differential_evolution, minimize
 
-from heatwright.sim.comparison import row_controller, run_row
+from heatwright.sim.comparison import run_row
 from heatwright.sim.faults.healthy import scaled as scaled_network
 from heatwright.sim.judges.metrics import metrics
 from heatwright.sim.trace import StepLog
-from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, load
+from heatwright.spec import ComparisonRow, Controller, Event, ThermalNetwork, load, row_controller
 
 COAST_UP_K = 1.5
 """Published rise after switch-off, "about"; seen in the first heating of the plain threshold."""

@@ -20,8 +20,7 @@ import numpy as np
 from heatwright.cli.tables import show, table
 from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.reference.outputs.output import rated_share
-from heatwright.sim.tuning.orders import tune
-from heatwright.sim.tuning.trial import ending
+from heatwright.sim.tuning.trial import ending, tune
 from heatwright.spec import Controller, Pid, PwmOutput, Thermistor, load
 
 HEATER, LOOP, SENSOR = "heater", "nozzle", "nozzle"

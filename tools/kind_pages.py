@@ -28,9 +28,8 @@ from heatwright.sim.faults.fault import Fault
 from heatwright.sim.faults.world import Site
 from heatwright.sim.plots.plot import run_figure
 from heatwright.sim.scenario import long_enough
-from heatwright.spec import Controller, Spec, load
+from heatwright.spec import RULES, Controller, Spec, load
 from heatwright.spec.boards import BOARDS, Board
-from heatwright.spec.rules import RULES
 
 CODES = {rule.id: rule.code for rule in RULES.values()}
 PARTS = {

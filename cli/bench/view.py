@@ -12,7 +12,7 @@ from heatwright.cli.bench.store import Point, Store, as_told
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.sim.binary.dwarf import Variable
 from heatwright.sim.judges.permits import missing
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES
 
 JOURNAL = "journal"
 MOST_ELEMENTS = 16

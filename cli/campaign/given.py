@@ -7,11 +7,11 @@ from typing import NamedTuple
 from heatwright.cli.beside import machine_of, read_beside
 from heatwright.sim.campaign.breaks import BREAKS, applicable
 from heatwright.sim.campaign.drawn import link_name
-from heatwright.sim.campaign.spread import Spread
 from heatwright.sim.campaign.vary import (
     ALL,
     LEAST_CAPACITY,
     LEAST_RESISTANCE,
+    Spread,
     Vary,
     spread_of,
     vary_of,

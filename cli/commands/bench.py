@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import json_option, spec_argument
+from heatwright.cli.options import json_option, spec_argument, with_examples
 
 if TYPE_CHECKING:
     from heatwright.cli.bench.board import Board

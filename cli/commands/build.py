@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware, told_as_json
-from heatwright.cli.options import File, json_option, print_json, spec_argument
+from heatwright.cli.options import File, json_option, print_json, spec_argument, with_examples
 from heatwright.cli.talk import talk
 from heatwright.cli.targets import blaming, check_target, whole
 

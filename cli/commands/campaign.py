@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import PLOTS, File, json_option, print_json, spec_argument
+from heatwright.cli.options import (
+    PLOTS,
+    File,
+    json_option,
+    print_json,
+    spec_argument,
+    with_examples,
+)
 from heatwright.cli.targets import check_target, whole
 
 if TYPE_CHECKING:

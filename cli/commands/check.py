@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused, Status, unusable
 from heatwright.cli.loads import loads, told
-from heatwright.cli.options import File, json_option, print_json
+from heatwright.cli.options import File, json_option, print_json, with_examples
 
 if TYPE_CHECKING:
     from heatwright.spec import Problem, Spec
@@ -89,11 +88,7 @@ def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
     if as_json:
         print_json(
             good=[
-                {
-                    "file": str(path),
-                    "digest": spec.digest,
-                    "budgets": budgets_json(spec.controller),
-                }
+                {"file": str(path), "digest": spec.digest, "budgets": budgets_json(spec.controller)}
                 for path, spec in good
             ],
             loads=[
@@ -153,7 +148,7 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
     from heatwright.cli.budget import too_inexact  # noqa: PLC0415
     from heatwright.cli.sized import small  # noqa: PLC0415
     from heatwright.spec import BOARDS  # noqa: PLC0415
-    from heatwright.spec.board.least import fits, least, rooms  # noqa: PLC0415
+    from heatwright.spec.checks.board.memory import fits, least, rooms  # noqa: PLC0415
     from heatwright.spec.self_checks import self_checked  # noqa: PLC0415
 
     yield from small(spec)

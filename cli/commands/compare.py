@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
-from heatwright.cli.options import PLOTS, File, json_option, print_json, spec_argument
+from heatwright.cli.options import (
+    PLOTS,
+    File,
+    json_option,
+    print_json,
+    spec_argument,
+    with_examples,
+)
 from heatwright.cli.talk import talk
 from heatwright.cli.targets import check_target
 
@@ -70,24 +76,14 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     if plot is not None:
         _draw(loaded, outcomes, device, plot)
     if as_json:
-        print_json(
-            spec=str(spec),
-            digest=loaded.digest,
-            device=device,
-            rows=rows_json(outcomes),
-        )
+        print_json(spec=str(spec), digest=loaded.digest, device=device, rows=rows_json(outcomes))
     else:
         _print(loaded, outcomes, device, plot)
     return Status.FAILED if mismatches(outcomes) else Status.DONE
 
 
 def _print(spec: Spec, outcomes: Sequence[Outcome], device: str, plot: Path | None) -> None:
-    from heatwright.cli.compare.tabled import (  # noqa: PLC0415
-        COLUMNS,
-        lines,
-        mismatches,
-        ticks,
-    )
+    from heatwright.cli.compare.tabled import COLUMNS, lines, mismatches, ticks  # noqa: PLC0415
     from heatwright.cli.tables import heading, show, table  # noqa: PLC0415
 
     plural = "binaries" if device == "binary" else "model"

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
-from heatwright.cli.options import File, json_option, print_json, spec_argument
+from heatwright.cli.options import File, json_option, print_json, spec_argument, with_examples
 from heatwright.cli.targets import blaming
 
 if TYPE_CHECKING:

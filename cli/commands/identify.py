@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import Amount, File, json_option, print_json
+from heatwright.cli.options import Amount, File, json_option, print_json, with_examples
 from heatwright.cli.targets import check_target, whole
 
 if TYPE_CHECKING:

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import File, json_option, print_json
+from heatwright.cli.options import File, json_option, print_json, with_examples
 from heatwright.cli.targets import blaming
 
 if TYPE_CHECKING:

@@ -2,9 +2,8 @@
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
-from heatwright.cli.options import json_option, print_json
+from heatwright.cli.options import json_option, print_json, with_examples
 
 
 @with_examples("heatwright kinds", "heatwright kinds --json")

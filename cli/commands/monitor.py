@@ -8,9 +8,8 @@ from pathlib import Path
 import click
 
 from heatwright.cli import ports
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import json_option, spec_argument
+from heatwright.cli.options import json_option, spec_argument, with_examples
 
 
 @with_examples("heatwright monitor chamber.yaml")

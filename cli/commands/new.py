@@ -7,9 +7,8 @@ from pathlib import Path
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import File, json_option, print_json
+from heatwright.cli.options import File, json_option, print_json, with_examples
 from heatwright.cli.targets import blaming
 
 STANDS_FOR = "newsensor"

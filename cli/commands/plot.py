@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from heatwright.cli import ports
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import File, json_option, spec_argument
+from heatwright.cli.options import File, json_option, spec_argument, with_examples
 
 if TYPE_CHECKING:
     from heatwright.cli.bench.server import Server

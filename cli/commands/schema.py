@@ -1,7 +1,6 @@
 """`heatwright schema`: prints the language as a JSON Schema for editors."""
 
-from heatwright.cli.command import with_examples
-from heatwright.cli.options import json_option, print_json
+from heatwright.cli.options import json_option, print_json, with_examples
 
 
 @with_examples("heatwright schema > heatwright.schema.json")

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import PLOTS, File, Length, json_option, spec_argument
+from heatwright.cli.options import PLOTS, File, Length, json_option, spec_argument, with_examples
 from heatwright.cli.targets import check_target
 
 if TYPE_CHECKING:
@@ -73,7 +72,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     check_target(csv)
     check_target(vcd)
     check_target(display, (".png",))
-    from heatwright.cli.scenario import with_scenario  # noqa: PLC0415
+    from heatwright.cli.beside import with_scenario  # noqa: PLC0415
     from heatwright.cli.targets import whole  # noqa: PLC0415
     from heatwright.spec import load, nextion_of  # noqa: PLC0415
 

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused
-from heatwright.cli.options import json_option, print_json, spec_argument
+from heatwright.cli.options import json_option, print_json, spec_argument, with_examples
 
 
 @with_examples("heatwright size chamber.yaml", "heatwright size chamber.yaml --json")

@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Refused, Status
-from heatwright.cli.options import Amount, File, json_option, print_json, spec_argument
+from heatwright.cli.options import (
+    Amount,
+    File,
+    json_option,
+    print_json,
+    spec_argument,
+    with_examples,
+)
 from heatwright.cli.targets import check_target, whole
 
 if TYPE_CHECKING:

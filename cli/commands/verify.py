@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from heatwright.cli.command import with_examples
 from heatwright.cli.ends import Status
 from heatwright.cli.firmware import told_as_json
-from heatwright.cli.options import File, json_option, print_json, spec_argument
+from heatwright.cli.options import File, json_option, print_json, spec_argument, with_examples
 from heatwright.cli.talk import talk
 from heatwright.cli.targets import check_target, whole
 
@@ -105,7 +104,7 @@ def command(  # noqa: PLR0913, PLR0917 - an option each
 
     loaded = load(spec)
     if scenario is not None:
-        from heatwright.cli.scenario import with_scenario  # noqa: PLC0415
+        from heatwright.cli.beside import with_scenario  # noqa: PLC0415
 
         loaded = loaded._replace(controller=with_scenario(loaded, scenario, None))
     keys = {"core": core, "elf": elf and str(elf), "passed": False}

@@ -11,12 +11,11 @@ from heatwright.cli.firmware import build_firmware
 from heatwright.cli.pool import spread
 from heatwright.cli.running import run_binary, run_model
 from heatwright.cli.talk import Job, Talk
-from heatwright.sim.comparison import row_controller, row_loop, row_scenario
+from heatwright.sim.comparison import row_scenario
 from heatwright.sim.judges.metrics import Metrics
 from heatwright.sim.replay import ReplayResult, replay
 from heatwright.sim.trace import StepLog
-from heatwright.spec import ComparisonRow, Controller, Spec
-from heatwright.spec.facts import facts_of
+from heatwright.spec import ComparisonRow, Controller, Spec, facts_of, row_controller, row_loop
 
 if TYPE_CHECKING:
     from heatwright.generator.toolchain import BuildResult

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from heatwright.cli.figures import build_json
-from heatwright.cli.fits.shares import Share, shares, short_of
-from heatwright.cli.fits.ways import Way, boards_with_room, ways
+from heatwright.cli.fits.ways import Share, Way, boards_with_room, shares, short_of, ways
 from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
 from heatwright.spec import Spec
 from heatwright.spec.problems import dotted

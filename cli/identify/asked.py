@@ -19,10 +19,8 @@ from heatwright.sim.identify import (
     record_of,
 )
 from heatwright.sim.identify.columns import Column, with_unit
-from heatwright.sim.tuning.delays import reading_age_s
-from heatwright.sim.tuning.process import power_of
-from heatwright.spec import Controller, Loop, load
-from heatwright.spec.facts import facts_of
+from heatwright.sim.tuning.process import power_of, reading_age_s
+from heatwright.spec import Controller, Loop, facts_of, load
 from heatwright.spec.simulation import AMBIENT
 
 PLOTTER_FULL = 10.0

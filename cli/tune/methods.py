@@ -13,10 +13,9 @@ from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import Margins, OpenLoop, margins, open_loop
 from heatwright.sim.tuning.process import Process
 from heatwright.sim.tuning.reduced import Reduced
-from heatwright.sim.tuning.relay import TuningFailed, relay
 from heatwright.sim.tuning.robust import Machine, is_sound
 from heatwright.sim.tuning.rules import lambda_rule, model_for, robust_simc, simc
-from heatwright.sim.tuning.trial import try_gains
+from heatwright.sim.tuning.trial import TuningFailed, relay, try_gains
 from heatwright.spec import Controller
 
 OWN = "as it is"

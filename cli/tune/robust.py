@@ -162,7 +162,7 @@ def legend(task: Task, trade: Trade) -> list[str]:
     lines = [
         f"On {tried} random machines that no method was tuned for: capacities and resistances "
         f"± {about(100 * spread.share)} %, ambient ± {about(spread.ambient_k)} K, supply "
-        f"± {about(100 * spread.supply)} %.",
+        f"± {about(100 * spread.supply)} %."
     ]
     if trade.left_out:
         lines.append(

@@ -8,9 +8,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.tune.methods import Task
 from heatwright.sim.tuning.process import Process, at_full_power, power_of, process_of
 from heatwright.sim.tuning.rules import model_for
-from heatwright.spec import Controller, Loop, Spec
-from heatwright.spec.commands import gcode_of
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Loop, Spec, facts_of, gcode_of
 from heatwright.spec.quantity import about, celsius
 
 LONGEST_S = 48 * 3600.0
@@ -78,12 +76,7 @@ def plan_of(  # noqa: PLR0913 - one for each option
 
 
 def task_of(
-    spec: Spec,
-    name: str,
-    *,
-    at_c: float | None,
-    lambda_s: float | None,
-    tauc_s: float | None,
+    spec: Spec, name: str, *, at_c: float | None, lambda_s: float | None, tauc_s: float | None
 ) -> Task:
     """Combine spec and options for one loop.
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from heatwright.cli.verify.closed_loop import ClosedLoop
+from heatwright.cli.verify.trials import ClosedLoop
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.chain import CHAIN_BOUND_STEPS, TABLE_BOUND_STEPS, ChainError
 from heatwright.sim.faults.controller.upsets import BAD, GUARDED, KINDS, RESULTS, Outcome

@@ -1,4 +1,7 @@
-"""Gathers the evidence: build, sensors, closed loop, replay, faults, timing."""
+"""Gathers the evidence: build, sensors, closed loop, replay, faults, timing.
+
+The binary may have been built elsewhere, if it belongs to the spec.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,6 +10,7 @@ from typing import NamedTuple
 from heatwright.cli.beside import machine_of
 from heatwright.cli.ends import Refused
 from heatwright.cli.firmware import build_firmware
+from heatwright.cli.fits import DoesNotFit, misfit
 from heatwright.cli.talk import Talk
 from heatwright.cli.verify.checks import (
     build_checks,
@@ -16,13 +20,16 @@ from heatwright.cli.verify.checks import (
     upset_checks,
 )
 from heatwright.cli.verify.evidence import Evidence
-from heatwright.cli.verify.given import given_binary
 from heatwright.cli.verify.trials import program_of, try_all, try_upsets
-from heatwright.generator.toolchain import BuildResult
+from heatwright.generator.toolchain import BuildFailed, BuildResult, TooLarge
+from heatwright.generator.toolchain.build import given, refuse_other_chip
 from heatwright.sim.avr import Core
-from heatwright.sim.binary.elf import ElfError
+from heatwright.sim.binary.dwarf import Variables
+from heatwright.sim.binary.elf import Elf, ElfError
 from heatwright.sim.chain import chain_errors
+from heatwright.sim.device import DIGEST, StaleBinary, check_digest
 from heatwright.spec import Spec
+from heatwright.spec.loading.user_file import read_file
 
 
 class Upsets(NamedTuple):
@@ -96,3 +103,28 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
         trials=trials,
         upsets=flipped,
     )
+
+
+def given_binary(spec: Spec, path: Path) -> BuildResult:
+    """Check the binary against the spec, and measure the memory that it takes.
+
+    Raises Refused if it is no AVR program, not for this chip or not from this spec, or if it cannot
+    be verified because names or debug information are missing.
+    """
+    read_file(path, 0)  # refuses a pipe, which might never end
+    try:
+        program = Elf(path)
+        refuse_other_chip(path, spec.controller.board)
+        if DIGEST not in program.symbols:
+            raise Refused(
+                f"{path} has no {DIGEST}: it was not built from sources of heatwright,"
+                " or its symbols were removed."
+            )
+        check_digest(program, spec.digest)
+        measured = given(path, spec.controller.board)
+        Variables(program)["loop_" + next(iter(spec.controller.loops))]
+    except TooLarge as error:
+        raise DoesNotFit(misfit(spec, error)) from None
+    except (ElfError, BuildFailed, StaleBinary) as error:
+        raise Refused(str(error)) from None
+    return measured

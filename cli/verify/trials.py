@@ -8,8 +8,8 @@ from typing import Literal
 
 from heatwright.cli.ends import Refused
 from heatwright.cli.pool import spread
+from heatwright.cli.running import Run, run_binary
 from heatwright.cli.talk import Counter, Job, Talk
-from heatwright.cli.verify.closed_loop import ClosedLoop, closed_loop
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.avr import Core, instructions_by
 from heatwright.sim.binary.elf import Elf
@@ -17,9 +17,25 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.faults import Fault, FaultResult, catalogue, try_fault
 from heatwright.sim.faults.controller.upsets import Outcome, draw, try_upset
 from heatwright.sim.plants import plant_module
+from heatwright.sim.replay import ReplayResult, replay_all
+from heatwright.sim.scenario import long_enough
 from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller
 from heatwright.spec.loading.suggest import advice
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """The run of the binary, and the replay of each loop."""
+
+    run: Run
+    replays: dict[str, ReplayResult]
+
+
+def closed_loop(controller: Controller, elf: Path | Elf, job: Job) -> ClosedLoop:
+    """Run the scenario and replay its steps."""
+    run = run_binary(long_enough(controller), elf, job)
+    return ClosedLoop(run, replay_all(controller, run.trace.steps))
 
 
 @dataclass(frozen=True)

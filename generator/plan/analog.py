@@ -21,8 +21,7 @@ from heatwright.generator.plan.parts import (
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.sensors.common import UseOfSensor, summed
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Analog, Divider, Rtd, Thermistor
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Analog, Divider, Rtd, Thermistor
 from heatwright.spec.sensing.conversion import Conversion, conversion
 
 RULE = {rule.id: rule_macro(rule) for rule in RULES.values()}
@@ -49,11 +48,7 @@ class AnalogNames:
 
 
 def plan_analog(
-    source: Source,
-    name: str,
-    sensor: Thermistor | Rtd | Analog,
-    use: UseOfSensor,
-    circuit: str,
+    source: Source, name: str, sensor: Thermistor | Rtd | Analog, use: UseOfSensor, circuit: str
 ) -> Part:
     """Plan an analog sensor; `circuit` describes the circuit at the pin in a few ASCII words."""
     controller = source.controller

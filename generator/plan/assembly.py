@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from heatwright.generator.plan import core
 from heatwright.generator.plan.checks import plan_checks
-from heatwright.generator.plan.documents.project import project_files
+from heatwright.generator.plan.documents.readme import project_files
 from heatwright.generator.plan.loop.loops import plan_loop
 from heatwright.generator.plan.loop.names import summary
 from heatwright.generator.plan.numbers import TICK_MS
@@ -23,9 +23,8 @@ from heatwright.generator.plan.sensors.common import use_of
 from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
-from heatwright.spec import Spec
+from heatwright.spec import Spec, gcode_of
 from heatwright.spec.board.timers import TimerUse, allocate
-from heatwright.spec.commands import gcode_of
 from heatwright.spec.problems import Path
 from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import self_checked

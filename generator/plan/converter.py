@@ -1,6 +1,7 @@
 """Common parts of thermocouple converters on three wires: pins, a reader, and its times."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
@@ -28,12 +29,12 @@ class Chip:
     """Data of a converter, from its data sheet."""
 
     name: str
-    power_up_s: float
-    """Time from the power-up to the first conversion, s."""
     supply: str
     """The chip's supply, and other parts that must be connected."""
     shift: str = ""
     """The level shifter, if the chip's levels differ from the board's."""
+    power_up_s: float = 0.0
+    """Time from the power-up to the first conversion, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,21 +74,32 @@ def plan_converter(
         ),
         start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
         tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
-        wiring=_wiring(f"sensor `{name}`: {chip.name}", chip, select, clock, data),
+        wiring=wiring(name, chip, {"CS": select, "SCK": clock, "SO": data}),
     )
 
 
-def _wiring(what: str, chip: Chip, select: Pin, clock: Pin, data: Pin) -> tuple[Wiring, ...]:
+def wiring(name: str, chip: Chip, pins: Mapping[str, Pin]) -> tuple[Wiring, ...]:
+    """Describe how a converter is connected; pins -- by its terminals: select, inputs, output."""
+    what = f"sensor `{name}`: {chip.name}"
+    (select, select_pin), *inputs, (output, output_pin) = pins.items()
     return (
         Wiring(
-            label(select),
+            label(select_pin),
             what,
-            f"CS{chip.shift}; 10 kΩ to its supply",
+            f"{select}{chip.shift}; 10 kΩ to its supply",
             (*shifted(chip.shift), pulled("up", rail=chip.supply.partition(",")[0])),
-            "CS",
+            select,
         ),
-        Wiring(label(clock), what, f"SCK{chip.shift}", shifted(chip.shift), "SCK"),
-        Wiring(label(data), what, "SO; nothing else may drive or pull this line", end="SO"),
+        *(
+            Wiring(label(pin), what, f"{end}{chip.shift}", shifted(chip.shift), end)
+            for end, pin in inputs
+        ),
+        Wiring(
+            label(output_pin),
+            what,
+            f"{output}; nothing else may drive or pull this line",
+            end=output,
+        ),
         Wiring("–", what, chip.supply),
     )
 
@@ -98,11 +110,7 @@ def shifted(shift: str) -> tuple[Symbol, ...]:
 
 
 def _constants(
-    source: Source,
-    sensor: Max6675 | Max31855,
-    name: str,
-    use: UseOfSensor,
-    chip: Chip,
+    source: Source, sensor: Max6675 | Max31855, name: str, use: UseOfSensor, chip: Chip
 ) -> tuple[Constant, ...]:
     prefix = f"SENSOR_{name.upper()}"
     first_s = chip.power_up_s + sensor.conversion_s

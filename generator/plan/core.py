@@ -10,12 +10,10 @@ from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, 
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import derivation_words
 from heatwright.generator.plan.timers import compare_match, registers
-from heatwright.spec import Controller, Loop, proofs
+from heatwright.spec import Controller, Loop, Rule, keypad_of, modbus_of, proofs, rules_of
 from heatwright.spec.board.timers import looks, tick_interval
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import keypad_of, modbus_of
-from heatwright.spec.inputs import tripping
-from heatwright.spec.rules import NO_LOCKOUT, Rule
+from heatwright.spec.monitors import tripping
+from heatwright.spec.rules import NO_LOCKOUT
 from heatwright.spec.self_checks import proves_watchdog, self_checked
 
 GATE_MAIN_PERMIT_TICKS = 10

@@ -1,17 +1,12 @@
 """Numbers for C: literals that keep every bit, counts, and quantities for comments."""
 
-import struct
 from decimal import Decimal
 
 from heatwright.spec import Loop
+from heatwright.spec.sensing.conversion import float32
 
 TICK_MS = 10
 """The firmware's tick. Every period and time-out is a whole number of ticks."""
-
-
-def float32(value: float) -> float:
-    """Round once to IEEE single precision, to nearest even."""
-    return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
 def c_float(value: float) -> str:

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from heatwright.generator.plan.sensors.common import current_sensor
-from heatwright.spec import Controller, Spec
+from heatwright.spec import Controller, Spec, facts_of
 from heatwright.spec.algorithms import LARGEST_GAIN
-from heatwright.spec.facts import facts_of
 
 VERSION = 1
 """Version of the register map: it changes when the meaning of an address changes."""

@@ -1,26 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Build a project in the user's cache, and keep the binary for later calls."""
+"""Build a project in the user's cache, and keep the binary for later calls.
+
+A binary that was built elsewhere is measured in the same way.
+"""
 
 import re
 import shutil
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
+from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import NoteSection
 from filelock import FileLock
 
 from heatwright.generator.stack import StackUnknown, worst_stack
 from heatwright.generator.toolchain import platformio
-from heatwright.generator.toolchain.cache import digest, write_files
-from heatwright.generator.toolchain.errors import (
-    BuildFailed,
-    CompilerFailed,
-    TooLarge,
-    ToolMissing,
-)
+from heatwright.generator.toolchain.cache import digest, forget_old, recall, remember, write_files
+from heatwright.generator.toolchain.errors import BuildFailed, CompilerFailed, TooLarge, ToolMissing
 from heatwright.generator.toolchain.offline import REMEDY
 from heatwright.generator.toolchain.result import BuildResult, limits, sizes
-from heatwright.generator.toolchain.store import forget_old, recall, remember
 from heatwright.generator.toolchain.taken import taken
+from heatwright.spec import Board
 from heatwright.spec.loading.user_cache import cache_dir
 
 # Changed when this package begins to give other measures for the same binary.
@@ -46,10 +47,7 @@ Progress = Callable[[str], None]
 
 
 def build(
-    project_dir: Path,
-    *,
-    environment: str | None = None,
-    progress: Progress | None = None,
+    project_dir: Path, *, environment: str | None = None, progress: Progress | None = None
 ) -> BuildResult:
     """Build the PlatformIO project in `project_dir` without writing there.
 
@@ -161,3 +159,46 @@ def readable(log: str, project_dir: Path) -> str:
             kept.update(range(number, number + 3) if " error: " in text else [number])
     shown = [lines[number] for number in sorted(kept) if number < len(lines)] or lines[-5:]
     return "\n".join([f"{project_dir}: PlatformIO could not build it", *shown])
+
+
+DEVICE = ".note.gnu.avr.deviceinfo"
+"""Section in which avr-libc's start-up code names its chip (binutils: the AVR ELF ABI)."""
+MEMORIES = struct.calcsize("<6I")
+"""Size of the section's first part: start and size of flash, RAM and EEPROM; then come strings."""
+
+
+def given(elf: Path, board: Board) -> BuildResult:
+    """Measure the AVR program in `elf` for the board.
+
+    Raises BuildFailed if its worst stack is unknown, TooLarge if it does not fit.
+    """
+    flash, ram = sizes(elf)
+    try:
+        stack = worst_stack(elf).total
+    except StackUnknown as reason:
+        raise BuildFailed(f"{elf}: the worst stack is unknown: {reason}.") from reason
+    room = board.flash_bytes - board.bootloader_bytes
+    built = BuildResult(elf, flash, ram, stack, room, board.ram_bytes, log="")
+    refuse_too_large(built, elf)
+    return built
+
+
+def refuse_other_chip(elf: Path, board: Board) -> None:
+    """Raise BuildFailed if the AVR program in `elf` was linked for another chip."""
+    chip = chip_of(elf)
+    if chip not in {"", board.mcu}:
+        raise BuildFailed(f"{elf} was built for the {chip}; the spec's chip is the {board.mcu}.")
+
+
+def chip_of(elf: Path) -> str:
+    """Return the chip that a program was linked for, or nothing if it has no name of a chip."""
+    with elf.open("rb") as file:
+        section = ELFFile(file).get_section_by_name(DEVICE)
+        notes = list(section.iter_notes()) if isinstance(section, NoteSection) else []
+    if not notes:
+        return ""
+    told: bytes = notes[0]["n_descdata"]
+    (offsets,) = struct.unpack_from("<I", told, MEMORIES)
+    (name,) = struct.unpack_from("<I", told, MEMORIES + 4)
+    strings = told[MEMORIES + offsets :]
+    return strings[name:].partition(b"\0")[0].decode("ascii", "replace").lower()

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from heatwright.sim.arrays.builtin import Each
-from heatwright.spec.facts import LoopFacts
+from heatwright.spec import LoopFacts
 
 _NUMBERS = (bool, int, float, np.generic)
 ON_ARRAYS = " on arrays"

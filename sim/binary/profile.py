@@ -9,8 +9,7 @@ from elftools.elf.elffile import ELFFile
 from numpy.typing import NDArray
 
 from heatwright.sim.binary.elf import Elf
-from heatwright.sim.native.hw import Hw
-from heatwright.sim.native.log import Log
+from heatwright.sim.native.hw import Hw, Log
 
 ENTRY = np.dtype({"names": ["cycle", "pc"], "formats": ["<u8", "<u4"], "itemsize": 16})
 NO_FUNCTION = 0xFFFF

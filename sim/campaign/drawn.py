@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from heatwright.sim.campaign.breaks import BREAKS, applicable
-from heatwright.sim.campaign.spread import Spread
-from heatwright.sim.campaign.vary import Vary, spread_of
+from heatwright.sim.campaign.vary import Spread, Vary, spread_of
 from heatwright.sim.plants import supplied
 from heatwright.sim.scenario import end_s
 from heatwright.spec import Controller, Event, Link, Simulation, ThermalNetwork

@@ -8,8 +8,7 @@ from heatwright.sim.campaign.world import DrawnWorld
 from heatwright.sim.faults.bears import bears_c
 from heatwright.sim.judges.metrics import Metrics, metrics
 from heatwright.sim.trace import Trace
-from heatwright.spec import Controller
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Controller
 
 Value = float | int | str | None
 Row = dict[str, Value]

@@ -1,10 +1,12 @@
-"""One fault that `verify` tries, and the result of its trial."""
+"""One fault that `verify` tries, its usual forms, and the result of its trial."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from heatwright.sim.faults.world import Condition, World
+from heatwright.sim.faults import starts
+from heatwright.sim.faults.machine import watch_s
+from heatwright.sim.faults.world import Condition, Site, World
 
 Act = Callable[[World], None]
 Judge = Callable[[World], str]
@@ -135,3 +137,18 @@ class FaultResult:
 
 def _rounded(value: float | None) -> float | None:
     return None if value is None else round(value, 3)
+
+
+def harmless(site: Site, name: str, cause: Act, for_s: float, judge: Judge = no_complaint) -> Fault:
+    """Return a fault that no rule may see, watched for a time, s."""
+    return Fault(name, lambda: starts.heating(site), cause, calm=True, watch_s=for_s, judge=judge)
+
+
+def tripping(site: Site, name: str, cause: Act, trip: Trip, cure: Act = nothing) -> Fault:
+    """Return a fault with the trip that must come."""
+    return Fault(name, lambda: starts.heating(site), cause, cure, trip=trip)
+
+
+def watched(site: Site, name: str, cause: Act, cure: Act) -> Fault:
+    """Return a fault that is watched until any rule that sees it trips, and again after that."""
+    return Fault(name, lambda: starts.heating(site), cause, cure, watch_s=watch_s(site), again=True)

@@ -7,13 +7,7 @@ from typing import NamedTuple
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bears import SIGMAS, WARM_DAY_C, room_c
 from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.machine import (
-    WARM_K,
-    blur_k,
-    room_k,
-    sensor_step_k,
-    usable_c,
-)
+from heatwright.sim.faults.machine import WARM_K, blur_k, room_k, sensor_step_k, usable_c
 from heatwright.sim.faults.site import OfState, Operated, Place, Site
 from heatwright.sim.faults.world import Weather, World
 from heatwright.spec import ThermalNetwork

@@ -26,7 +26,7 @@ from heatwright.sim.faults import witness
 from heatwright.sim.faults.bounds import TICK_S, start_up_s
 from heatwright.sim.faults.fault import Fault, FaultResult, Trip, at_once
 from heatwright.sim.faults.machine import longest_rule_s
-from heatwright.sim.faults.machine_parts import cooling, relays
+from heatwright.sim.faults.machine_parts import coolers, relays
 from heatwright.sim.faults.operation import notices
 from heatwright.sim.faults.operation.left_on import TOO_LONG
 from heatwright.sim.faults.peaks import SPREADING_S
@@ -36,10 +36,9 @@ from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import SPREAD, World, below
 from heatwright.sim.judges.interlock import overlaps
-from heatwright.spec import Frozen, Heating, Protection
+from heatwright.spec import RULES, Frozen, Heating, Protection
 from heatwright.spec.checks import check
 from heatwright.spec.controller import Lockout
-from heatwright.spec.rules import RULES
 
 LATE_S = 5.0
 """How much longer than the bound to wait, to distinguish a late trip from none."""
@@ -369,7 +368,7 @@ class _Trial:
             heater = world.device.outputs[loop.heater]
             if heater.on or not (heater.driven or self.fault.floats):
                 self._wrong(f"the pin of {loop.heater} is not driven to off {when}")
-        others = (cooling.complaint(world), relays.complaint(world, floats=self.fault.floats))
+        others = (coolers.complaint(world), relays.complaint(world, floats=self.fault.floats))
         for complaint in (*notices.complaints(world, latched.code), *others):
             if complaint:
                 self._wrong(f"{complaint} {when}")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.device import AvrDevice
-from heatwright.sim.native.log import Log
+from heatwright.sim.native.hw import Log
 from heatwright.sim.native.pins import Source, pin_number
 
 

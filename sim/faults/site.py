@@ -9,12 +9,13 @@ from heatwright.sim.interfaces.gcode import heats
 from heatwright.spec import (
     Controller,
     Loop,
+    LoopFacts,
     ThermalNetwork,
+    facts_of,
     gcode_of,
+    keypad_of,
     modbus_of,
 )
-from heatwright.spec.commands import keypad_of
-from heatwright.spec.facts import LoopFacts, facts_of
 
 
 @dataclass(frozen=True)

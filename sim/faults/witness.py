@@ -16,9 +16,8 @@ from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.machine_parts.currents import CODES
 from heatwright.sim.faults.world import World
 from heatwright.sim.replay import replay_all
-from heatwright.spec import monitors_of
+from heatwright.spec import RULES, monitors_of
 from heatwright.spec.board.timers import TICK_S
-from heatwright.spec.rules import RULES
 
 Numbers = NDArray[np.float64]
 

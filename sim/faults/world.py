@@ -33,11 +33,8 @@ from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.outputs.output import heater_of
 from heatwright.sim.scenario import PRESS_S, Action
-from heatwright.spec import ThermalNetwork, modbus_of
+from heatwright.spec import ThermalNetwork, gcode_of, modbus_of
 from heatwright.spec.board.timers import TICK_S
-from heatwright.spec.commands import gcode_of
-
-__all__ = ["STEP_S", "Condition", "Known", "Site", "Weather", "Wiring", "World"]
 
 STEP_S = 0.1
 """Longest time step of the machine; a tenth of the usual control period."""

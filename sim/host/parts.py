@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.reference.numbers import TICK_US, period_us
-from heatwright.spec import Controller, Loop, monitors_of, proofs
+from heatwright.spec import Controller, Loop, LoopFacts, facts_of, monitors_of, proofs
 from heatwright.spec.board.timers import TICK_S, allocate, looks, looks_in_tick
-from heatwright.spec.facts import LoopFacts, facts_of
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
 

@@ -6,8 +6,7 @@ temperature and power; `fit` finds the plant, with the uncertainty of its parame
 
 from heatwright.sim.identify.columns import ROLES, Roles, chosen_roles, named_roles
 from heatwright.sim.identify.fit import Identified, fit
-from heatwright.sim.identify.log import Log, read_log
+from heatwright.sim.identify.log import Log, Unusable, read_log
 from heatwright.sim.identify.record import Record, Scales, record_of, tabled
 from heatwright.sim.identify.structure import Names, Structure
-from heatwright.sim.identify.unusable import Unusable
 from heatwright.sim.identify.verdict import Found

@@ -4,8 +4,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from heatwright.sim.identify.log import STAMP
-from heatwright.sim.identify.unusable import Unusable
+from heatwright.sim.identify.log import STAMP, Unusable
 
 ROLES = ("time", "temperature", "duty", "power")
 OTHERS = re.compile(r"set.?point|target|ambient|fault|error", re.IGNORECASE)

@@ -8,16 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.identify.cells import (
-    DIALECTS,
-    Dialect,
-    fields,
-    labelled,
-    unstamped,
-    value,
-)
-from heatwright.sim.identify.unusable import Unusable
+from heatwright.sim.identify.cells import DIALECTS, Dialect, fields, labelled, unstamped, value
 from heatwright.sim.trace import Series
+
+
+class Unusable(ValueError):
+    """A log from which no plant can be found; the text says why, and what to do about it."""
+
 
 LARGEST_LOG = 64 << 20
 """Maximum size, bytes: a day at ten lines a second takes less."""

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.identify.columns import Column, Roles
-from heatwright.sim.identify.log import DAY_S, Log, unwrapped
-from heatwright.sim.identify.unusable import Unusable
+from heatwright.sim.identify.log import DAY_S, Log, Unusable, unwrapped
 from heatwright.sim.trace import Series
 
 FEWEST_ROWS = 10

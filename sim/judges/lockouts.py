@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from heatwright.sim.reference.numbers import SECOND_US, period_us
-from heatwright.sim.reference.protection.lockout import Lockout
+from heatwright.sim.reference.protection.latch import Lockout
 from heatwright.sim.tape import Tape
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller
-from heatwright.spec.commands import keypad_of
+from heatwright.spec import Controller, keypad_of
 
 TRIPS = "fault.trips"
 

@@ -17,8 +17,7 @@ from heatwright.sim.judges.disturbances import Disturbance, disturbances, undist
 from heatwright.sim.judges.firing import Firing, firing_of
 from heatwright.sim.plants import powers_of
 from heatwright.sim.trace import Series, StepLog, Trace
-from heatwright.spec import Controller, TimeProportionalOutput
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Controller, TimeProportionalOutput
 
 STEADY_SHARE = 1 / 3
 """The steady part is the last third of the response."""

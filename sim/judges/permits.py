@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from heatwright.sim.device import AvrDevice
-from heatwright.spec import Controller
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Controller
 
 
 class Missing(NamedTuple):

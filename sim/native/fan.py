@@ -15,14 +15,7 @@ class Fan:
     """A motor on a pin, and on another pin an open collector that pulses to ground."""
 
     def __init__(  # noqa: PLR0913 - all properties of a fan
-        self,
-        avr: Avr,
-        motor: str,
-        line: str,
-        *,
-        active_high: bool,
-        full_hz: float,
-        lag_s: float,
+        self, avr: Avr, motor: str, line: str, *, active_high: bool, full_hz: float, lag_s: float
     ) -> None:
         """Connect the fan to its pins.
 

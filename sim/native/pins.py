@@ -6,8 +6,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from heatwright.sim.native.hw import Hw
-from heatwright.sim.native.log import Log
+from heatwright.sim.native.hw import Hw, Log
 
 PIN_EVENT = np.dtype(
     {"names": ["cycle", "pin", "state"], "formats": ["<u8", "u1", "u1"], "itemsize": 16}

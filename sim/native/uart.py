@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.native.characters import EIGHT_N_ONE, UART_BYTE, Format, characters
-from heatwright.sim.native.hw import Hw
-from heatwright.sim.native.log import Log
+from heatwright.sim.native.hw import Hw, Log
 
 
 class Uart:

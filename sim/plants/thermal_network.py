@@ -183,10 +183,7 @@ class Plant:
         return tuple(surface.slope(temperature_c) for surface in self.surfaces)
 
     def rates(
-        self,
-        fans: tuple[float, ...],
-        feed_mm_per_s: float = 0.0,
-        radiates: tuple[float, ...] = (),
+        self, fans: tuple[float, ...], feed_mm_per_s: float = 0.0, radiates: tuple[float, ...] = ()
     ) -> Matrix:
         """Return the derivatives of the states by states and inputs, 1/s.
 

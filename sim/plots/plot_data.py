@@ -12,8 +12,7 @@ from heatwright.sim.plants import nodes_of
 from heatwright.sim.reference.programs.state import RUNNING
 from heatwright.sim.scenario import PRESS_S
 from heatwright.sim.trace import Series, StepLog, Trace, TraceEvent
-from heatwright.spec import Controller, Loop
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Controller, Loop
 
 NODES = ("#e69f00", "#009e73", "#56b4e9", "#cc79a7", "#b0a000", "#7f7f7f")
 READING = "#0050a0"

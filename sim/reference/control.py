@@ -5,18 +5,15 @@ from typing import NamedTuple, Protocol
 
 from heatwright.sim.reference.algorithms.autotune import SLOPE, Moment, Tuner
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
-from heatwright.sim.reference.algorithms.pid import PidControl
+from heatwright.sim.reference.algorithms.pid import PidControl, TunablePid
 from heatwright.sim.reference.algorithms.three_position import ThreePositionControl
-from heatwright.sim.reference.algorithms.tunable_pid import TunablePid
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
 from heatwright.sim.reference.interfaces.keyed import in_range
-from heatwright.sim.reference.members import Member, Value, prefixed
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Member, Single, Value, prefixed
 from heatwright.sim.reference.protection.rules import Look
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Controller, Loop, facts_of
 from heatwright.spec.adjusted import Number
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.facts import facts_of
 from heatwright.spec.registry import module_of
 
 ENABLED: Member = ("enabled", "u1")

@@ -3,24 +3,26 @@
 from collections.abc import Callable, Mapping
 
 from heatwright.sim.reference.inputs import Gains
-from heatwright.sim.reference.interfaces.countdown import CountdownKeys
 from heatwright.sim.reference.interfaces.display import Display
 from heatwright.sim.reference.interfaces.host import Host
 from heatwright.sim.reference.interfaces.master import Master
-from heatwright.sim.reference.interfaces.menu import MenuKeys
-from heatwright.sim.reference.interfaces.pages import Pages
+from heatwright.sim.reference.interfaces.pages import CountdownKeys, MenuKeys, Pages
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.modelled_loop import Feels, ModelledLoop
 from heatwright.sim.reference.numbers import FULL, SECOND_US, ZERO, Single
-from heatwright.sim.reference.outputs.driven import Clock, Driven
-from heatwright.sim.reference.outputs.feed import Feed
+from heatwright.sim.reference.outputs.driven import Clock, Driven, Feed
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.protection.latch import Latch
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, modbus_of, nextion_of
-from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import for_display, keypad_of
-from heatwright.spec.facts import facts_of
+from heatwright.spec import (
+    Controller,
+    facts_of,
+    for_display,
+    keypad_of,
+    modbus_of,
+    nextion_of,
+    numbers_of,
+)
 from heatwright.spec.scenario.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)

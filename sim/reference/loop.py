@@ -3,8 +3,7 @@
 from heatwright.sim.reference.algorithms.response import response_of
 from heatwright.sim.reference.control import Steering
 from heatwright.sim.reference.inputs import AUTOMATIC, NO_ORDERS, Orders
-from heatwright.sim.reference.members import Member, Value, prefixed
-from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value, prefixed
 from heatwright.sim.reference.outputs.output import HeaterOutput, heater_of
 from heatwright.sim.reference.programs.program import ProgramRun
 from heatwright.sim.reference.protection.guard import Guard
@@ -12,9 +11,7 @@ from heatwright.sim.reference.protection.limiter import limiter_of
 from heatwright.sim.reference.protection.monitor import MonitorModel
 from heatwright.sim.reference.protection.rules import Look
 from heatwright.sim.reference.sensors.reading import Readings, Seen
-from heatwright.spec import Controller, monitors_of
-from heatwright.spec.facts import facts_of
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Controller, facts_of, monitors_of
 from heatwright.spec.self_checks import SELF_CHECK_RULES
 
 Record = dict[str, Value]

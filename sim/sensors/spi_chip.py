@@ -10,8 +10,6 @@ from heatwright.sim.native.spi import Port, Timing, Wires
 from heatwright.sim.native.tip import Tip
 from heatwright.spec import Board
 
-__all__ = ["REMEMBERED_S", "Faults", "SpiChip", "Wire", "Wires", "wires_of"]
-
 REMEMBERED_S = 2.0
 """How old a temperature conversions may use, s: longer than any slow conversion."""
 

@@ -14,8 +14,7 @@ from heatwright.sim.timing.display import StartUps, button_to_display, to_come
 from heatwright.sim.timing.figures import JITTER_US, Figure, Timing
 from heatwright.sim.timing.operator import HELD_S, Press, aimed, presses
 from heatwright.sim.timing.stage import Stage
-from heatwright.spec import Controller, longest_wait_s
-from heatwright.spec.commands import keypad_of
+from heatwright.spec import Controller, keypad_of, longest_wait_s
 
 Progress = Callable[[float, float], None]
 """Called with the simulated time and the end, s."""
@@ -98,11 +97,7 @@ def _to_main(avr: Avr, program: Elf) -> None:
 
 
 def _play(
-    stage: Stage,
-    device: AvrDevice,
-    pressed: list[Press],
-    until_s: float,
-    progress: Progress | None,
+    stage: Stage, device: AvrDevice, pressed: list[Press], until_s: float, progress: Progress | None
 ) -> None:
     for press in pressed:
         stage.advance(press.time_s)

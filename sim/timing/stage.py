@@ -8,14 +8,7 @@ from itertools import cycle
 from math import inf
 
 from heatwright.sim.device import AvrDevice
-from heatwright.spec import (
-    Controller,
-    Loop,
-    full_a,
-    modbus_of,
-)
-from heatwright.spec.commands import keypad_of
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Loop, facts_of, full_a, keypad_of, modbus_of
 
 SWING_K = 0.1
 """The readings alternate by this, mostly around a multiple of ten, so that all digits change."""

@@ -49,11 +49,7 @@ def jitter(
         "µs",
         float(np.abs(late_us).max()),
         limit_us,
-        details={
-            "spread": float(np.ptp(late_us)),
-            "drift_per_hour": drift,
-            "steps": len(entries),
-        },
+        details={"spread": float(np.ptp(late_us)), "drift_per_hour": drift, "steps": len(entries)},
     )
 
 

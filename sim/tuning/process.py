@@ -1,7 +1,8 @@
-"""The linear model of a machine near a working point, from duty to reading."""
+"""The linear model of a machine near a working point, from duty to reading, with its delays."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +10,8 @@ from scipy.linalg import eigvals, expm
 
 from heatwright.sim.plants import powers_of
 from heatwright.sim.plants.thermal_network import Plant
-from heatwright.sim.tuning.delays import output_delay_s, reading_age_s
 from heatwright.spec import Controller
+from heatwright.spec.registry import module_of
 
 Matrix = NDArray[np.float64]
 
@@ -155,3 +156,22 @@ def at_full_power(
 
 def _runs(controller: Controller, fan: str) -> bool:
     return controller.outputs[fan].always_runs
+
+
+def reading_age_s(controller: Controller, sensor: str) -> float:
+    """Return how old a reading is at its control step, s."""
+    spec = controller.sensors[sensor]
+    module = import_module(module_of("sensor", "reference", spec.kind))
+    return float(module.IdealSensor(spec, controller.board).sampled_before_step_s)
+
+
+def output_delay_s(controller: Controller, output: str, period_s: float) -> float:
+    """Return the mean delay until the output takes a new duty over, s.
+
+    A PWM takes it over in its next period, a time-proportional output in its next window; a window
+    as long as the control period begins with the step itself.
+    """
+    spec = controller.switches[output]
+    if spec.frequency_hz:
+        return 0.5 / spec.frequency_hz
+    return max(0.0, spec.cycle_s - period_s) / 2

@@ -18,9 +18,8 @@ from heatwright.sim.plants import supplied
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import SOUND, open_loop
-from heatwright.sim.tuning.orders import heat
 from heatwright.sim.tuning.process import Process
-from heatwright.sim.tuning.trial import Progress, at_setpoint, ending, with_gains
+from heatwright.sim.tuning.trial import Progress, at_setpoint, ending, heat, with_gains
 from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 
@@ -164,9 +163,7 @@ def is_sound(gains: Gains, machines: Iterable[Machine], period_s: float) -> bool
 
 
 def improved(
-    start: Gains,
-    cost: float,
-    costs_of: Callable[[Sequence[Gains]], Sequence[float]],
+    start: Gains, cost: float, costs_of: Callable[[Sequence[Gains]], Sequence[float]]
 ) -> Gains:
     """Improve gains until no step of an eighth of an octave helps: a compass search.
 

@@ -1,14 +1,13 @@
-"""Try gains on the bench: the whole control law, with its limits, on the spec's machine."""
+"""Try gains on the bench, or the firmware's autotune: the whole control law on a machine."""
 
 from collections.abc import Callable
 
 from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.interfaces.gcode import heats, tunes
+from heatwright.sim.plots.plot_data import fault_label, faults
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
-from heatwright.sim.tuning.orders import heat
-from heatwright.spec import Controller, Event, Pid
-from heatwright.spec.commands import must_release
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Event, Pid, facts_of, gcode_of, modbus_of, must_release
 
 Progress = Callable[[float, float], None]
 
@@ -55,3 +54,82 @@ def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controlle
 def ending(length_s: float) -> Event:
     """Return the event that ends a scenario at `length_s`."""
     return Event.model_validate({"for": f"{length_s!r} s"})
+
+
+ORDER_S = 1.0
+"""Time of the command; a loop that is not commanded starts on its own."""
+
+
+def heat(controller: Controller, loop: str, target_c: float) -> tuple[Event, ...]:
+    """Return the events that heat a loop to a temperature, °C; none if it is not commanded."""
+    if modbus_of(controller) is not None:
+        return (_written({f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}),)
+    return _sent(controller, loop, heats, f"S{target_c:g}")
+
+
+def tune(controller: Controller, loop: str, target_c: float, cycles: int) -> tuple[Event, ...]:
+    """Return the events that tune a loop at a temperature, °C; a master cannot set the cycles."""
+    if modbus_of(controller) is not None:
+        orders = {f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}
+        return (_written({**orders, f"{loop}.tune": True}),)
+    return _sent(controller, loop, tunes, f"S{target_c:g} C{cycles}")
+
+
+def _sent(
+    controller: Controller, loop: str, command: Callable[[str], str], words: str
+) -> tuple[Event, ...]:
+    """Return the event with a command, which depends on the host's address of the loop."""
+    gcode = gcode_of(controller)
+    called = [name for name, served in gcode.loops.items() if served == loop] if gcode else []
+    if not called:
+        return ()
+    line = f"{command(called[0])} {words}"
+    return (Event.model_validate({"at": f"{ORDER_S!r} s", "send": line}),)
+
+
+def _written(values: dict[str, object]) -> Event:
+    return Event.model_validate({"at": f"{ORDER_S!r} s", "write": values})
+
+
+DONE = 2
+RESULTS = {
+    1: "it did not come to an end",
+    3: "it took longer than its time-out",
+    4: "it was stopped",
+    5: "the machine became too hot",
+    6: "its results are not usable",
+}
+"""Why there are no gains, by autotune.result (docs/control.md, "Autotune")."""
+
+AFTERWARDS_S = 10.0
+"""Time after the time-out within which the result must be there."""
+
+
+class TuningFailed(Exception):
+    """The experiment found no gains; the text says why."""
+
+
+def relay(
+    controller: Controller, loop: str, target_c: float, progress: Progress | None = None
+) -> Gains:
+    """Run the relay experiment from cold, as the firmware does, and return its gains.
+
+    Raises TuningFailed: a protection tripped, or the experiment found nothing.
+    """
+    spec = controller.loops[loop]
+    pid = spec.algorithm.pid
+    assert pid is not None  # noqa: S101 - the checks ensure it
+    assert spec.autotune is not None  # noqa: S101 - the caller has looked
+    length_s = spec.autotune.timeout_s + AFTERWARDS_S
+    scenario = (*tune(controller, loop, target_c, spec.autotune.cycles), ending(length_s))
+    trace = bench(controller, ReferenceDevice(controller), scenario, progress=progress)
+    log = trace.steps[loop]
+    for _, code in faults(log):
+        raise TuningFailed(f"{fault_label(code)} tripped")
+    last = log[-1]
+    result = int(last["autotune.result"])
+    if result != DONE:
+        raise TuningFailed(RESULTS.get(result, "it did not start"))
+    kp, ki, kd = (float(last[f"autotune.{name}"]) for name in ("kp", "ki", "kd"))
+    least, most = (float(last[f"autotune.integral_{end}"]) for end in ("minimum", "maximum"))
+    return Gains(kp, ki, kd, pid.derivative_filter_s, (least, most))

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from heatwright.spec.board.pwm import LATEST_INTERRUPT_S
-from heatwright.spec.board.pwm_timers import share_pwm
+from heatwright.spec.board.pwm_timers import LATEST_INTERRUPT_S, share_pwm
 from heatwright.spec.controller import Controller
 
 ANY_S = 100e-6

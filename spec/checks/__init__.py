@@ -11,7 +11,6 @@ from heatwright.spec.checks.finding import Check, Finding, Findings, PlantCheck
 from heatwright.spec.checks.loops import adjusted, cooling, monitors
 from heatwright.spec.checks.physics import plant
 from heatwright.spec.checks.physics.thermal import thermal
-from heatwright.spec.checks.sensing import senses
 from heatwright.spec.controller import Controller
 
 
@@ -33,8 +32,8 @@ SIMULATION_CHECKS: tuple[PlantCheck, ...] = (
     plant.plant_nodes,
     plant.plant_covers_loops,
     monitors.plant_covers_monitors,
-    senses.senses_fit,
-    senses.currents_are_sensed,
+    plant.senses_fit,
+    plant.currents_are_sensed,
     plant.heat_arrives,
     cooling.coolers_cool,
 )

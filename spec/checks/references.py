@@ -5,8 +5,7 @@ from collections.abc import Collection
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import gcode_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.loading.planned import NOT_BUILT
-from heatwright.spec.loading.suggest import advice
+from heatwright.spec.loading.suggest import NOT_BUILT, advice
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.quantity import duration
 
@@ -15,10 +14,7 @@ def unknown(path: Path, word: str, section: str, known: Collection[str]) -> Find
     """Report a name that the section does not define."""
     if word not in known:
         yield Finding(
-            path,
-            f"{section} has no {shown(word)}",
-            advice(word, tuple(known)),
-            ((section, word),),
+            path, f"{section} has no {shown(word)}", advice(word, tuple(known)), ((section, word),)
         )
 
 

@@ -1,4 +1,4 @@
-"""Suggestions for a wrong word."""
+"""Suggestions for a wrong word, and for keys that belong elsewhere in the language."""
 
 from collections.abc import Sequence
 
@@ -36,3 +36,17 @@ def one_of(value: object, what: str, known: Sequence[str]) -> Exception:
     word = value if isinstance(value, str) else ""
     shown = repr(word) if 0 < len(word) <= _LONGEST_WORD else "this"
     return refuse(f"{shown} is not a {what}", advice(word, known))
+
+
+ELSEWHERE = {
+    ("Analog", "quantity"): "Use kind: current for the current of a heater",
+    (
+        "TimeProportionalOutput",
+        "current",
+    ): "Only the kinds digital and pwm have it: change kind, or delete current",
+    ("Event", "setpoint"): "Use write: {LOOP.setpoint: 50 °C}, which needs an interface modbus_rtu",
+    ("Segment", "rate"): "Write at:, as in {to: 540 °C, at: 150 K/h}",
+}
+"""Keys that a user may try in a model, with the keys to write instead."""
+
+NOT_BUILT = "is a planned part of the language that is not built yet"

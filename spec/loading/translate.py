@@ -5,9 +5,8 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from heatwright.spec.loading.planned import ELSEWHERE
 from heatwright.spec.loading.shape import Place, keys, kinds, locate
-from heatwright.spec.loading.suggest import advice, listed
+from heatwright.spec.loading.suggest import ELSEWHERE, advice, listed
 from heatwright.spec.problems import Path, shown
 from heatwright.spec.registry import problem_of_kind
 

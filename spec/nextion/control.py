@@ -5,14 +5,7 @@ from collections.abc import Mapping
 
 from heatwright.spec.nextion.keypads import asking
 from heatwright.spec.nextion.overview import switched, waveform_attributes
-from heatwright.spec.nextion.parts import (
-    AMBER,
-    GREEN,
-    LARGE,
-    RED,
-    Page,
-    Sheet,
-)
+from heatwright.spec.nextion.parts import AMBER, GREEN, LARGE, RED, Page, Sheet
 from heatwright.spec.nextion.programming import LONGEST_NUMBER
 from heatwright.spec.rules import Rule
 from heatwright.spec.sensing.max31856 import TYPE_CODES

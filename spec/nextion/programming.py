@@ -1,14 +1,6 @@
 """The pages of programs: their choice, and the segments of one."""
 
-from heatwright.spec.nextion.parts import (
-    AMBER,
-    GREEN,
-    LARGE,
-    SMALL,
-    Page,
-    Sheet,
-    text_attributes,
-)
+from heatwright.spec.nextion.parts import AMBER, GREEN, LARGE, SMALL, Page, Sheet, text_attributes
 from heatwright.spec.programs import LONGEST_NAME
 
 ROWS = 10

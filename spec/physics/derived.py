@@ -8,15 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.loops import (
-    Effort,
-    Frozen,
-    Heating,
-    Limits,
-    Loop,
-    RisingWhileOff,
-    Runaway,
-)
+from heatwright.spec.loops import Effort, Frozen, Heating, Limits, Loop, RisingWhileOff, Runaway
 from heatwright.spec.physics.effort import effort_of
 from heatwright.spec.physics.heated_loop import (
     LEAST_TIMES,

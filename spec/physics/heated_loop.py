@@ -10,11 +10,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS, Loop
-from heatwright.spec.outputs import (
-    Switch,
-    always_running,
-    limit_w,
-)
+from heatwright.spec.outputs import Switch, always_running, limit_w
 from heatwright.spec.physics.matrices import Vector
 from heatwright.spec.physics.neighbours import Neighbour, warmed_k
 from heatwright.spec.physics.network import Heated

@@ -52,10 +52,7 @@ def _place(network: ThermalNetwork, nodes: Sequence[str], sensor: str) -> int:
 
 
 def _rest(
-    network: ThermalNetwork,
-    nodes: Sequence[str],
-    flows: HeatFlows,
-    holding: Sequence[Neighbour],
+    network: ThermalNetwork, nodes: Sequence[str], flows: HeatFlows, holding: Sequence[Neighbour]
 ) -> list[float]:
     """Return the steady state: each node above ambient, K, then each neighbour's power, W."""
     size, found = len(nodes), [0.0] * (len(nodes) + len(holding))

@@ -27,8 +27,7 @@ def _order(value: Any) -> ProgramOrder:
     if order not in get_args(Order) or not fits or any(not 1 <= int(word) <= 99 for word in rest):
         word = f"{shown(value)} is" if isinstance(value, str) else "this is"
         raise refuse(
-            f"{word} no command to a program",
-            "Write start 1, pause, resume, skip, jump 3 or stop",
+            f"{word} no command to a program", "Write start 1, pause, resume, skip, jump 3 or stop"
         )
     return ProgramOrder(order, int(rest[0]) if rest else 0)  # type: ignore[arg-type]
 

@@ -122,7 +122,7 @@ def conversion(sensor: Any, mcu: str) -> Conversion:
 
 
 def float32(value: float) -> float:
-    """Round once to single precision."""
+    """Round once to IEEE single precision, to nearest even."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 

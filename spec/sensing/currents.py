@@ -66,9 +66,7 @@ class Current(Model):
 
     sensor: Reference = Field(description="Sensor of the kind `current` in the heater's wire.")
     limit_a: _Ampere | None = Field(
-        None,
-        alias="limit",
-        description="Root mean square that a reduced duty keeps; `pwm` only.",
+        None, alias="limit", description="Root mean square that a reduced duty keeps; `pwm` only."
     )
     trip_a: _Ampere | None = Field(
         None,

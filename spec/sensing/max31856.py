@@ -148,18 +148,6 @@ class Max31856(Averaged):
         return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
 
 
-__all__ = [
-    "AVERAGES",
-    "HIGHEST_C",
-    "RANGE_C",
-    "TYPE_CODES",
-    "Max31856",
-    "ThermocoupleType",
-    "lowered",
-    "variants",
-]
-
-
 def variants(sensor: object) -> dict[str, Max31856]:
     """Return a sensor with each type of thermocouple that may be chosen for it; mostly empty."""
     if not isinstance(sensor, Max31856):

@@ -7,12 +7,12 @@ import pytest
 from machines import PLANTS, assert_margins, at, course, modelled, noisy, run_of, run_on, scaled
 from rig.firmware import EXAMPLES, ROOT, controller_of, spec_of, whole
 
-from heatwright.sim.comparison import row_controller
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.judges.firing import firing_of
 from heatwright.sim.judges.metrics import metrics
 from heatwright.sim.reference.programs.state import FINISHED, IDLE, RUNNING
 from heatwright.sim.replay import replay
+from heatwright.spec import row_controller
 
 LOOP = "chamber"
 HOLD = 4

@@ -9,8 +9,9 @@ import pytest
 from machines import OFF_BY, modelled, scaled
 from rig.firmware import ROOT
 
-from heatwright.sim.comparison import row_controller, run_row
+from heatwright.sim.comparison import run_row
 from heatwright.sim.judges.metrics import metrics
+from heatwright.spec import row_controller
 
 sys.path.append(str(ROOT / "tools"))
 

@@ -16,7 +16,7 @@ from suite import amount
 from heatwright.cli.bench import parts, store
 from heatwright.cli.bench.recorded import Recorded, Unsaid
 from heatwright.cli.bench.store import Chart, Roll
-from heatwright.cli.scenario import with_scenario
+from heatwright.cli.beside import with_scenario
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.scenario import actions
 from heatwright.spec import Interface, kinds

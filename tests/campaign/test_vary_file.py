@@ -11,8 +11,7 @@ from rig.firmware import EXAMPLE_NAMES, EXAMPLES, ROOT, example
 from heatwright.cli.campaign.given import derived, given
 from heatwright.sim.campaign.breaks import BREAKS
 from heatwright.sim.campaign.drawn import draw
-from heatwright.sim.campaign.spread import SIGMAS, Spread
-from heatwright.sim.campaign.vary import Vary, vary_of
+from heatwright.sim.campaign.vary import SIGMAS, Spread, Vary, vary_of
 from heatwright.sim.plants import powers_of
 from heatwright.spec import full_a
 

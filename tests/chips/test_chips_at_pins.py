@@ -6,8 +6,7 @@ from rig.firmware import CLOCK_HZ, Small, running
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.lcd import BusLimits, Lcd
-from heatwright.sim.interfaces.lcd.character_rom import A00
-from heatwright.sim.interfaces.lcd.hd44780 import Hd44780, Times
+from heatwright.sim.interfaces.lcd.hd44780 import A00, Hd44780, Times
 from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.lcd_keypad.keypad import CODES, Keypad
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter

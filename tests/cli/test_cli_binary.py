@@ -13,11 +13,11 @@ import pytest
 from rig.commands import Heatwright, printer_rows
 from rig.firmware import EXAMPLES, ROOT, example
 
+from heatwright.cli.beside import with_scenario
 from heatwright.cli.running import run_model
-from heatwright.cli.scenario import with_scenario
 from heatwright.cli.talk import _PlainJob
 from heatwright.cli.verify.checks import replay_checks, run_checks
-from heatwright.cli.verify.closed_loop import ClosedLoop, closed_loop, long_enough
+from heatwright.cli.verify.trials import ClosedLoop, closed_loop, long_enough
 from heatwright.generator.toolchain import BuildResult
 from heatwright.sim.comparison import row_scenario
 from heatwright.sim.faults import FaultResult
@@ -306,7 +306,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
             ("engine.build_firmware", lambda *_: built),
             ("engine.program_of", lambda _: None),
             ("engine.try_all", try_all),
-            ("closed_loop.run_binary", lambda controller, _, job: run_model(controller, job)),
+            ("trials.run_binary", lambda controller, _, job: run_model(controller, job)),
         ):
             monkeypatch.setattr(f"heatwright.cli.verify.{name}", stand_in)
 

@@ -23,10 +23,10 @@ from heatwright.cli.loads import loads
 from heatwright.cli.loads import told as said_of
 from heatwright.cli.talk import _PlainJob
 from heatwright.generator.toolchain import TooLarge
-from heatwright.generator.toolchain.given import given
+from heatwright.generator.toolchain.build import given
 from heatwright.sim.plants import FOREVER_S, plant_of, powers_of
 from heatwright.spec import Controller, load_text
-from heatwright.spec.board.least import EVERY, Least, least
+from heatwright.spec.checks.board.memory import EVERY, Least, least
 from heatwright.spec.outputs import always_running
 from heatwright.spec.physics.reserve import RECOMMENDED, reserves, small_reserves
 from heatwright.spec.physics.sized import cross_flow_film_w_per_m2k, sized_wall, sized_wire
@@ -308,7 +308,7 @@ def test_check_warns_to_the_byte(heatwright: Heatwright, monkeypatch: pytest.Mon
     spare = 32256 - least(example("chamber").controller).flash
     for over, warned in ((0, []), (1, ["flash: at least 32,257 of 32,256 B: 1 B too many"])):
         taken = Least(EVERY.flash + spare + over, 0)
-        monkeypatch.setattr("heatwright.spec.board.least.EVERY", taken)
+        monkeypatch.setattr("heatwright.spec.checks.board.memory.EVERY", taken)
         found = heatwright("check --quick chamber.yaml --json").json["warnings"]
         assert [each["reason"] for each in found] == warned
 

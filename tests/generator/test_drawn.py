@@ -33,7 +33,7 @@ from heatwright.sim.binary.elf import Elf
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import replay_all
 from heatwright.spec import BOARDS, Algorithm, Interface, Output, Sensor, SpecError, kinds
-from heatwright.spec.board.least import Least, fits, least
+from heatwright.spec.checks.board.memory import Least, fits, least
 from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.names import LONGEST_NAME
 

@@ -9,10 +9,9 @@ import pytest
 from PIL import Image
 
 from heatwright.sim.interfaces.nextion.codes import Code
-from heatwright.sim.interfaces.nextion.colours import rgb
 from heatwright.sim.interfaces.nextion.display import BUFFER_BYTES, Display
 from heatwright.sim.interfaces.nextion.events import PageError
-from heatwright.sim.interfaces.nextion.screen import draw, png
+from heatwright.sim.interfaces.nextion.screen import draw, png, rgb
 from heatwright.spec.nextion import Component, Page
 
 FIRST = (

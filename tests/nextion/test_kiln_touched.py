@@ -14,8 +14,7 @@ from rig.firmware import changed, device_of
 
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.nextion.codes import Code
-from heatwright.sim.interfaces.nextion.colours import rgb
-from heatwright.sim.interfaces.nextion.screen import draw
+from heatwright.sim.interfaces.nextion.screen import draw, rgb
 from heatwright.spec.boards import BOARDS
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.nextion.parts import GROUND, RED

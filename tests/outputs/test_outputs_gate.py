@@ -14,7 +14,7 @@ from rig.outputs import LATE_S, TICK_S, OutputBoard, Wired, cause_problem, reset
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.native.relay import Armature, Relay, Wire
-from heatwright.sim.reference.outputs.held import Held, held_of
+from heatwright.sim.reference.outputs.course import Held, held_of
 from heatwright.spec import DigitalOutput
 
 PAIRS = {"uno": ("D3", "D7"), "mega2560": ("D6", "D9"), "atmega32": ("PD5", "PD6")}

@@ -12,8 +12,7 @@ from rig.outputs import TICK_S, OutputBoard, Outputs, Wired, reset_problem, wire
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.spec import BOARDS
-from heatwright.spec.board.pwm import FREQUENCY_TOLERANCE, LATEST_INTERRUPT_S
-from heatwright.spec.board.pwm_timers import PwmChannel
+from heatwright.spec.board.pwm_timers import FREQUENCY_TOLERANCE, LATEST_INTERRUPT_S, PwmChannel
 from heatwright.spec.board.timers import allocate
 
 CLOCK_HZ = 16_000_000

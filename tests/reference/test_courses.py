@@ -26,10 +26,10 @@ import yaml
 from reference_machines import Commanded, Kiln, Nozzle, Player, commanded_of, kiln_of, nozzle_of
 
 from heatwright.sim.reference import inputs
+from heatwright.sim.reference.interfaces.display import Editor
 from heatwright.sim.reference.programs import copies
 from heatwright.sim.reference.programs import state as program_state
 from heatwright.sim.reference.programs.copies import FAST, HOLD, OVER, RATE, UNTIL, Part
-from heatwright.sim.reference.programs.points import Editor
 from heatwright.spec import Algorithm, Frozen, Heating, RisingWhileOff, Runaway, kinds
 from heatwright.spec.loops import Effort
 

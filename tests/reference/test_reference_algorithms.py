@@ -19,8 +19,7 @@ from heatwright import spec
 from heatwright.sim.reference.algorithms.response import Response
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Swings, found_by
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.outputs.course import course_of
-from heatwright.sim.reference.outputs.held import Held
+from heatwright.sim.reference.outputs.course import Held, course_of
 from heatwright.sim.reference.outputs.output import heater_of, pwm_period
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.registry import module_of

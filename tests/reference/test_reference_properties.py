@@ -15,7 +15,7 @@ from heatwright.sim.reference.inputs import AUTOMATIC
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.programs import state as program
 from heatwright.sim.reference.programs.copies import cell_of, column_of, copy_of
-from heatwright.sim.reference.programs.resumed import resumed
+from heatwright.sim.reference.programs.program import resumed
 from heatwright.sim.replay import replay
 from heatwright.spec import Controller, OnOff, Pid
 

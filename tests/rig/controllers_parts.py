@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from heatwright.spec import Board, Pin, Sensor, Thermistor, Timer
-from heatwright.spec.board.pwm import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
+from heatwright.spec.board.pwm_timers import FASTEST_BY_INTERRUPTS_HZ, FEWEST_COUNTS, pwm_settings
 from heatwright.spec.board.timers import tick_interval
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v

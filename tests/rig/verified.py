@@ -8,7 +8,7 @@ from suite import drawn
 from heatwright.cli.firmware import build_firmware
 from heatwright.cli.fits import DoesNotFit
 from heatwright.cli.verify.checks import chain_checks, replay_checks, run_checks
-from heatwright.cli.verify.closed_loop import closed_loop
+from heatwright.cli.verify.trials import closed_loop
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.chain import chain_errors
 from heatwright.sim.faults import catalogue, try_fault

@@ -11,7 +11,7 @@ from rig.firmware import finished
 
 from heatwright.spec import BOARDS, Board, Controller, Ds18b20, PwmOutput, Stepper, Timer
 from heatwright.spec.base import ReadOnlyDict
-from heatwright.spec.board import pwm as waves
+from heatwright.spec.board import pwm_timers as waves
 from heatwright.spec.board.timers import Interval, NoTimer, TimerUse, allocate, tick_interval
 from heatwright.spec.board.uart import BAUD_TOLERANCE, baud_setting
 from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS

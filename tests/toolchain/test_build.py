@@ -15,9 +15,9 @@ import pytest
 from rig.firmware import finished
 
 from heatwright.generator.toolchain import BuildFailed, ToolMissing, build
-from heatwright.generator.toolchain.given import given
+from heatwright.generator.toolchain.build import given
+from heatwright.generator.toolchain.cache import KEPT_S, forget_old
 from heatwright.generator.toolchain.offline import core_dir
-from heatwright.generator.toolchain.store import KEPT_S, forget_old
 from heatwright.spec.boards import BOARDS, Board
 from heatwright.spec.loading.user_cache import cache_dir
 

@@ -24,7 +24,7 @@ from heatwright.cli.talk import talk
 from heatwright.cli.verify import engine, trials
 from heatwright.generator import write
 from heatwright.generator.toolchain import BuildFailed, BuildResult, build
-from heatwright.generator.toolchain.given import given
+from heatwright.generator.toolchain.build import given
 from heatwright.sim.avr import Avr, instructions_by
 from heatwright.sim.device import AvrDevice
 

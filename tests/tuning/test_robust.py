@@ -18,10 +18,9 @@ from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.judges.metrics import metrics
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import SOUND, Margins, margins
-from heatwright.sim.tuning.orders import heat
 from heatwright.sim.tuning.process import process_of
 from heatwright.sim.tuning.robust import LAST, Course, Machine, Spread, drawn, improved, worst_cost
-from heatwright.sim.tuning.trial import at_setpoint, ending, with_gains
+from heatwright.sim.tuning.trial import at_setpoint, ending, heat, with_gains
 
 LOOP, TARGET_C = "plate", 60.0
 SPEC = """

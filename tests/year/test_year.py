@@ -32,7 +32,7 @@ from heatwright.sim.host.layout import declarations
 from heatwright.sim.plants import powers_of
 from heatwright.sim.plants.thermal_network import Plant, step_matrix
 from heatwright.sim.replay import replay
-from heatwright.sim.tuning.delays import reading_age_s
+from heatwright.sim.tuning.process import reading_age_s
 from heatwright.sim.tuning.rules import lambda_rule, simc
 from heatwright.spec import Analog, Controller, Event, Rtd, Spec, Thermistor
 

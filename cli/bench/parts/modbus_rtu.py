@@ -8,7 +8,7 @@ from heatwright.cli.bench.parts.seat import BadOrder, Live, Order, Seat, text_of
 from heatwright.cli.bench.recorded import event_of, with_unit
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.sim.interfaces.modbus_rtu import frames
-from heatwright.sim.interfaces.modbus_rtu.exchange import Exchange
+from heatwright.sim.interfaces.modbus_rtu.frames import Exchange
 from heatwright.sim.interfaces.modbus_rtu.registers import Register, registers
 from heatwright.spec import Controller
 from heatwright.spec.scenario.writes import AMOUNTS, GAINS

@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from heatwright.cli.bench.parts.seat import (
-    BadOrder,
-    Live,
-    Order,
-    Seat,
-    flag_of,
-    number_of,
-    text_of,
-)
+from heatwright.cli.bench.parts.seat import BadOrder, Live, Order, Seat, flag_of, number_of, text_of
 from heatwright.cli.bench.world import LiveWorld
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.nextion.screen import draw

@@ -17,8 +17,7 @@ from heatwright.cli.contract import lacking
 from heatwright.generator import plan_firmware, render, write
 from heatwright.generator.toolchain import build
 from heatwright.sim.device import AvrDevice
-from heatwright.spec import BOARDS, Controller, SpecError, load_text
-from heatwright.spec.rules import RULES
+from heatwright.spec import BOARDS, RULES, Controller, SpecError, load_text
 
 EXAMPLE = (files("heatwright_max31865") / "example.yaml").read_text(encoding="utf-8")
 FAR = {"uno": "mega2560", "D10": "D49", "D13": "A8", "D11": "D48", "D12": "D17"}

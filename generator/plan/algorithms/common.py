@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import filter_share, quantity, told_period
 from heatwright.generator.plan.parts import Constant, Told
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop, OnOff, ThreePosition
-from heatwright.spec.adjusted import numbers_of
+from heatwright.spec import Loop, OnOff, ThreePosition, numbers_of
 
 LEAST_SLOPE_K_PER_S = 1e-9
 

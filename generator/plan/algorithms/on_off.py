@@ -28,10 +28,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
     return AlgorithmPlan(
         template="algorithms/on_off",
         told=SwitchNames(
-            source.where,
-            lead_words(algorithm, keyed),
-            hysteresis,
-            in_use(name, prefix, keyed),
+            source.where, lead_words(algorithm, keyed), hysteresis, in_use(name, prefix, keyed)
         ),
         constants=tuple(constants),
         full_duty=source.number(f"{prefix}_FULL_DUTY_PERCENT", 100.0, "on-off control: 100 %"),

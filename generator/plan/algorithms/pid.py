@@ -14,10 +14,9 @@ from heatwright.generator.plan.algorithms.common import (
 )
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop, Pid
+from heatwright.spec import Loop, Pid, facts_of
 from heatwright.spec.adjusted import GAINS, sets_gains
 from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, IntegralLimits, OutputLimits
-from heatwright.spec.facts import facts_of
 
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:

@@ -7,9 +7,7 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.protection.limits import READINGS
-from heatwright.spec import Controller, Loop, proofs
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Loop, facts_of, proofs, rules_of
 from heatwright.spec.outputs import Switch
 from heatwright.spec.sensing.budget import budget
 from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heatwright.generator.plan.pins import label
-from heatwright.spec import Board, Controller, ModbusRtu
-from heatwright.spec.commands import modbus_of
+from heatwright.spec import Board, Controller, ModbusRtu, modbus_of
 from heatwright.spec.interfaces import Line
 
 FASTEST_RS232 = 120_000

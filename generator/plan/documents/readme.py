@@ -1,33 +1,40 @@
-"""The values for the README of a project."""
+"""The README and the other files around the sources: PlatformIO's project, the Arduino sketch."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from heatwright.generator.plan.core import FAULT_COOLING_ABOVE_C, lockout_ends
-from heatwright.generator.plan.documents.chips import Fuses, fuses
 from heatwright.generator.plan.documents.commissioning import Stage, commissioning
 from heatwright.generator.plan.documents.lines import LineRow, lines
 from heatwright.generator.plan.numbers import quantity, told_period
-from heatwright.generator.plan.parts import Part, Wiring
+from heatwright.generator.plan.parts import File, Part, Wiring
 from heatwright.generator.plan.programs.programs import ProgramsInWords, in_words
 from heatwright.generator.plan.protection.hazards import HazardRow, hazards
 from heatwright.generator.plan.protection.limits import limit
 from heatwright.generator.plan.text import c_comment, markdown
 from heatwright.generator.wiring import Wires
-from heatwright.spec import Controller, Gcode, ModbusRtu, Nextion, SerialPlotter, Spec
-from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import (
+from heatwright.spec import (
+    Controller,
+    Gcode,
+    LoopFacts,
+    ModbusRtu,
+    Nextion,
+    Rule,
+    SerialPlotter,
+    Spec,
+    facts_of,
     gcode_of,
     keypad_of,
     modbus_of,
     nextion_of,
+    numbers_of,
     placed,
+    rules_of,
 )
-from heatwright.spec.facts import LoopFacts, facts_of
-from heatwright.spec.rules import Rule
+from heatwright.spec.boards import Board
 from heatwright.spec.self_checks import proves_watchdog, self_checked
 from heatwright.spec.sensing.budget import Budget, budgets
 
@@ -185,3 +192,34 @@ def _loops(spec: Spec) -> list[ReadmeLoop]:
         )
         for name, loop in spec.controller.loops.items()
     ]
+
+
+class Fuses(NamedTuple):
+    """The fuses of a bare chip for the right clock, and for detecting a low supply."""
+
+    clock: str
+    brown_out: str
+    brown_out_v: str
+    """Brown-out level for a supply of 5 V (data sheets, "Fuse Bits", "BODLEVEL Fuse Coding")."""
+    has_wdton: bool
+    """True if a fuse can switch the watchdog on permanently."""
+
+
+def fuses(board: Board) -> Fuses | None:
+    """Name the fuses of a bare chip; those of boards are set already."""
+    if board.name != board.mcu:
+        return None
+    if board.is_old:
+        return Fuses("CKSEL, SUT and CKOPT", "BODEN and BODLEVEL", "4.0", has_wdton=False)
+    return Fuses("CKSEL, SUT and CKDIV8", "BODLEVEL", "4.3", has_wdton=True)
+
+
+def project_files(spec: Spec, parts: Iterable[Part]) -> tuple[File, ...]:
+    """Plan the files that make a folder of sources a project."""
+    told = readme_names(spec, parts)
+    return (
+        File("platformio.ini", "project/platformio.ini.j2", told),
+        File(f"{told.name}.ino", "project/sketch.ino.j2", told),
+        File("wiring.svg", "project/wiring.svg.j2", told),
+        File("README.md", "project/README.md.j2", told),
+    )

@@ -22,11 +22,7 @@ from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import Gcode
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import minds_host
-from heatwright.spec.facts import facts_of
-from heatwright.spec.rules import Rule
+from heatwright.spec import Gcode, Rule, facts_of, minds_host, rules_of
 
 SILENT_S = 3.0
 """Silence of both sides after which the firmware repeats `ok`."""

@@ -17,7 +17,7 @@ from heatwright.generator.plan.parts import (
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Indicators, Loop
-from heatwright.spec.indicated import shown_loop
+from heatwright.spec.commands import shown_loop
 
 BLINK_S = 0.5
 """Time on, and time off, of a blink: slow enough not to be mistaken for a PWM."""

@@ -2,23 +2,18 @@
 
 from dataclasses import dataclass
 
-from heatwright.generator.plan import lcd
 from heatwright.generator.plan.adc import has_sensors, scan
 from heatwright.generator.plan.loop import adjusted
 from heatwright.generator.plan.loop.loops import told_between_steps
 from heatwright.generator.plan.loop.names import prefix_of
-from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
+from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pair
-from heatwright.generator.plan.pins import pulled_up
+from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.programs.menu import Shown, plan_menu
 from heatwright.generator.plan.protection.monitors import shown as plan_warning
 from heatwright.generator.plan.source import Source
-from heatwright.spec import LcdKeypad, Loop
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import minds_host, must_release
-from heatwright.spec.facts import facts_of
+from heatwright.spec import LcdKeypad, Loop, Rule, facts_of, minds_host, must_release, rules_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
-from heatwright.spec.rules import Rule
 
 MINUTE_S = 60.0
 COARSE = 10
@@ -38,7 +33,7 @@ class KeypadNames:
 def plan(source: Source, interface: LcdKeypad) -> Part:
     """Plan the shield for one loop."""
     controller, board = source.controller, source.controller.board
-    keys, screen = scan(Source(source.spec, ())), lcd.plan(source)
+    keys, screen = scan(Source(source.spec, ())), _plan_screen(source)
     by_program = facts_of(controller, interface.loop).programmed
     shown = (plan_menu if by_program else _plan_panel)(source, interface)
     warning_files, warning_constants = plan_warning(Source(source.spec, ()), interface.loop)
@@ -48,10 +43,7 @@ def plan(source: Source, interface: LcdKeypad) -> Part:
         lockout=controller.lockout is not None,
         repeats=by_program or interface.countdown is not None,
     )
-    constants = (
-        *lcd.CONSTANTS,
-        source.at("step").given("PANEL_STEP_K", interface.step_k, "K"),
-    )
+    constants = (*SCREEN_CONSTANTS, source.at("step").given("PANEL_STEP_K", interface.step_k, "K"))
     return Part(
         files=(
             *keys.files,
@@ -181,5 +173,57 @@ def _countdown(at: Source, countdown: Countdown, loop: Loop) -> tuple[Constant, 
             "COUNTDOWN_PERIOD_MS",
             f"{loop.period_ticks * TICK_MS}UL",
             f"control steps of {told_period(loop)}",
+        ),
+    )
+
+
+SCREEN_LINES = (("rs", "D8"), ("e", "D9"), ("d4", "D4"), ("d5", "D5"), ("d6", "D6"), ("d7", "D7"))
+"""The shield's wiring. D10 is not used: a resistor keeps the backlight on."""
+
+POWER_UP_S = 0.05
+"""Wait before the first instruction: 40 ms after 2.7 V (HD44780U data sheet, figure 24)."""
+RESYNC_S = 30.0
+
+SCREEN_CONSTANTS = (
+    Constant("LCD_POWER_UP_TICKS", f"{ticks(POWER_UP_S)}u", "50 ms; the data sheet requires 40 ms"),
+    Constant(
+        "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
+    ),
+)
+"""Constants of config.h."""
+
+
+DATA_LINES = (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
+"""The four data lines, each with its bit in a byte's upper half."""
+
+
+@dataclass(frozen=True, slots=True)
+class LcdNames:
+    """The values for the template of the screen."""
+
+    where: str
+    resync_s: str
+    data_lines: tuple[tuple[str, int], ...]
+
+
+def _plan_screen(source: Source) -> Part:
+    """Plan the screen."""
+    pins = source.controller.board.pins
+    lcd = LcdNames(source.where, f"{RESYNC_S:g}", DATA_LINES)
+    return Part(
+        files=pair("lcd", "interfaces/lcd/lcd", lcd, plain_header=True),
+        pins=tuple(
+            driven(source, f"lcd_{name}", pins[pin], f"{name.upper()} of the display")
+            for name, pin in SCREEN_LINES
+        ),
+        start_calls=(Call(Stage.SHOW, "lcd.h", "lcd_start();"),),
+        tick_calls=(Call(Stage.SHOW, "lcd.h", "lcd_tick();"),),
+        wiring=(
+            Wiring(
+                " ".join(sorted(pin for _, pin in SCREEN_LINES)),
+                "LCD keypad shield, display",
+                "D4..D7 data, D8 RS, D9 E, R/W to ground",
+                end="data, RS, E",
+            ),
         ),
     )

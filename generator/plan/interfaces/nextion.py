@@ -25,11 +25,9 @@ from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import Nextion
+from heatwright.spec import Nextion, facts_of, rules_of
 from heatwright.spec.board.uart import RECEIVED_TOLERANCE, baud_setting
 from heatwright.spec.boards import Uart
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.facts import facts_of
 from heatwright.spec.interfaces import DISPLAY_BAUDS, FASTER_DISPLAY_BAUDS
 from heatwright.spec.nextion import Page, chart_top_c, display_pages, selectable_types
 from heatwright.spec.nextion.control import CONTROL_CHART_EVERY_S

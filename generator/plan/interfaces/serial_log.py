@@ -8,9 +8,8 @@ from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import SerialLog
+from heatwright.spec import SerialLog, facts_of
 from heatwright.spec.board.eeprom import layout
-from heatwright.spec.facts import facts_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,8 @@ from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, 
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import Controller, Pid, SerialPlotter
-from heatwright.spec.adjusted import numbers_of, sets_gains
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Pid, SerialPlotter, facts_of, numbers_of
+from heatwright.spec.adjusted import sets_gains
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +43,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
     board = controller.board
     uart = registers(board)
     setup = uart.setup("SERIAL_DIVISOR", receives=False)
-    constants = (
-        source.baud("SERIAL_DIVISOR", interface.baud),
-        _decimals(source, interface),
-    )
+    constants = (source.baud("SERIAL_DIVISOR", interface.baud), _decimals(source, interface))
     plotter = PlotterNames(
         where=source.where,
         loop_name=interface.loop,
@@ -93,10 +89,7 @@ def fields(controller: Controller, name: str) -> list[Field]:
         lead = f"{prefix}_LEAD_S * {state}.rate_k_per_s" if loop.algorithm.lead_s > 0 else "0.0f"
         if "lead_s" in keyed:
             lead = f"{state}.lead_s * {state}.rate_k_per_s"
-        own = [
-            ("heater, 0 or 10", f"0.1f * loop_{name}.duty_percent"),
-            ("lead in K", lead),
-        ]
+        own = [("heater, 0 or 10", f"0.1f * loop_{name}.duty_percent"), ("lead in K", lead)]
     else:
         own = _pid_fields(
             name,

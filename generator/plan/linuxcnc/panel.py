@@ -6,8 +6,7 @@ from xml.sax.saxutils import escape
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
 from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop
-from heatwright.spec.breakable import rules_of
+from heatwright.spec import Loop, rules_of
 
 RESOLUTION_K = 1.0
 """Change of the setpoint per click on its arrow; its field also accepts tenths."""

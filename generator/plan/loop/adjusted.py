@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
-from heatwright.spec.adjusted import Number, numbers_of
-from heatwright.spec.commands import keypad_of
+from heatwright.spec import keypad_of, numbers_of
+from heatwright.spec.adjusted import Number
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.protection.guard import EffortNames, effort_names, guard_constants
 from heatwright.generator.plan.protection.monitors import plan_monitors
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Loop
-from heatwright.spec.commands import gcode_of, modbus_of, nextion_of
+from heatwright.spec import Controller, Loop, gcode_of, modbus_of, nextion_of
 from heatwright.spec.loops import Response
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensing.max31856 import lowered

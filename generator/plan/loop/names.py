@@ -7,9 +7,8 @@ from heatwright.generator.plan.loop import adjusted
 from heatwright.generator.plan.loop.adjusted import NumberNames
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop
+from heatwright.spec import Loop, LoopFacts, facts_of
 from heatwright.spec.adjusted import GAINS
-from heatwright.spec.facts import LoopFacts, facts_of
 from heatwright.spec.sensing.max31856 import TYPE_CODES, lowered
 
 

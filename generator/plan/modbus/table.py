@@ -14,7 +14,7 @@ from heatwright.generator.plan.registers import (
     register_map,
 )
 from heatwright.generator.plan.source import Source
-from heatwright.spec.facts import facts_of
+from heatwright.spec import facts_of
 
 TABLES: tuple[Table, ...] = ("coils", "discretes", "holdings", "inputs")
 

@@ -5,8 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Nextion
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Nextion, facts_of
 from heatwright.spec.nextion import Page, display_pages, selectable_types
 
 

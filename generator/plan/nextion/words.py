@@ -1,8 +1,6 @@
 """The words that the touch display shows, in the order of their numbers."""
 
-from heatwright.spec import Controller
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, Controller, rules_of
 
 _OFF = (
     "off",

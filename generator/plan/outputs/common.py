@@ -22,7 +22,7 @@ from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller
 from heatwright.spec.board.pwm_timers import PwmChannel
-from heatwright.spec.indicated import shown_meanings
+from heatwright.spec.commands import shown_meanings
 from heatwright.spec.outputs import Switch
 from heatwright.spec.self_checks import read_back, self_checked
 

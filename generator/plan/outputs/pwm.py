@@ -10,8 +10,12 @@ from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.timers import fast_pwm, free_running, registers
 from heatwright.spec import Board, Controller, PwmOutput
-from heatwright.spec.board.pwm import LATEST_INTERRUPT_S, keeps_frequency, pwm_setting
-from heatwright.spec.board.pwm_timers import PwmChannel
+from heatwright.spec.board.pwm_timers import (
+    LATEST_INTERRUPT_S,
+    PwmChannel,
+    keeps_frequency,
+    pwm_setting,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,11 +10,8 @@ from heatwright.generator.plan.numbers import c_float, quantity, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, pair
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.source import Source
-from heatwright.spec import LcdKeypad
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.facts import facts_of
+from heatwright.spec import LcdKeypad, Rule, facts_of, rules_of
 from heatwright.spec.loops import Loop
-from heatwright.spec.rules import Rule
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 WIDE_C = 1000.0

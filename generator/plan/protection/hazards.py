@@ -11,10 +11,8 @@ from heatwright.generator.plan.loop.current import FEWEST_STEPS, RULES_S
 from heatwright.generator.plan.numbers import TICK_MS, quantity, steps
 from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
-from heatwright.spec import Controller, Loop, proofs
-from heatwright.spec.breakable import rules_of
+from heatwright.spec import Controller, Loop, Rule, proofs, rules_of
 from heatwright.spec.physics.effort import high_trips_up_to_c
-from heatwright.spec.rules import Rule
 from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, read_back
 
 TICK_S = TICK_MS / 1000

@@ -6,7 +6,7 @@ from heatwright.generator.plan.parts import Call, Group, Part, Stage, Symbol, Wi
 from heatwright.generator.plan.pins import contact, label
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Input
-from heatwright.spec.inputs import tripping
+from heatwright.spec.monitors import tripping
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,8 @@
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
-from heatwright.spec import Controller, Proof, Protection, Spec, proofs
-from heatwright.spec.commands import gcode_of
-from heatwright.spec.inputs import tripping
+from heatwright.spec import Controller, Proof, Protection, Spec, gcode_of, proofs
+from heatwright.spec.monitors import tripping
 
 READINGS = tuple(
     f"sensor_{cause}" for cause in ("no_answer", "short", "crc", "stale", "reset", "open", "range")

@@ -83,8 +83,7 @@ def plan(source: Source, name: str, sensor: Ds18b20, use: UseOfSensor) -> Part:
         ),
         groups=(
             Group(
-                f"Sensor {name}",
-                (*_constants(source, sensor, prefix, use.loop), *bus_constants),
+                f"Sensor {name}", (*_constants(source, sensor, prefix, use.loop), *bus_constants)
             ),
         ),
         pins=(
@@ -126,8 +125,6 @@ def _constants(source: Source, sensor: Ds18b20, prefix: str, loop: Loop) -> tupl
             f"at most {quantity(sensor.conversion_s * 1000, 'ms')} at {bits} bit",
         ),
         Constant(
-            f"{prefix}_START_TICKS",
-            f"{start}u",
-            "wait, so that the reading is new at the step",
+            f"{prefix}_START_TICKS", f"{start}u", "wait, so that the reading is new at the step"
         ),
     )

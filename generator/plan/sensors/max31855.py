@@ -14,5 +14,5 @@ SHIFT = " through a level shifter to 3.3 V"
 
 def plan(source: Source, name: str, sensor: Max31855, use: UseOfSensor) -> Part:
     """Plan the sensor and the reader of its wires."""
-    chip = Chip(f"MAX31855{sensor.thermocouple}", POWER_UP_S, SUPPLY, SHIFT)
+    chip = Chip(f"MAX31855{sensor.thermocouple}", SUPPLY, SHIFT, POWER_UP_S)
     return plan_converter(source, name, sensor, use, chip)

@@ -3,24 +3,13 @@
 import math
 from dataclasses import dataclass
 
-from heatwright.generator.plan.converter import ConverterNames, shifted
+from heatwright.generator.plan.converter import Chip, ConverterNames, wiring
 from heatwright.generator.plan.numbers import TICK_MS, quantity, told_period
-from heatwright.generator.plan.parts import (
-    Call,
-    Constant,
-    Group,
-    Part,
-    Stage,
-    Wiring,
-    pair,
-    pulled,
-)
+from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, pair
 from heatwright.generator.plan.pins import FAR_PORTS, driven, label, lifted
 from heatwright.generator.plan.sensors.common import UseOfSensor, raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Max31856
-from heatwright.spec.boards import Pin
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Max31856, facts_of
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
 OPEN_TEST = 0x10
@@ -50,6 +39,7 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
     pins = source.controller.board.pins
     wires = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
     select, clock, told, data = (pins[each] for each in wires)
+    terminals = {"CS": select, "SCK": clock, "SDI": told, "SDO": data}
     loops = source.controller.loops
     users = [user for user, loop in loops.items() if loop.sensor == name]
     names = label(select), label(clock), label(data)
@@ -77,23 +67,7 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
         ),
         start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
         tick_calls=(Call(Stage.SENSE, f"sensor_{name}.h", f"sensor_{name}_tick();"),),
-        wiring=_wiring(f"sensor `{name}`: MAX31856", select, clock, told, data),
-    )
-
-
-def _wiring(what: str, select: Pin, clock: Pin, told: Pin, data: Pin) -> tuple[Wiring, ...]:
-    return (
-        Wiring(
-            label(select),
-            what,
-            f"CS{SHIFT}; 10 kΩ to its supply",
-            (*shifted(SHIFT), pulled("up", rail="3.3 V")),
-            "CS",
-        ),
-        Wiring(label(clock), what, f"SCK{SHIFT}", shifted(SHIFT), "SCK"),
-        Wiring(label(told), what, f"SDI{SHIFT}", shifted(SHIFT), "SDI"),
-        Wiring(label(data), what, "SDO; nothing else may drive or pull this line", end="SDO"),
-        Wiring("–", what, SUPPLY),
+        wiring=wiring(name, Chip("MAX31856", SUPPLY, SHIFT), terminals),
     )
 
 

@@ -13,4 +13,4 @@ SUPPLY = "5 V, with 100 nF; T- to its ground, or a broken thermocouple is not se
 
 def plan(source: Source, name: str, sensor: Max6675, use: UseOfSensor) -> Part:
     """Plan the sensor and the reader of its wires."""
-    return plan_converter(source, name, sensor, use, Chip("MAX6675", POWER_UP_S, SUPPLY))
+    return plan_converter(source, name, sensor, use, Chip("MAX6675", SUPPLY, power_up_s=POWER_UP_S))

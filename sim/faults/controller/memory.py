@@ -11,17 +11,12 @@ from typing import Any
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
-from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.fault import Fault, Trip, tripping
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.usual import tripping
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.spec.registry import module_of
-from heatwright.spec.self_checks import (
-    measures_known_voltage,
-    proves_watchdog,
-    self_checked,
-)
+from heatwright.spec.self_checks import measures_known_voltage, proves_watchdog, self_checked
 
 SEED = 1
 WATCH_S = 30.0

@@ -11,9 +11,8 @@ from dataclasses import replace
 from functools import partial
 
 from heatwright.sim.faults.bounds import TICK_S, gate_s, start_up_s, watchdog_s
-from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.fault import Fault, Trip, harmless, tripping
 from heatwright.sim.faults.records import Edge
-from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 
 STACK_POINTER = 0x5D

@@ -32,8 +32,7 @@ from heatwright.sim.faults.operation.programs import first_segments, in_segment
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.site import Site
 from heatwright.sim.faults.world import SPREAD, STEP_S, World
-from heatwright.spec import Controller, Loop
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, Loop, facts_of
 
 KINDS = ("ram", "stack", "register", "periphery", "flash", "eeprom", "jump")
 GUARDED = ("ram", "stack", "register", "periphery", "eeprom")

@@ -6,9 +6,8 @@ from dataclasses import replace
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import TICK_S, lasting_s
 from heatwright.sim.faults.effects import Heated
-from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.fault import Fault, watched
 from heatwright.sim.faults.machine import rise_k, share_for, watch_s
-from heatwright.sim.faults.usual import watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Beside, Heat
 from heatwright.sim.native.pins import Level

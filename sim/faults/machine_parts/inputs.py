@@ -6,9 +6,8 @@ from dataclasses import replace
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
-from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.fault import Fault, Trip, harmless, tripping
 from heatwright.sim.faults.machine import watch_s
-from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import Input
 

@@ -7,15 +7,13 @@ from typing import NamedTuple, cast
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults.bounds import TICK_S, lasting_s, reading_s
 from heatwright.sim.faults.effects import Felt, standing
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault, Trip, harmless, tripping
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
-from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.sensors.spi_chip import SpiChip
-from heatwright.spec import Loop, Monitor, modbus_of, nextion_of, watching_loop
-from heatwright.spec.commands import log_of
+from heatwright.spec import Loop, Monitor, log_of, modbus_of, nextion_of, watching_loop
 from heatwright.spec.sensors import Thermometer
 
 TOLD_S = 10.0

@@ -6,9 +6,8 @@ from typing import Any
 
 from heatwright.sim.faults import effects
 from heatwright.sim.faults.bounds import TICK_S
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault, Trip, tripping, watched
 from heatwright.sim.faults.sensing.readings import CURRENT_RULES
-from heatwright.sim.faults.usual import tripping, watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.relay import Wire
 from heatwright.spec import Proof, Tachometer, proven_in

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, start_up_s
-from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.usual import tripping, watched
+from heatwright.sim.faults.fault import Act, Fault, Trip, tripping, watched
 from heatwright.sim.faults.world import Condition, Site, World
 from heatwright.sim.native.relay import Armature, Wire
 from heatwright.sim.relay import SafetyRelay

@@ -4,9 +4,8 @@ import random
 from collections.abc import Iterator
 
 from heatwright.sim.faults import starts
-from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.fault import Act, Fault, harmless
 from heatwright.sim.faults.operation.operators import keeps_time
-from heatwright.sim.faults.usual import harmless
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import nextion_of
 from heatwright.spec.nextion import HEIGHT, WIDTH

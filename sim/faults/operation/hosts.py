@@ -4,13 +4,12 @@ from collections.abc import Callable, Iterator
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
-from heatwright.sim.faults.fault import Fault, Trip, nothing
-from heatwright.sim.faults.usual import harmless, tripping
+from heatwright.sim.faults.fault import Fault, Trip, harmless, nothing, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.lines.serial_noise import SerialNoise
-from heatwright.spec.commands import gcode_of
+from heatwright.spec import gcode_of
 
 WATCH_S = 60.0
 ANSWERED_S = 10.0

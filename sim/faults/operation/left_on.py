@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, reading_s
-from heatwright.sim.faults.fault import Fault, Trip, nothing
-from heatwright.sim.faults.usual import harmless, tripping
+from heatwright.sim.faults.fault import Fault, Trip, harmless, nothing, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import Controller
 

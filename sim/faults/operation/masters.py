@@ -5,10 +5,9 @@ from collections.abc import Iterator
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.controller.processor import stays_off
-from heatwright.sim.faults.fault import Act, Fault
+from heatwright.sim.faults.fault import Act, Fault, harmless
 from heatwright.sim.faults.operation.hosts import lost
 from heatwright.sim.faults.operation.operators import keeps_time
-from heatwright.sim.faults.usual import harmless
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.native.characters import Format

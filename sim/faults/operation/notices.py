@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from heatwright.sim.faults.world import World
-from heatwright.spec import modbus_of, nextion_of
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES, modbus_of, nextion_of
 
 
 def complaints(world: World, code: int) -> Iterator[str]:

@@ -9,16 +9,14 @@ import numpy as np
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s
 from heatwright.sim.faults.controller import memory
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault, Trip, harmless, tripping
 from heatwright.sim.faults.operation import hosts
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
-from heatwright.sim.faults.usual import harmless, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.lcd_keypad.keypad import CODES
 from heatwright.sim.trace import StepLog
-from heatwright.spec.commands import countdown_of, keypad_of
-from heatwright.spec.facts import facts_of
+from heatwright.spec import countdown_of, facts_of, keypad_of
 
 SEED = 2
 WATCH_S = 60.0

@@ -24,10 +24,8 @@ from heatwright.sim.reference.programs.state import (
     RUNNING,
     TOO_FAR,
 )
-from heatwright.spec import HoldBack, Programs, Segment
-from heatwright.spec.facts import facts_of
+from heatwright.spec import RULES, HoldBack, Programs, Segment, facts_of
 from heatwright.spec.programs import AfterPowerLoss
-from heatwright.spec.rules import RULES
 
 LAGS = "program_lags"
 

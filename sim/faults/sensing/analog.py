@@ -11,10 +11,9 @@ from heatwright.sim.circuits import Wiring, shares
 from heatwright.sim.circuits.elements import element_ohm
 from heatwright.sim.faults.bounds import answer_s
 from heatwright.sim.faults.effects import Felt, standing
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault, Trip, tripping, watched
 from heatwright.sim.faults.machine import sensor_step_k
 from heatwright.sim.faults.sensing.readings import bursts, no_reading
-from heatwright.sim.faults.usual import tripping, watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.reference.numbers import steps

@@ -6,9 +6,8 @@ from functools import partial
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.effects import Felt
-from heatwright.sim.faults.fault import Fault
+from heatwright.sim.faults.fault import Fault, harmless, watched
 from heatwright.sim.faults.machine import room_k
-from heatwright.sim.faults.usual import harmless, watched
 from heatwright.sim.faults.world import Site
 
 BEYOND_K = 3.0

@@ -6,13 +6,8 @@ from dataclasses import replace
 from typing import Any, cast
 
 from heatwright.sim.faults.effects import Felt
-from heatwright.sim.faults.fault import Act, Fault
-from heatwright.sim.faults.sensing.readings import (
-    bursts_of_damage,
-    no_reading,
-    slow_conversions,
-)
-from heatwright.sim.faults.usual import harmless, watched
+from heatwright.sim.faults.fault import Act, Fault, harmless, watched
+from heatwright.sim.faults.sensing.readings import bursts_of_damage, no_reading, slow_conversions
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.native.pins import Level

@@ -5,13 +5,12 @@ from dataclasses import replace
 
 from heatwright.sim.faults.bounds import answer_s, reading_s
 from heatwright.sim.faults.effects import Felt
-from heatwright.sim.faults.fault import Act, Fault, Trip
-from heatwright.sim.faults.usual import harmless, tripping, watched
+from heatwright.sim.faults.fault import Act, Fault, Trip, harmless, tripping, watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.sensors.spi_chip import SpiChip
-from heatwright.spec.rules import RULES
+from heatwright.spec import RULES
 
 SENSOR_RULES = tuple(RULES[code].id for code in (1, 2, 3, 4, 5, 17, 18))
 """Ids of all rules that trip without a valid reading."""

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from heatwright.sim.faults.effects import Change, Felt
-from heatwright.sim.faults.fault import Fault
-from heatwright.sim.faults.usual import watched
+from heatwright.sim.faults.fault import Fault, watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 

@@ -7,9 +7,8 @@ from typing import cast
 from heatwright.sim.circuits import Wiring
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import reading_s
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault, Trip, tripping, watched
 from heatwright.sim.faults.machine_parts.currents import measured
-from heatwright.sim.faults.usual import tripping, watched
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.current import CurrentProbe
 from heatwright.spec import Current, DigitalOutput, PwmOutput

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import cast
 
 from heatwright.sim.faults.bounds import answer_s
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault, Trip, harmless, watched
 from heatwright.sim.faults.sensing.converter import fail, on_chip, short
 from heatwright.sim.faults.sensing.readings import (
     SENSOR_RULES,
@@ -13,7 +13,6 @@ from heatwright.sim.faults.sensing.readings import (
     no_reading,
     slow_conversions,
 )
-from heatwright.sim.faults.usual import harmless, watched
 from heatwright.sim.faults.world import Site, Weather, World
 from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.ds18b20 import Ds18b20, Faults

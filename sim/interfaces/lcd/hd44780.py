@@ -9,7 +9,20 @@ from __future__ import annotations
 from codecs import charmap_decode
 from dataclasses import dataclass
 
-from heatwright.sim.interfaces.lcd.character_rom import A00
+OWN = "■"
+"""Placeholder for a character that the program has drawn itself (codes 0 to 15)."""
+
+_ASCII = "".join(map(chr, range(0x20, 0x7E))).replace("\\", "¥") + "→←"
+_KATAKANA = "".join(map(chr, range(0xFF61, 0xFF9F))) + "°"
+_REST = "αäβεμσρg√⁻jˣ¢£ñöpqθ∞ΩüΣπx̄y千万円÷ █"
+"""Codes 0xE0 to 0xFF; the x with a bar takes two characters and is replaced by an x."""
+
+A00 = OWN * 16 + " " * 16 + _ASCII + " " * 32 + " " + _KATAKANA + _REST.replace("x̄", "x")
+"""The characters of ROM A00, by code (data sheet, table 4).
+
+Programs use code 0xDF, the katakana voicing circle, as degree sign.
+"""
+
 
 WIDTH = 16
 LINE_LENGTH = 40

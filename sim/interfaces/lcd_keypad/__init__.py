@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.lcd import Lcd
-from heatwright.sim.interfaces.lcd_keypad.keypad import Keypad
-from heatwright.sim.interfaces.lcd_keypad.menu_keys import Fingers
+from heatwright.sim.interfaces.lcd_keypad.keypad import Fingers, Keypad
 from heatwright.spec import Board
 from heatwright.spec import LcdKeypad as Spec
 

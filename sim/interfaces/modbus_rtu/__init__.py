@@ -12,7 +12,7 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.look import Look
 from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.interfaces.modbus_rtu.bus import Bus, Frame
-from heatwright.sim.interfaces.modbus_rtu.exchange import TO_ALL, Exchange
+from heatwright.sim.interfaces.modbus_rtu.frames import TO_ALL, Exchange
 from heatwright.sim.interfaces.modbus_rtu.registers import Register
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number

@@ -1,4 +1,4 @@
-"""Modbus frames: requests of a master and answers of a slave.
+"""Modbus frames: requests of a master, answers of a slave, and an exchange of both.
 
 Written from the specification: Modbus Application Protocol 1.1b3; over serial line 1.02.
 """
@@ -100,3 +100,35 @@ def write_registers(address: int, words: Sequence[int]) -> bytes:
     """Return a request that writes consecutive holding registers."""
     count = len(words)
     return struct.pack(f">BHHB{count}H", 16, address, count, 2 * count, *words)
+
+
+TO_ALL = 0
+"""The address of a broadcast, which no slave answers."""
+
+
+@dataclass
+class Exchange:
+    """A request and its result.
+
+    address, pdu -- slave and request; writes -- the name of the written value, empty if it is
+    no write by name; sends -- how often it may still be sent; sent_s -- end of its last bit;
+    answer -- None until one comes; still None when `done`: there was none; delay_s -- from the end
+    of the silence after the request to the answer's first bit; polls -- whether it is one of the
+    master's polls; again -- whether it is the second try, with a change from off to on.
+    """
+
+    address: int
+    pdu: bytes
+    writes: str = ""
+    sends: int = 1
+    polls: bool = False
+    again: bool = False
+    sent_s: float | None = None
+    answer: Answer | None = None
+    delay_s: float | None = None
+    done: bool = False
+
+    @property
+    def refusal(self) -> int:
+        """The exception's code; 0: none."""
+        return self.answer.exception if self.answer else 0

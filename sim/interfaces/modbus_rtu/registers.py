@@ -5,8 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
-from heatwright.spec import Controller
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, facts_of
 
 Table = Literal["coil", "discrete_input", "holding_register", "input_register"]
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]

@@ -13,10 +13,21 @@ from pathlib import Path
 import matplotlib as mpl
 from PIL import Image, ImageDraw, ImageFont
 
-from heatwright.sim.interfaces.nextion.colours import WHITE, Colour, rgb
 from heatwright.sim.interfaces.nextion.display import Display
 from heatwright.sim.interfaces.nextion.memory import Part
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255 each."""
+
+WHITE = 65_535
+
+
+def rgb(colour: int) -> Colour:
+    """Convert a display's 16 bits: five of red, six of green, five of blue."""
+    red, green, blue = colour >> 11 & 31, colour >> 5 & 63, colour & 31
+    return red * 255 // 31, green * 255 // 63, blue * 255 // 31
+
 
 DARK = (0, 0, 0)
 CURVES = ("pco0", "pco1", "pco2", "pco3")

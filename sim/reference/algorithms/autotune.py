@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 from heatwright.sim.reference.algorithms.tuning_rule import Constants, Found, Swings, found_by
 from heatwright.sim.reference.inputs import TUNING, Gains, Limits
-from heatwright.sim.reference.members import Kept
-from heatwright.sim.reference.numbers import ZERO, Single, clamp, steps
+from heatwright.sim.reference.numbers import ZERO, Kept, Single, clamp, steps
 from heatwright.spec import Autotune, Loop, Pid
 
 NONE, RUNNING, DONE, TIMED_OUT, STOPPED, TOO_HOT, NO_USE = range(7)

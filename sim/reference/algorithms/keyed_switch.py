@@ -1,10 +1,47 @@
-"""Shared by the switching algorithms: lead and hysteresis, which the keypad may set."""
+"""Shared by the switching algorithms: lead and hysteresis, which the keypad may set.
 
-from heatwright.sim.reference.algorithms.lead import Lead
+See docs/control.md, "on_off" and "three_position".
+"""
+
 from heatwright.sim.reference.interfaces.keyed import Numbers
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Member, Single, Value, faded, filter_share
 from heatwright.spec import OnOff, ThreePosition
+
+
+class Lead:
+    """Extrapolates the temperature along its filtered slope, if there is a lead."""
+
+    def __init__(
+        self, lead_s: float, filter_s: float, period_s: float, *, keyed: bool = False
+    ) -> None:
+        """Derive the constants; keyed -- the keypad sets the lead."""
+        self._leads = lead_s > 0 or keyed
+        self._lead_s = Single(lead_s)
+        self._share = filter_share(period_s, filter_s)
+        self._per_period = Single(1 / period_s)
+        self.members: tuple[Member, ...] = (("rate_k_per_s", "f4"),) if self._leads else ()
+        self.reset()
+
+    def take(self, lead_s: Single) -> None:
+        """Set the lead from now on."""
+        self._lead_s = lead_s
+
+    def reset(self) -> None:
+        """Forget the slope."""
+        self._rate = ZERO
+
+    def expected_c(self, temperature_c: Single, last_c: Single, gap: int) -> Single:
+        """Process a reading and return the temperature expected after the lead."""
+        if not self._leads:
+            return temperature_c
+        if gap == 1:
+            slope = (temperature_c - last_c) * self._per_period
+            self._rate = faded(self._rate + self._share * (slope - self._rate))
+        return temperature_c + self._lead_s * self._rate
+
+    def values(self) -> tuple[Value, ...]:
+        """Return the values of `members`."""
+        return (self._rate,) if self._leads else ()
 
 
 class KeyedSwitch:
@@ -19,10 +56,7 @@ class KeyedSwitch:
         self._has_width = algorithm.hysteresis_k > 0 or "hysteresis_k" in keyed
         self._hysteresis = Single(algorithm.hysteresis_k)
         self._taken: dict[str, Single] = dict.fromkeys(keyed, ZERO)
-        self._members: tuple[Member, ...] = (
-            *self._lead.members,
-            *((each, "f4") for each in keyed),
-        )
+        self._members: tuple[Member, ...] = (*self._lead.members, *((each, "f4") for each in keyed))
 
     def take(self, numbers: Numbers) -> None:
         """Take over the numbers that the keypad has set, for the next step."""

@@ -1,8 +1,7 @@
 """On-off control with hysteresis and lead (docs/control.md, "on_off")."""
 
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value
 from heatwright.spec import OnOff
 
 

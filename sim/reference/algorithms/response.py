@@ -1,7 +1,6 @@
 """The response of a loop to its last setpoint (docs/control.md, "Response")."""
 
-from heatwright.sim.reference.members import Kept
-from heatwright.sim.reference.numbers import ZERO, Single, period, steps
+from heatwright.sim.reference.numbers import ZERO, Kept, Single, period, steps
 from heatwright.spec import Loop
 
 NONE, OUTSIDE, INSIDE, SETTLED = range(4)

@@ -2,8 +2,7 @@
 
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.interfaces.keyed import Numbers
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import FULL, ZERO, Single
+from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value
 from heatwright.spec import ThreePosition
 
 
@@ -20,11 +19,7 @@ class ThreePositionControl(KeyedSwitch):
         super().__init__(algorithm, period_s, keyed)
         self._dead_band = Single(algorithm.dead_band_k)
         self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)
-        self.members: tuple[Member, ...] = (
-            *self._members,
-            ("heating", "u1"),
-            ("cooling", "u1"),
-        )
+        self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"), ("cooling", "u1"))
         self.reset()
 
     def reset(self) -> None:

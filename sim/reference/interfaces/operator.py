@@ -8,10 +8,8 @@ from heatwright.sim.reference.interfaces.keyed import Numbers, given
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.programs.state import NO_ORDER
-from heatwright.spec import Controller
-from heatwright.spec.adjusted import numbers_of
+from heatwright.spec import Controller, facts_of, numbers_of
 from heatwright.spec.algorithms import Algorithm
-from heatwright.spec.facts import facts_of
 
 LARGEST_GAIN = 1e6
 NO_LIMITS = (None, None, None)

@@ -4,8 +4,7 @@ from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Or
 from heatwright.sim.reference.interfaces.operator import Operator
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.spec import Controller, must_release
-from heatwright.spec.facts import facts_of
+from heatwright.spec import Controller, facts_of, must_release
 
 
 class SwitchedOperator(Operator):

@@ -4,8 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
-from heatwright.sim.reference.members import Kept
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Kept, Single
 from heatwright.spec import Controller, PwmOutput, TimeProportionalOutput
 from heatwright.spec.board.timers import allocate
 from heatwright.spec.registry import KindIncomplete

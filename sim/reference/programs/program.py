@@ -2,9 +2,10 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from heatwright.sim.reference.inputs import AUTOMATIC, Orders
-from heatwright.sim.reference.members import Value
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Single, Value
 from heatwright.sim.reference.programs.copies import Copy
 from heatwright.sim.reference.programs.ramps import Way
 from heatwright.sim.reference.programs.state import (
@@ -298,3 +299,33 @@ def without_energy_of(duty_percent: Single, energy: int) -> int:
 
 def _permille(duty_percent: Single) -> int:
     return int(duty_percent * TENTHS + HALF)
+
+
+def resumed(row: np.void) -> ProgramState:
+    """Return the program as it was before the step.
+
+    The step keeps what a record restores, except the state, the energy, and the reason of the end.
+    The state before follows from the state after, as each has one possible origin after a reset.
+    """
+    found: dict[str, Value] = {name: _value(row, name, width) for name, width in MEMBERS}
+    after, order = found["state"], found["order"]
+    if after == RUNNING:
+        return ProgramState()
+    if after == IDLE and not found["segments"]:
+        return ProgramState(number=found["number"], ended=found["ended"])
+    found |= {"state": _state_before(after, order), "waiting": NOTHING, "ended": 0}
+    before = ProgramState(**found)
+    if after == RETURNING:
+        before.energy = without_energy_of(Single(row["duty_percent"]), before.energy)
+    return before
+
+
+def _state_before(after: Value, order: Value) -> int:
+    if after == INTERRUPTED or (order == RESUME and after in (IDLE, PAUSED)):
+        return INTERRUPTED
+    return PAUSED if after == PAUSED or order == RESUME else RESTORING
+
+
+def _value(row: np.void, name: str, width: str) -> Value:
+    value = row[f"program.{name}"]
+    return Single(value) if width == "f4" else int(value)

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from operator import attrgetter
 
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Member, Single, Value
 
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 """States of a program."""

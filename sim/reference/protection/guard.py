@@ -1,13 +1,7 @@
 """The protections of a loop (docs/control.md, "Protections")."""
 
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import Single, steps
-from heatwright.sim.reference.protection.rules import (
-    AgreementRule,
-    GuardRule,
-    Look,
-    rules_of,
-)
+from heatwright.sim.reference.numbers import Member, Single, Value, steps
+from heatwright.sim.reference.protection.rules import AgreementRule, GuardRule, Look, rules_of
 from heatwright.sim.reference.sensors.reading import MOST_MISSING, RAW_WIDTH
 from heatwright.spec import Loop
 

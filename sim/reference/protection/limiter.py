@@ -3,8 +3,7 @@
 docs/control.md, "Current", and the rules 20 to 22 of "Protections".
 """
 
-from heatwright.sim.reference.members import Kept
-from heatwright.sim.reference.numbers import FULL, ZERO, Single, steps
+from heatwright.sim.reference.numbers import FULL, ZERO, Kept, Single, steps
 from heatwright.sim.reference.protection.rules import counted
 from heatwright.sim.reference.sensors.current import Converter
 from heatwright.spec import Controller, Loop, Switch

@@ -1,7 +1,6 @@
 """A monitor: a sensor that controls no loop, checked in a loop's step (docs/control.md)."""
 
-from heatwright.sim.reference.members import Member, Value
-from heatwright.sim.reference.numbers import Single, steps
+from heatwright.sim.reference.numbers import Member, Single, Value, steps
 from heatwright.sim.reference.sensors.reading import Readings
 from heatwright.spec import Controller, Loop
 
@@ -23,10 +22,7 @@ class MonitorModel:
         self._limit_c = Single(spec.limit_c)
         self._stale = steps(spec.stale_after_s, loop)
         self._warns = 0
-        self.members: tuple[Member, ...] = (
-            *self._readings.members,
-            ("warns", "u1"),
-        )
+        self.members: tuple[Member, ...] = (*self._readings.members, ("warns", "u1"))
 
     @property
     def temperature_c(self) -> Single:

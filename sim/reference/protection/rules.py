@@ -3,14 +3,7 @@
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
-from heatwright.sim.reference.members import Kept
-from heatwright.sim.reference.numbers import (
-    LARGEST_COUNT,
-    ZERO,
-    Single,
-    filter_share,
-    steps,
-)
+from heatwright.sim.reference.numbers import LARGEST_COUNT, ZERO, Kept, Single, filter_share, steps
 from heatwright.spec import Frozen, Heating, Loop, RisingWhileOff, Runaway
 from heatwright.spec.loops import Agreement, Effort
 

@@ -3,8 +3,7 @@
 from importlib import import_module
 from typing import NamedTuple
 
-from heatwright.sim.reference.members import Kept
-from heatwright.sim.reference.numbers import ZERO, Single
+from heatwright.sim.reference.numbers import ZERO, Kept, Single
 from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
 

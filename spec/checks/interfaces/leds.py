@@ -1,9 +1,8 @@
 """LEDs: each shows one loop, and a state that this loop can have."""
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.commands import modbus_of, placed
+from heatwright.spec.commands import modbus_of, placed, shown_loop
 from heatwright.spec.controller import Controller
-from heatwright.spec.indicated import shown_loop
 from heatwright.spec.interfaces import Indicators
 from heatwright.spec.problems import Path
 

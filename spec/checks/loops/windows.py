@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from heatwright.spec.board.pwm import FEWEST_COUNTS
+from heatwright.spec.board.pwm_timers import FEWEST_COUNTS
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.loops.timing import is_ticks, whole_ticks
 from heatwright.spec.controller import Controller

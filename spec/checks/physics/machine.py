@@ -6,11 +6,7 @@ from itertools import islice, pairwise
 
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import (
-    Switch,
-    always_running,
-    limit_w,
-)
+from heatwright.spec.outputs import Switch, always_running, limit_w
 from heatwright.spec.physics.matrices import Vector
 from heatwright.spec.physics.network import Heated
 from heatwright.spec.problems import Path

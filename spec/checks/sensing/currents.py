@@ -1,12 +1,67 @@
-"""Measured currents: their outputs, limits and trips, and the resolution of their sensors."""
+"""Measured currents: their outputs, limits and trips; resolution and timing of their sensors."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.references import current_sensors
-from heatwright.spec.checks.sensing.measured import IDLE_SHARE, IDLE_STEPS, measured
 from heatwright.spec.controller import Controller
+from heatwright.spec.loops import Loop
+from heatwright.spec.outputs import Switch, full_rms_a
 from heatwright.spec.problems import Path
-from heatwright.spec.quantity import about, number, rounded_down, rounded_up
-from heatwright.spec.sensing.conversion import LEAST_MARGIN_STEPS
+from heatwright.spec.quantity import about, duration, hertz, number, rounded_down, rounded_up
+from heatwright.spec.sensing.circuits import reference_v
+from heatwright.spec.sensing.conversion import CODES, LEAST_MARGIN_STEPS, TICK_S
+from heatwright.spec.sensing.currents import FILTER_PULSES, Current, CurrentSensor
+
+IDLE_SHARE = 0.05
+"""Share of the nominal current below which a reading means no current."""
+IDLE_STEPS = 3
+"""Steps of the ADC below which a reading means no current."""
+
+
+class Measured(NamedTuple):
+    """An output whose current is measured, with its sensor."""
+
+    name: str
+    output: Switch
+    current: Current
+    sensor: CurrentSensor
+    step_a: float
+    """One step of the ADC as a root mean square at full duty, A, like limit and trip."""
+    highest_a: float
+    """Highest current that can be read, A, also as a root mean square at full duty."""
+
+    @property
+    def path(self) -> Path:
+        """Path of the key `current` in the file."""
+        return ("outputs", self.name, "current")
+
+    @property
+    def full_a(self) -> float | None:
+        """Root mean square of the current at full duty, A; None if it is not known."""
+        return full_rms_a(self.output)
+
+    @property
+    def idle_a(self) -> float:
+        """Current below which a reading means no current, A."""
+        return max(IDLE_SHARE * self.current.nominal_a, IDLE_STEPS * self.step_a)
+
+
+def measured(controller: Controller) -> Iterator[Measured]:
+    """List the outputs whose current is measured by a sensor that is defined."""
+    for name, output in controller.switches.items():
+        if output.current is None:
+            continue
+        sensor = controller.ammeters.get(output.current.sensor)
+        if sensor is not None:
+            full_scale_v = reference_v(sensor, controller.board.mcu)
+            scale_v_per_a = sensor.scale_v_per_a * output.mean_of_rms
+            step_a = full_scale_v / CODES / scale_v_per_a
+            highest_a = (CODES - 0.5) * step_a - sensor.offset_v / scale_v_per_a
+            yield Measured(name, output, output.current, sensor, step_a, highest_a)
+
 
 FIRST_SHARE = 0.25
 """Duty, as a share, at which a heater with a current limit starts (docs/control.md, Current)."""
@@ -172,3 +227,81 @@ def currents_can_be_read(controller: Controller) -> Findings:
                 else "Use a smaller limit or trip",
                 because_of,
             )
+
+
+LONGEST_PERIOD_S = 1.0
+"""Longest period: a current is checked once a period, so a short circuit may last this long."""
+
+
+def currents_in_time(controller: Controller) -> Findings:
+    """Check that the period is short enough for a short circuit, and long enough for readings."""
+    for each in measured(controller):
+        for name, loop in _loops_of(controller, each.name):
+            path: Path = ("loops", name, "period")
+            because_of: tuple[Path, ...] = (("sensors", each.current.sensor), each.path)
+            readings = each.sensor.oversample
+            needed_s = round(readings * TICK_S, 2)
+            settled_s = 2 * needed_s if each.current.limit_a and readings > 1 else needed_s
+            if loop.period_s > LONGEST_PERIOD_S:
+                yield Finding(
+                    path,
+                    f"the current of {each.name} is checked once a period, and a short circuit "
+                    f"must not last {loop.told_period}",
+                    f"Use at most {duration(LONGEST_PERIOD_S)}",
+                    because_of,
+                )
+            elif not loop.has_time_for(needed_s):
+                yield Finding(
+                    path,
+                    f"{loop.told_period} is shorter than the {readings} "
+                    f"readings of {each.current.sensor}, one every 10 ms, which take "
+                    f"{duration(needed_s)}",
+                    f"Use at least {duration(settled_s)}, or a smaller oversample of that sensor",
+                    because_of,
+                )
+            elif round(loop.period_s, 6) < settled_s:
+                yield Finding(
+                    ("sensors", each.current.sensor, "oversample"),
+                    f"after a change of duty the current settles in the first half of the period "
+                    f"of {loop.told_period}: some of the {readings} readings, which take "
+                    f"{duration(needed_s)}, would come before",
+                    f"Use at most {max(1, math.floor(round(loop.period_s / TICK_S / 2, 6)))}, or a "
+                    f"period of at least {duration(settled_s)}",
+                    ((*each.path, "limit"), path),
+                )
+
+
+def currents_can_be_smoothed(controller: Controller) -> Findings:
+    """Find pulses, and filters, that are too slow to give a mean current in the time available."""
+    simulation = controller.simulation
+    for each in measured(controller):
+        if not each.output.frequency_hz:
+            continue
+        for name, loop in _loops_of(controller, each.name):
+            longest_s = loop.period_s / each.current.filter_parts
+            within = "a third of " if each.current.filter_parts > 1 else ""
+            because_of: tuple[Path, ...] = (("loops", name, "period"), each.path)
+            needed_hz = FILTER_PULSES / longest_s
+            if each.output.frequency_hz < needed_hz:
+                yield Finding(
+                    ("outputs", each.name, "frequency"),
+                    f"the filter for the mean current needs {FILTER_PULSES} pulses in {within}the "
+                    f"period of {loop.told_period}, and {hertz(each.output.frequency_hz)} gives "
+                    "fewer",
+                    f"Use at least {rounded_up(needed_hz)} Hz, or a longer period",
+                    because_of,
+                )
+            sense = simulation.plant.sense.get(each.current.sensor) if simulation else None
+            whole_s = math.floor(1000 * longest_s) / 1000
+            if sense is not None and sense.lag_s > longest_s:
+                yield Finding(
+                    ("simulation", "plant", "sense", each.current.sensor, "lag"),
+                    f"a filter of {duration(sense.lag_s)} does not follow the current within "
+                    f"{within}a period of {loop.told_period}",
+                    f"Use at most {duration(whole_s)}, or a longer period",
+                    because_of,
+                )
+
+
+def _loops_of(controller: Controller, heater: str) -> Iterator[tuple[str, Loop]]:
+    return ((name, loop) for name, loop in controller.loops.items() if loop.heater == heater)

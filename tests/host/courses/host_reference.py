@@ -13,11 +13,10 @@ from heatwright.sim.host.parts import monitor_readings
 from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.inputs import Gains, Orders
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.outputs.course import SteadyCourse, course_of
-from heatwright.sim.reference.outputs.held import has_minimum
+from heatwright.sim.reference.outputs.course import SteadyCourse, course_of, has_minimum
 from heatwright.sim.reference.outputs.output import pwm_period
 from heatwright.sim.reference.programs.state import ProgramState
-from heatwright.sim.reference.protection.lockout import Lockout
+from heatwright.sim.reference.protection.latch import Lockout
 from heatwright.sim.reference.sensors.current import IdealSensor
 from heatwright.spec import Controller, DigitalOutput, monitors_of
 
