@@ -19,7 +19,6 @@ from heatwright.sim.interfaces.look import NO_LOOK, Look
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.sim.interfaces.nextion import Nextion
-from heatwright.sim.interfaces.nextion.orders import in_bytes
 from heatwright.sim.interfaces.serial_log import SerialLog
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
 from heatwright.sim.judges.interlock import Interlock
@@ -200,7 +199,7 @@ class AvrDevice:
         The command goes by the touch display or, without one, by the menu of the shield's keypad.
         """
         for display in self.parts(Nextion):
-            display.send(in_bytes(order, number))
+            display.order(order, number)
             return
         self.shield.play(keys_for(ProgramOrder(order, number)))
 

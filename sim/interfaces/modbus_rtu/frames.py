@@ -108,13 +108,13 @@ TO_ALL = 0
 
 @dataclass
 class Exchange:
-    """A request and its result.
+    """A request and its answer.
 
-    address, pdu -- slave and request; writes -- the name of the written value, empty if it is
-    no write by name; sends -- how often it may still be sent; sent_s -- end of its last bit;
-    answer -- None until one comes; still None when `done`: there was none; delay_s -- from the end
-    of the silence after the request to the answer's first bit; polls -- whether it is one of the
-    master's polls; again -- whether it is the second try, with a change from off to on.
+    address -- of the slave; pdu -- bytes of the request; writes -- the name of the written value,
+    empty if it is no write by name; sends -- how often it may still be sent; sent_s -- end of its
+    last bit; answer -- None until one comes, also None when `done` if there was none; delay_s --
+    from the end of the silence after the request to the answer's first bit; polls -- whether it is
+    one of the master's polls; again -- whether it is the second try, from off to on.
     """
 
     address: int

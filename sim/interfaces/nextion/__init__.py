@@ -16,6 +16,7 @@ from heatwright.sim.interfaces.nextion.syntax import Value
 from heatwright.spec import Board
 from heatwright.spec import Nextion as Spec
 from heatwright.spec.nextion import Page
+from heatwright.spec.scenario.program_orders import Order
 
 START_S = 0.5
 """Time from power-on to its first message; until then it receives nothing."""
@@ -23,6 +24,11 @@ LOOK_S = 0.2
 """How often the display processes received bytes, s: it answers within this time."""
 REMEMBERED = 10_000
 """Maximum number of instructions in the history."""
+ORDERS: dict[Order, str] = {
+    "start": "#8 {number};", "pause": "#9 0;", "resume": "#9 1;", "skip": "#18;",
+    "jump": "#10 {number};", "stop": "#17;",
+}  # fmt: skip
+"""What the pages send for a command to the program; "go here" names the segment before."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +104,10 @@ class Nextion:
         """Send these bytes to the board at once."""
         if self._plugged:
             self.line.send(data.encode("latin-1") if isinstance(data, str) else data)
+
+    def order(self, order: Order, number: int) -> None:
+        """Give a command to the program; number -- of a program or a segment, where it has one."""
+        self.send(ORDERS[order].format(number=number - (order == "jump")))
 
     def unplug(self) -> None:
         """Unplug the display: it is dark, and sends and receives nothing."""

@@ -1,10 +1,30 @@
-"""The heater's power against the losses: the maximum duty suffices, the minimum lets it cool."""
+"""The heater's power: its voltage, and the losses; the maximum suffices, the minimum cools."""
 
 import math
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
+
+
+def supply_suffices(controller: Controller) -> Findings:
+    """Check that the rated voltage is at most the supply's: PWM can only lower the voltage."""
+    for name, output in controller.outputs.items():
+        if output.rated_v is None:
+            continue
+        path = ("outputs", name, "rated")
+        if output.supply_v is None:
+            reason = "without a supply this key has no effect"
+            yield Finding(path, reason, "Add supply: with its voltage")
+        elif output.rated_v > output.supply_v:
+            yield Finding(
+                path,
+                f"{number(output.rated_v)} V is more than the supply of "
+                f"{number(output.supply_v)} V, so the load never has its rated power",
+                "Write the power at the supply's voltage, and delete rated",
+                (("outputs", name, "supply"),),
+            )
 
 
 def heater_suffices(machine: Machine) -> Findings:
