@@ -3,7 +3,7 @@
 #include "program.h"
 
 #include "config.h" /* PROGRAM_*, LOOP_CHAMBER_* */
-#include "fault.h" /* fault, fault_trip */
+#include "fault.h" /* fault, fault_complement, fault_trip */
 #include "gate.h" /* gate_close_chamber */
 #include "loop_chamber.h" /* loop_chamber */
 #include "progress.h" /* progress_found, progress_save */
@@ -57,7 +57,13 @@ static bool is_sound(void)
     return sum_of_program() == seal;
 }
 
-/* Ends a program whose memory is damaged. */
+/* One flipped bit makes none of these codes of another one. */
+static bool is_order(uint8_t code)
+{
+    return code == PROGRAM_NO_ORDER || code == PROGRAM_STOP || code == PROGRAM_PAUSE || code == PROGRAM_START
+        || code == PROGRAM_RESUME || code == PROGRAM_SKIP || code == PROGRAM_JUMP;
+}
+
 static void abandon(void)
 {
     next_order = PROGRAM_NO_ORDER;
@@ -392,7 +398,9 @@ static void fail(void)
 
 void program_step(bool ok, bool sound)
 {
-    const bool is_damaged = !sound || !is_sound();
+    const bool latch_is_damaged = (fault.code ^ fault_complement) != UINT8_MAX;
+    const bool is_damaged = !is_sound() || !is_order(next_order) || latch_is_damaged
+        || (!sound && fault.code == FAULT_NONE);
 
     program.leap = 0;
     program.rate_k_per_s = 0.0f;
@@ -400,38 +408,41 @@ void program_step(bool ok, bool sound)
     program.argument = 0;
     if (is_damaged) {
         abandon();
+        save(); /* also if `state` is damaged: after a loss of power it must not go on */
         fault_trip(FAULT_MEMORY_DAMAGED, loop_chamber.temperature_c);
-        return;
-    }
-    if (fault.code != FAULT_NONE) {
+    } else if (fault.code != FAULT_NONE) {
         fail();
         take_order(ok); /* only a stop can be waiting */
         (void)obey();
-        return;
+    } else {
+        unsaved_steps++;
+        take_order(ok);
+        go_on(ok);
+        if (is_at_work() && unsaved_steps >= PROGRAM_SAVE_STEPS) {
+            save();
+        }
     }
-    unsaved_steps++;
-    take_order(ok);
-    go_on(ok);
-    if (is_at_work() && unsaved_steps >= PROGRAM_SAVE_STEPS) {
-        save();
-    }
+    seal = sum_of_program();
 }
 
 void program_count(float duty_percent)
 {
+    const uint8_t damage = (uint8_t)(seal - sum_of_program()); /* since program_step; 0: none */
+
     if (is_at_work()) {
         program.energy += (uint32_t)(duty_percent * 10.0f + 0.5f);
         if (fault.code == FAULT_NONE) {
             program.before_c = loop_chamber.temperature_c;
         }
     }
-    seal = sum_of_program();
+    seal = (uint8_t)(sum_of_program() + damage);
 }
 
 void program_fail(void)
 {
     if (!is_sound()) {
         abandon();
+        save();
     }
     fail();
     seal = sum_of_program();

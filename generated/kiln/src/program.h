@@ -101,7 +101,7 @@ void program_start_up(void);
  * memory that this step has checked before is sound. */
 void program_step(bool ok, bool sound);
 
-/* Add the duty of this step to the program's energy; the last change of the program in a step. */
+/* Add the duty of this step to the program's energy. */
 void program_count(float duty_percent);
 
 /* A fault was latched or acknowledged: a program must not continue by itself. */

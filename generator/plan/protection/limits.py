@@ -42,8 +42,8 @@ def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
             "in which the main loop has not run",
             "brown_out": "a reset by the brown-out detector",
             "settings_corrupt": "the EEPROM has records, but no valid one",
-            "memory_damaged": "a flipped bit in the latched fault, a setpoint or a limit; it is "
-            "found in the next control step",
+            "memory_damaged": "a flipped bit in the latched fault, a setpoint, program or limit; "
+            "it is found in the next control step",
             "ram_damaged": "one of two adjacent RAM cells does not keep what is written to it",
             "clock_wrong": "at the start, the watchdog, set to 16 ms, has three times in a row "
             "not reset within 12 to 24 ms",
