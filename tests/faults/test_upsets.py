@@ -30,8 +30,10 @@ from heatwright.sim.faults.controller.upsets import (
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.operation import programs
 from heatwright.sim.faults.site import Site
+from heatwright.sim.faults.witness import complaints
 from heatwright.sim.faults.world import World
 from heatwright.sim.reference.programs.state import FAILED, IDLE, PAUSED, RUNNING
+from heatwright.spec.scenario.program_orders import Order
 
 DRAWN = amount("upsets")
 FLAGS = {"A": 0xFC, "B": 0x23}
@@ -307,6 +309,58 @@ def moves_no_firing(site: Site, begin: Callable[[Site], World], count: int) -> N
 def test_no_bit_of_a_program_moves_a_firing(begin: Callable[[Site], World]) -> None:
     """What it is doing, and where it goes; an order that nobody gave does not heat either."""
     moves_no_firing(site_of("kiln"), begin, amount("program_bits"))
+
+
+@pytest.mark.parametrize("name", ["program.to_c", "program.state", "program.c:loaded"])
+def test_what_flips_within_a_step_is_found_in_the_next(name: str) -> None:
+    """It was sealed at the step's end, and a firing ran at twice its slope."""
+    world = programs.under_way(site_of("kiln"))
+    counts, struck = world.site.program.function("program_count"), []
+
+    def strike(end_s: float) -> None:
+        avr = world.device.avr
+        end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
+        if not struck and avr.run_to_code(counts, end):
+            place = world.device.variables[name]
+            avr.flip(place.address + place.size - 1, 1)
+            struck.append(avr.cycle)
+        world.device.advance(end_s)
+
+    while not struck:
+        world.act_within(strike)
+    world.run(2 * world.site.loop.period_s)
+    assert world.fault == CODES["memory_damaged"]
+
+
+@pytest.mark.parametrize("order", ["stop", "pause"])
+def test_no_bit_of_an_order_to_stop_keeps_the_heater_on(order: Order) -> None:
+    for bit in range(8):
+        world = programs.under_way(site_of("kiln"))
+        world.device.program(order)
+        world.until(lambda now: now.device.read("next_order") != 0, RECORDED_S)
+        assert world.device.read("next_order") != 0
+        world.device.avr.flip(world.device.variables["next_order"].address, bit)
+        world.run(2 * world.site.loop.period_s)
+        began_s = world.now_s
+        world.run(3 * world.site.loop.period_s)
+        assert world.heater.last_on_s(began_s) is None, bit
+
+
+@pytest.mark.parametrize("example", ["kiln", "kiln_uno"])
+@pytest.mark.parametrize("name", ["fault.code", "fault_complement", "settings.chamber_setpoint_c"])
+def test_firmware_and_model_end_a_program_alike(example: str, name: str) -> None:
+    """Where the latch or a setpoint is damaged, and where a fault is latched already."""
+    for faulty in (False, True) if name.startswith("settings") else (False,):
+        world = programs.under_way(site_of(example))
+        if faulty:
+            memory.cut_line(world)
+            world.run(10 * world.site.loop.period_s)
+            assert world.fault
+        world.device.avr.flip(world.device.variables[name].address, 0)
+        world.run(3 * world.site.loop.period_s)
+        assert world.fault
+        lying = (world.site.loop_name,)
+        assert list(complaints(world, lying, current_lies=False)) == []
 
 
 @pytest.mark.parametrize("maximum_c", [float("nan"), 4600.0, float("inf")])
