@@ -44,8 +44,7 @@ class Pins:
 
     A pin's level comes from the first of these that exists: a strong driver outside (``drive``), a
     simulated chip that drives the pin, the processor's output, the board's resistor (``pull``),
-    the processor's own pull-up. Without any of these it keeps its last level and counts as
-    floating.
+    the processor's own pull-up. Without any of these it keeps its last level, and floats.
     """
 
     def __init__(self, hw: Hw) -> None:

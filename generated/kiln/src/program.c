@@ -52,11 +52,6 @@ static void end(uint8_t reason)
     save();
 }
 
-static bool is_sound(void)
-{
-    return sum_of_program() == seal;
-}
-
 /* One flipped bit makes none of these codes of another one. */
 static bool is_order(uint8_t code)
 {
@@ -399,7 +394,7 @@ static void fail(void)
 void program_step(bool ok, bool sound)
 {
     const bool latch_is_damaged = (fault.code ^ fault_complement) != UINT8_MAX;
-    const bool is_damaged = !is_sound() || !is_order(next_order) || latch_is_damaged
+    const bool is_damaged = sum_of_program() != seal || !is_order(next_order) || latch_is_damaged
         || (!sound && fault.code == FAULT_NONE);
 
     program.leap = 0;
@@ -440,7 +435,7 @@ void program_count(float duty_percent)
 
 void program_fail(void)
 {
-    if (!is_sound()) {
+    if (sum_of_program() != seal) {
         abandon();
         save();
     }

@@ -94,8 +94,7 @@ def spread_has_no_rests(controller: Controller) -> Findings:
             if output.distribution == "spread" and seconds:
                 yield Finding(
                     ("outputs", name, key),
-                    "with distribution: spread, the shortest pulse and the shortest pause are the "
-                    "resolution",
+                    "with distribution: spread, the shortest pulse and pause are the resolution",
                     f"Delete it, or replace it by resolution: {duration(seconds)}",
                     (("outputs", name, "distribution"),),
                 )
