@@ -97,8 +97,7 @@ const struct stored_program *program_loaded(void);
 /* After a reset: continue where the power was cut, if the first reading allows it. */
 void program_start_up(void);
 
-/* One step of the loop. `ok` says whether its temperature is that of this step, `sound` whether the
- * memory that this step has checked before is sound. */
+/* One step; `ok`: the temperature is that of this step; `sound`: the settings are sound. */
 void program_step(bool ok, bool sound);
 
 /* Add the duty of this step to the program's energy. */
