@@ -222,6 +222,17 @@ static void order_now(uint32_t size)
     taken = frame_take(';') == FRAME_ORDER && orders_do();
 }
 
+/* The sum that the program's checksum has; its argument, which each step clears, can keep it. */
+static uint8_t sum_of_program(void)
+{
+    uint8_t sum = 0;
+
+    for (uint8_t i = 0; i < sizeof program; i++) {
+        sum = (uint8_t)(sum + ((const uint8_t *)&program)[i]);
+    }
+    return sum;
+}
+
 static void follow(int command, uint32_t number)
 {
     switch (command) {
@@ -241,9 +252,10 @@ static void follow(int command, uint32_t number)
     case 'p': settings_reload(); break;
     case 'w': now_ticks = 100u * number; break;
     case 'm':
+        program.argument = sum_of_program();
         program.clock = program.segment_clock = number;
         program.energy = 4500u * number;
-        program_count(0.0f); /* it renews the checksum of the program */
+        program.argument = (uint8_t)(2u * program.argument - sum_of_program());
         break;
     case 'a': display_answers = number != 0; break;
     case 's': loop_chamber.steps = (uint16_t)number; break;
