@@ -81,29 +81,29 @@ def with_scenario(spec: Spec, file: Path | None, length_s: float | None) -> Cont
     scenario = machine_of(spec).scenario
     if file is not None:
         scenario = read_beside(
-            file, _ScenarioFile, NO_SCENARIO, partial(_checked, spec.controller)
+            file, _ScenarioFile, NO_SCENARIO, partial(_checked_scenario, spec.controller)
         ).scenario
     if length_s is not None:
         kept = (event for event in scenario if event.for_s is None and _at(event) < length_s)
         scenario = (*kept, Event.model_validate({"for": f"{length_s!r} s"}))
-    return _with(spec.controller, scenario)
+    return _with_events(spec.controller, scenario)
 
 
 def _at(event: Event) -> float:
     return event.at_s or 0.0
 
 
-def _with(controller: Controller, scenario: tuple[Event, ...]) -> Controller:
+def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Controller:
     assert controller.simulation is not None  # noqa: S101 - looked at before
     simulation = controller.simulation.model_copy(update={"scenario": scenario})
     return controller.model_copy(update={"simulation": simulation})
 
 
-def _checked(controller: Controller, found: _ScenarioFile, tree: Tree) -> list[Problem]:
+def _checked_scenario(controller: Controller, found: _ScenarioFile, tree: Tree) -> list[Problem]:
     """Check the scenario by the rules for a spec's own; `simulation` is not in this file."""
     return [
         tree.problem(finding.path[1:], finding.reason, finding.remedy)
-        for finding in check(_with(controller, found.scenario))
+        for finding in check(_with_events(controller, found.scenario))
         if finding.path[:2] == ("simulation", "scenario")
     ]
 

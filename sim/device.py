@@ -220,9 +220,13 @@ class AvrDevice:
         """Return the interfaces of a kind."""
         return [part for part in self.interfaces if isinstance(part, kind)]
 
+    def cycle_at(self, time_s: float) -> int:
+        """Return the processor's cycle at a time since the device was made, s."""
+        return round((time_s - self._start_s) * self.avr.clock_hz)
+
     def advance(self, until_s: float) -> None:
         """Run to a time since the device was made, s."""
-        cycle = round((until_s - self._start_s) * self.avr.clock_hz)
+        cycle = self.cycle_at(until_s)
         while True:
             wake, look = self.wakes
             end = cycle if wake is None else min(wake, cycle)

@@ -262,15 +262,7 @@ def test_a_relay_that_a_flipped_bit_closes_opens_in_the_next_tick() -> None:
         assert world.fault
 
 
-def paused(site: Site) -> World:
-    """Return a world whose program an operator has paused."""
-    world = programs.under_way(site)
-    world.device.program("pause")
-    world.run(2 * site.loop.period_s)
-    return world
-
-
-BEGINS = {programs.under_way: RUNNING, paused: PAUSED, starts.cold: IDLE}
+BEGINS = {programs.under_way: RUNNING, programs.paused: PAUSED, starts.cold: IDLE}
 """Worlds, and the state of the program in them."""
 
 
@@ -320,10 +312,8 @@ def test_what_flips_within_a_step_is_found_in_the_next(name: str) -> None:
 
     def strike(end_s: float) -> None:
         avr = world.device.avr
-        end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
-        if not struck and avr.run_to_code(counts, end):
-            place = world.device.variables[name]
-            avr.flip(place.address + place.size - 1, 1)
+        if not struck and avr.run_to_code(counts, world.device.cycle_at(end_s)):
+            memory.flip(world, name, 1, byte=-1)
             struck.append(avr.cycle)
         world.device.advance(end_s)
 
@@ -340,7 +330,7 @@ def test_no_bit_of_an_order_to_stop_keeps_the_heater_on(order: Order) -> None:
         world.device.program(order)
         world.until(lambda now: now.device.read("next_order") != 0, RECORDED_S)
         assert world.device.read("next_order") != 0
-        world.device.avr.flip(world.device.variables["next_order"].address, bit)
+        memory.flip(world, "next_order", bit)
         world.run(2 * world.site.loop.period_s)
         began_s = world.now_s
         world.run(3 * world.site.loop.period_s)
@@ -357,7 +347,7 @@ def test_firmware_and_model_end_a_program_alike(example: str, name: str) -> None
             memory.cut_line(world)
             world.run(10 * world.site.loop.period_s)
             assert world.fault
-        world.device.avr.flip(world.device.variables[name].address, 0)
+        memory.flip(world, name, 0)
         world.run(3 * world.site.loop.period_s)
         assert world.fault
         lying = (world.site.loop_name,)

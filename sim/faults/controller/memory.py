@@ -90,10 +90,15 @@ def damage(world: World) -> None:
     world.power_cut(STEP_S)
 
 
+def flip(world: World, name: str, bit: int, *, byte: int = 0) -> None:
+    """Flip a bit of a variable in the RAM; a negative byte counts from its end."""
+    place = world.device.variables[name]
+    world.device.avr.flip(place.address + byte % place.size, bit)
+
+
 def flip_setpoint(world: World) -> None:
     """Flip a bit of the setpoint in the RAM: it doubles or halves."""
-    place = world.device.variables[f"settings.{world.site.loop_name}_setpoint_c"]
-    world.device.avr.flip(place.address + place.size - 2, HIGHEST_BIT)
+    flip(world, f"settings.{world.site.loop_name}_setpoint_c", HIGHEST_BIT, byte=-2)
 
 
 def flip_flash(world: World) -> None:
@@ -103,12 +108,12 @@ def flip_flash(world: World) -> None:
 
 def leave_out_duty(world: World) -> None:
     """Flip a bit of the mark of a control step's tasks: one seems done before it begins."""
-    world.device.avr.flip(_place(world, f"loop_{world.site.loop_name}.c:done"), LOWEST_BIT)
+    flip(world, f"loop_{world.site.loop_name}.c:done", LOWEST_BIT)
 
 
 def flip_stack_guard(world: World) -> None:
     """Flip a bit of the guard between stack and variables."""
-    world.device.avr.flip(_place(world, "checks_stack_guard"), LOWEST_BIT)
+    flip(world, "checks_stack_guard", LOWEST_BIT)
 
 
 def flip_eeprom(world: World) -> None:
@@ -120,12 +125,12 @@ def flip_eeprom(world: World) -> None:
 def stick_cell(world: World) -> None:
     """Hold a bit of a RAM cell at 0 while the next tick tests it."""
     avr, test = world.device.avr, world.site.program.function("ram_tick")
-    cell = _place(world, "checks_stack_guard")
-    avr.write_ram(_place(world, "ram.c:place"), cell.to_bytes(2, "little"))
+    variables = world.device.variables
+    cell = variables["checks_stack_guard"].address
+    avr.write_ram(variables["ram.c:place"].address, cell.to_bytes(2, "little"))
 
     def act(end_s: float) -> None:
-        end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
-        while avr.run_to_code(test, end):
+        while avr.run_to_code(test, world.device.cycle_at(end_s)):
             avr.write_ram(cell, bytes([avr.read_ram(cell, 1)[0] & ~(1 << LOWEST_BIT)]))
 
     world.act_within(act)
@@ -181,9 +186,8 @@ def hold_on_from_start(world: World, output: str, within_s: float) -> None:
 
     def act(end_s: float) -> None:
         nonlocal tripped
-        end = avr.cycle + round((end_s - world.now_s) * avr.clock_hz)
         avr.pins.drive(switch.pin, switch.active)
-        tripped = avr.run_to_code(latches, end)
+        tripped = avr.run_to_code(latches, world.device.cycle_at(end_s))
         avr.pins.drive(switch.pin, None)
         world.device.advance(end_s)
 
@@ -195,10 +199,6 @@ def hold_on_from_start(world: World, output: str, within_s: float) -> None:
 def let_go(world: World, output: str) -> None:
     """Remove the short circuit from the pin."""
     world.device.avr.pins.drive(world.device.outputs[output].pin, None)
-
-
-def _place(world: World, variable: str) -> int:
-    return int(world.device.variables[variable].address)
 
 
 def unseal(world: World) -> None:

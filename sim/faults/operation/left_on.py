@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, reading_s
+from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.fault import Fault, Trip, harmless, nothing, tripping
 from heatwright.sim.faults.world import Site, World
 from heatwright.spec import Controller
@@ -46,5 +47,4 @@ def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
 
 def _flip(world: World) -> None:
     """Flip a bit of the count of steps for which the loop has been on."""
-    place = world.device.variables[f"guard_{world.site.loop_name}.on_steps"]
-    world.device.avr.flip(place.address, 0)
+    memory.flip(world, f"guard_{world.site.loop_name}.on_steps", memory.LOWEST_BIT)

@@ -119,8 +119,7 @@ def _started_at(site: Site, start_c: float) -> World:
 
 def _flip(world: World) -> None:
     """Flip a bit in the copy of the program that runs."""
-    place = world.device.variables["program.c:loaded"]
-    world.device.avr.flip(place.address + place.size - 1, memory.HIGHEST_BIT)
+    memory.flip(world, "program.c:loaded", memory.HIGHEST_BIT, byte=-1)
 
 
 def _program(world: World, member: str) -> Any:
@@ -270,7 +269,7 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         cause=lambda world: _cut_until_cold(world, programs),
         judge=_stays_paused if programs.after_power_loss.otherwise == "pause" else _stays_ended,
     )
-    yield replace(again, id="power_cut_in_pause", make=lambda: _paused(site), judge=_stays_paused)
+    yield replace(again, id="power_cut_in_pause", make=lambda: paused(site), judge=_stays_paused)
 
 
 def _hot(site: Site, programs: Programs) -> World:
@@ -281,7 +280,8 @@ def _hot(site: Site, programs: Programs) -> World:
     return world
 
 
-def _paused(site: Site) -> World:
+def paused(site: Site) -> World:
+    """Return a world whose first program an operator has paused."""
     world = under_way(site)
     world.device.program("pause")
     world.until(lambda now: _program(now, "state") == PAUSED, shows_s(site))

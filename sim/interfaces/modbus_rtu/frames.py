@@ -14,6 +14,8 @@ READS_OF_BITS = (1, 2)
 READS = (*READS_OF_BITS, 3, 4, 23)
 WRITES = {5: 5, 6: 5, 15: 5, 16: 5, 22: 7}
 """Functions whose answer repeats this number of bytes of the request."""
+TO_ALL = 0
+"""The address of a broadcast, which no slave answers."""
 SHORTEST = 4
 LONGEST = 256
 
@@ -100,10 +102,6 @@ def write_registers(address: int, words: Sequence[int]) -> bytes:
     """Return a request that writes consecutive holding registers."""
     count = len(words)
     return struct.pack(f">BHHB{count}H", 16, address, count, 2 * count, *words)
-
-
-TO_ALL = 0
-"""The address of a broadcast, which no slave answers."""
 
 
 @dataclass

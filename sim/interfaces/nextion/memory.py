@@ -11,36 +11,6 @@ from heatwright.sim.interfaces.nextion.codes import Code, Refused
 from heatwright.sim.interfaces.nextion.syntax import Expression, Name, Value, whole
 from heatwright.spec.nextion import Component, Page
 
-ALL = 255
-"""The channel number that means all channels in `cle`."""
-
-
-class Waveform:
-    """The points of a waveform component while its page is shown.
-
-    channels -- the newest points of each, oldest first, as many as the component is wide.
-    """
-
-    def __init__(self, width: int, channels: int) -> None:
-        self.channels: tuple[deque[int], ...] = tuple(deque(maxlen=width) for _ in range(channels))
-
-    def add(self, channel: int, value: int) -> None:
-        """Add a point, 0 to 255; other values are refused (the display's manual forbids them)."""
-        if not 0 <= value <= 255:
-            raise Refused(Code.INVALID_OPERATION)
-        self._channel(channel).append(value)
-
-    def clear(self, channel: int) -> None:
-        """Delete all points of a channel, or of all channels."""
-        for each in self.channels if channel == ALL else (self._channel(channel),):
-            each.clear()
-
-    def _channel(self, channel: int) -> deque[int]:
-        if not 0 <= channel < len(self.channels):
-            raise Refused(Code.INVALID_WAVEFORM)
-        return self.channels[channel]
-
-
 BAUDS = (2400, 4800, 9600, 19200, 31250, 38400, 57600, 115_200, 230_400, 250_000, 256_000, 512_000,
          921_600)  # fmt: skip
 """Baud rates of its line (Nextion Instruction Set, section 6, `baud`)."""
@@ -61,6 +31,34 @@ DEFAULTS: dict[str, dict[str, Value]] = {
 """The attributes of each kind of component, with the editor's default values."""
 FIXED = {"id", "x", "y", "w", "h", "txt_maxl", "ch", "font_name"}
 """Attributes that only the editor can set."""
+ALL_CHANNELS = 255
+"""The channel number that means all channels in `cle`."""
+
+
+class Waveform:
+    """The points of a waveform component while its page is shown.
+
+    channels -- the newest points of each, oldest first, as many as the component is wide.
+    """
+
+    def __init__(self, width: int, channels: int) -> None:
+        self.channels: tuple[deque[int], ...] = tuple(deque(maxlen=width) for _ in range(channels))
+
+    def add(self, channel: int, value: int) -> None:
+        """Add a point, 0 to 255; other values are refused (the display's manual forbids them)."""
+        if not 0 <= value <= 255:
+            raise Refused(Code.INVALID_OPERATION)
+        self._channel(channel).append(value)
+
+    def clear(self, channel: int) -> None:
+        """Delete all points of a channel, or of all channels."""
+        for each in self.channels if channel == ALL_CHANNELS else (self._channel(channel),):
+            each.clear()
+
+    def _channel(self, channel: int) -> deque[int]:
+        if not 0 <= channel < len(self.channels):
+            raise Refused(Code.INVALID_WAVEFORM)
+        return self.channels[channel]
 
 
 class Part:
