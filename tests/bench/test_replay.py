@@ -57,7 +57,7 @@ OCCUR = {
     },
     "kiln": {
         "program.state": {0, 1, 2, 3}, "program.ended": {0, 2}, "fault.code": {0, 6},
-        "program.order": {0, 1, 2, 3, 4, 5, 6}, "guard.maximum_c": {1150.0, 25.0, 900.0},
+        "program.order": {0, 3, 5, 6, 9, 10, 12}, "guard.maximum_c": {1150.0, 25.0, 900.0},
     },
 }  # fmt: skip
 INPUTS = {"reading_status", "reading_raw", "fault.acknowledgements"}
