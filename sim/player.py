@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heatwright.sim.arrays.steps import are_repeated, resume
 from heatwright.sim.reference import Reference
 from heatwright.sim.reference.loop import EMERGENCY_STOP, MASTER_LOST, STOPS, WATCHED_FAULTS
 from heatwright.sim.reference.numbers import ZERO, Single
@@ -18,6 +19,8 @@ from heatwright.spec import Controller
 
 LOADED = "loaded"
 """Column of a log with the firmware's copy of the running program."""
+FEWEST_AT_ONCE = 200
+"""For fewer steps, arrays are slower than one step after the other."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +57,41 @@ class Player:
         """Number of series of steps between resets, so far."""
         self.restored: list[Restored] = []
 
-    def play(self, log: StepLog) -> list[tuple[object, ...]]:
-        """Return the reference model's state after each row, member by member."""
+    def play(self, log: StepLog) -> StepLog:
+        """Return the reference model's state after each row."""
         self._log, self._tape = log, Tape(log)
-        return [self._played(number) for number in range(len(log))]
+        states = np.empty(len(log), self.members)
+        done = 0
+        for first, end in self._tape.usual():
+            if end - first >= FEWEST_AT_ONCE:
+                self._play_singly(states, done, first)
+                done = self._play_until_shown(states, first, end)
+                done = self._play_at_once(states, done, end)
+        self._play_singly(states, done, len(log))
+        return states
+
+    def _play_singly(self, states: StepLog, first: int, end: int) -> None:
+        self._orders = dict(zip(range(first, end), self._tape.orders(first, end), strict=True))
+        for number in range(first, end):
+            states[number] = self._played(number)
+
+    def _play_until_shown(self, states: StepLog, first: int, end: int) -> int:
+        while first < end and not self._reference.is_shown:
+            self._play_singly(states, first, first + 1)
+            first += 1
+        return first
+
+    def _play_at_once(self, states: StepLog, first: int, end: int) -> int:
+        """Fill in the rows from `first` to `end` if no member differs; return the next row."""
+        names = [name for name, _ in self.members]
+        before, log = states[first - 1 : first], self._log[first - 1 : end]
+        is_same = all(before[name].tobytes() == log[name][:1].tobytes() for name in names)
+        if not is_same or not are_repeated(self._controller, self._loop, log, self._reference):
+            return first
+        for name in names:
+            states[name][first:end] = log[name][1:]
+        resume(self._reference, log)
+        return end
 
     def _played(self, number: int) -> tuple[object, ...]:
         tape = self._tape
@@ -163,7 +197,7 @@ class Player:
         self, number: int, starts: int, *, lost: bool, watched: bool = True
     ) -> tuple[object, ...]:
         tape, reference = self._tape, self._reference
-        orders = tape.orders[number]
+        orders = self._orders[number]
         if not watched:
             orders = orders._replace(watch_fault=0)
         if tape.fault_code[number] in STOPS:

@@ -3,7 +3,8 @@
 The reference model gets the inputs of each step: reading, setpoint and acknowledgement; for a
 commanded loop also switch, mode, manual duty, gains, emergency stop and the start of a tuning; for
 a programmed one the commands and the copy of the program; the critical temperature; the heater's
-current. Every other member must be equal to the last bit.
+current. Every other member must be equal to the last bit. Series of steps in which only readings
+and commands are new are compared side by side, each from the state that the log has before it.
 
 Some inputs are not members of the log. Acknowledgements and starts are derived from their counts; a
 stop, a lost master and a bad relay from the fault's code. A fault that survived a reset, or caused
@@ -126,7 +127,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
         raise ReplayError("There are no control steps to compare")
     player = Player(controller, name)
     _check_members(log, player.members)
-    expected = np.array(player.play(log), player.members)
+    expected = player.play(log)
     found = [
         (int(row), member)
         for member, _ in player.members

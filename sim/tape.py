@@ -4,8 +4,6 @@ A log is read once, column by column, because reading each number from its row w
 than the model's computation.
 """
 
-from collections.abc import Iterable, Mapping
-from functools import cached_property
 from itertools import repeat
 from typing import Any
 
@@ -14,7 +12,6 @@ from numpy.typing import NDArray
 
 from heatwright.sim.reference.inputs import NO_ORDERS, Gains, Limits, Orders
 from heatwright.sim.reference.loop import WATCHED_FAULTS
-from heatwright.sim.reference.numbers import Single
 from heatwright.sim.trace import StepLog
 from heatwright.spec.adjusted import KINDS
 
@@ -27,7 +24,7 @@ class Tape:
     """The inputs, by row.
 
     begins -- whether the row is the first after a reset; acknowledged, started -- acknowledgements
-    and starts of a tuning since the row before; orders -- the other inputs, without a lost master.
+    and starts of a tuning since the row before.
     """
 
     def __init__(self, log: StepLog) -> None:
@@ -37,20 +34,31 @@ class Tape:
         self.acknowledged, self.started = _passed(log, ACKNOWLEDGEMENTS), _passed(log, STARTS)
         self.status: list[int] = log["reading_status"].tolist()
         self.raw: list[int] = log["reading_raw"].tolist()
-        self.setpoint_c = _singles(log["setpoint_c"])
+        self.setpoint_c = _rows(log["setpoint_c"])
         self.fault_code: list[int] = log["fault.code"].tolist()
 
-    @cached_property
-    def orders(self) -> list[Orders]:
-        """The commands for each step; made at first use, as not every caller needs them."""
-        log = self._log
-        usual = {field: repeat(each, len(log)) for field, each in NO_ORDERS._asdict().items()}
-        given = _given(log, log.dtype.names or ())
+    def orders(self, first: int, end: int) -> list[Orders]:
+        """Return the other inputs of some rows, without a lost master."""
+        usual = {field: repeat(each, end - first) for field, each in NO_ORDERS._asdict().items()}
+        given = {field: _rows(each) for field, each in commands_in(self._log[first:end]).items()}
         return list(map(Orders, *(usual | given).values()))
 
+    def usual(self) -> list[tuple[int, int]]:
+        """Return the longest series of rows in which only readings and commands are new.
 
-def _singles(column: NDArray[Any]) -> list[Single]:
-    return list(column.astype(np.float32, copy=False))
+        Each is a first row, and the row behind its last: without a reset, an acknowledgement, a
+        start of a tuning, a command to a program or another state of it, and without a fault that
+        is latched or ends.
+        """
+        log, names = self._log, self._log.dtype.names or ()
+        special = np.array(self.begins) | (np.array(self.acknowledged) > 0)
+        special |= np.array(self.started) > 0
+        if "program.order" in names:
+            special |= log["program.order"] > 0
+        for state in {"fault.code", "program.state"}.intersection(names):
+            special[1:] |= log[state][1:] != log[state][:-1]
+        edges = np.flatnonzero(np.diff(special, prepend=True, append=True))
+        return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def count_in(row: np.void, count: str) -> int:
@@ -66,41 +74,52 @@ def _passed(log: StepLog, count: str) -> list[int]:
     return np.diff(counts, prepend=counts[:1]).tolist()  # type: ignore[no-any-return]
 
 
-def _given(log: StepLog, names: tuple[str, ...]) -> dict[str, Iterable[Any]]:
-    """Return the commands in the log, by their fields; not every loop has all of them."""
-    code = log["fault.code"]
-    watched = np.where(np.isin(code, WATCHED_FAULTS), code, 0)
-    plain = {"enabled": "enabled", "paused": "paused", "current_raw": "current.raw"}
-    given: dict[str, Iterable[Any]] = {"watch_fault": watched.tolist()}
-    given |= {field: log[name].tolist() for field, name in plain.items() if name in names}
-    if "guard.maximum_c" in names:
-        given["maximum_c"] = _singles(log["guard.maximum_c"])
+def commands_in(log: StepLog) -> dict[str, Any]:
+    """Return the commands in the log, by their fields in `Orders`, with a column for each number.
+
+    Not every loop has all of them.
+    """
+    names = log.dtype.names or ()
+    code = numbers_in(log, "fault.code")
+    plain = {
+        "enabled": "enabled", "paused": "paused", "current_raw": "current.raw", "mode": "mode",
+        "manual_percent": "manual_percent", "maximum_c": "guard.maximum_c",
+    }  # fmt: skip
+    given: dict[str, Any] = {"watch_fault": np.where(np.isin(code, WATCHED_FAULTS), code, 0)}
+    given |= {field: numbers_in(log, name) for field, name in plain.items() if name in names}
     if "program.order" in names:
-        given["program"] = _pairs(log, "program.order", "program.argument")
+        given["program"] = tuple(numbers_in(log, f"program.{of}") for of in ("order", "argument"))
     if "mode" in names:
-        given["mode"] = log["mode"].tolist()
-        given["manual_percent"] = _singles(log["manual_percent"])
-        given["gains"] = map(Gains, *(_singles(log[f"algorithm.{gain}"]) for gain in Gains._fields))
+        given["gains"] = Gains._make(numbers_in(log, f"algorithm.{gain}") for gain in Gains._fields)
     if "output_maximum_percent" in names:
-        limits = (_singles(log[f"{limit}_percent"]) for limit in Limits._fields)
-        given["limits"] = map(Limits, *limits)
+        given["limits"] = Limits._make(
+            numbers_in(log, f"{each}_percent") for each in Limits._fields
+        )
     keyed = {kind.field: f"algorithm.{kind.field}" for kind in KINDS}
-    numbers = {field: _singles(log[name]) for field, name in keyed.items() if name in names}
-    warning = (name.removesuffix(".warns") for name in names if name.endswith(".warns"))
+    numbers = {field: numbers_in(log, name) for field, name in keyed.items() if name in names}
+    warning = [name.removesuffix(".warns") for name in names if name.endswith(".warns")]
     monitors = {
-        each.removeprefix("monitor_"): _pairs(log, f"{each}.reading_status", f"{each}.reading_raw")
+        each.removeprefix("monitor_"): tuple(
+            numbers_in(log, f"{each}.reading_{of}") for of in ("status", "raw")
+        )
         for each in warning
     }
-    return given | _each("numbers", numbers) | _each("monitors", monitors)
+    each = {"numbers": numbers, "monitors": monitors}
+    return given | {field: columns for field, columns in each.items() if columns}
 
 
-def _pairs(log: StepLog, one: str, other: str) -> Iterable[tuple[int, int]]:
-    return zip(log[one].tolist(), log[other].tolist(), strict=True)
+def numbers_in(log: StepLog, name: str) -> NDArray[Any]:
+    """Return a column as the reference model's numbers: float32, or integers of any size."""
+    column = log[name]
+    return column.astype(np.float32 if column.dtype.kind == "f" else np.int64)
 
 
-def _each(field: str, columns: Mapping[str, Iterable[Any]]) -> dict[str, Iterable[Any]]:
-    """Convert a dictionary of columns to a dictionary for each row."""
-    if not columns:
-        return {}
-    rows = zip(*columns.values(), strict=True)
-    return {field: [dict(zip(columns, row, strict=True)) for row in rows]}
+def _rows(columns: Any) -> list[Any]:
+    """Return one value for each row from columns, also in tuples and dictionaries of columns."""
+    if isinstance(columns, dict):
+        rows = zip(*map(_rows, columns.values()), strict=True)
+        return [dict(zip(columns, row, strict=True)) for row in rows]
+    if isinstance(columns, tuple):
+        rows = zip(*map(_rows, columns), strict=True)
+        return list(map(columns._make, rows) if hasattr(columns, "_make") else rows)
+    return list(columns) if columns.dtype.kind == "f" else columns.tolist()

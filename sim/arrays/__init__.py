@@ -1,4 +1,4 @@
-"""The reference model on arrays: many trials, one in each lane, simulated side by side.
+"""The reference model on arrays: many trials or steps, one in each lane, computed side by side.
 
 There is one model, `heatwright.sim.reference`, written for one controller. Here its modules' syntax
 trees are translated so that each number may be an array with one element for each lane. Where an
@@ -18,4 +18,5 @@ only. `world.step_logs` then runs the lanes one by one.
     stack      N objects of the model -> one whose numbers are arrays
     plant      N thermal networks as one
     world      N controllers on N machines
+    steps      all steps of a log, each from the state before it
 """

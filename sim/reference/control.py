@@ -1,5 +1,6 @@
 """The source of the duty: algorithm, operator, or tuning (docs/control.md, "Modes")."""
 
+from collections.abc import Iterator
 from importlib import import_module
 from typing import NamedTuple, Protocol
 
@@ -7,7 +8,7 @@ from heatwright.sim.reference.algorithms.autotune import SLOPE, Moment, Tuner
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.algorithms.pid import PidControl, TunablePid
 from heatwright.sim.reference.algorithms.three_position import ThreePositionControl
-from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Limits, Orders
 from heatwright.sim.reference.interfaces.keyed import in_range
 from heatwright.sim.reference.numbers import ZERO, Member, Single, Value, prefixed
 from heatwright.sim.reference.protection.rules import Look
@@ -42,6 +43,9 @@ class Control(Protocol):
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
 
 
 class Exemptions(NamedTuple):
@@ -97,10 +101,7 @@ class Steering:
     ) -> Single:
         """Return the duty in percent; `top_percent` limits only the integral, not yet the duty."""
         off = self.is_idle(look.setpoint_c, orders)
-        if self._limited and self._pid:
-            self._pid.take_limits(orders.limits)
-            if self.tuner:
-                self.tuner.take_limits(self._pid.limits)
+        self._take_limits(orders.limits)
         if self.tuner:
             self.tuner.stop_unless(orders.mode, fault=fault)
             moment = Moment(look.temperature_c, look.last_c, look.setpoint_c)
@@ -116,6 +117,18 @@ class Steering:
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return (*self._control.values(), *(self.tuner.values() if self.tuner else ()))
+
+    def resume_inputs(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `inputs`; limits count until the next ones."""
+        taken = [next(values) for _ in self.inputs]
+        if self._limited:
+            self._take_limits(Limits._make(taken[-len(LIMITS) :]))
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        self._control.resume(values)
+        if self.tuner:
+            self.tuner.resume(values)
 
     def follow(self, rate_k_per_s: Single) -> None:
         """Take over the slope of a program's setpoint."""
@@ -139,6 +152,12 @@ class Steering:
     def is_idle(self, setpoint_c: Single, orders: Orders) -> bool:
         """Return whether the loop must not heat: off, or paused by an input of the machine."""
         return bool(orders.paused) or self.is_off(setpoint_c, orders)
+
+    def _take_limits(self, limits: Limits | None) -> None:
+        if self._limited and self._pid:
+            self._pid.take_limits(limits)
+            if self.tuner:
+                self.tuner.take_limits(self._pid.limits)
 
     def _steered(self, look: Look, orders: Orders, top_percent: Single) -> Single:
         if isinstance(self._control, PidControl):

@@ -1,5 +1,7 @@
 """One control step of a loop, from the reading to the heater (docs/control.md, "The step")."""
 
+from collections.abc import Sequence
+
 from heatwright.sim.reference.algorithms.response import response_of
 from heatwright.sim.reference.control import Steering
 from heatwright.sim.reference.inputs import AUTOMATIC, NO_ORDERS, Orders
@@ -10,7 +12,7 @@ from heatwright.sim.reference.protection.guard import Guard
 from heatwright.sim.reference.protection.limiter import limiter_of
 from heatwright.sim.reference.protection.monitor import MonitorModel
 from heatwright.sim.reference.protection.rules import Look
-from heatwright.sim.reference.sensors.reading import Readings, Seen
+from heatwright.sim.reference.sensors.reading import Average, Readings, Seen
 from heatwright.spec import RULES, Controller, facts_of, monitors_of
 from heatwright.spec.self_checks import SELF_CHECK_RULES
 
@@ -152,6 +154,48 @@ class Reference:
             self.program.count(self._duty_percent, temperature_c, fault=bool(self.fault_code))
         return self._values(setpoint, orders)
 
+    @property
+    def averages(self) -> dict[str, Average]:
+        """By the prefix of a sensor's members: its average, whose window is not among them."""
+        averages = {"": self._readings.average} | {
+            f"monitor_{name}.": monitor.average for name, monitor in self._monitors.items()
+        }
+        return {prefix: each for prefix, each in averages.items() if each}
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether state and inputs are in `members` and `averages`: no window begins anew."""
+        empty = any(each.is_empty for each in self.averages.values())
+        return not empty and not (self._readings.average and self._guard.fresh)
+
+    def resume(self, after: Sequence[Value]) -> None:
+        """Continue as after a step that has returned these values.
+
+        A program keeps its copy, and an average its window.
+        """
+        values = iter(after)
+        self._steps, _, self._duty_percent, self._asked_percent = (next(values) for _ in range(4))
+        self._readings.resume(values)
+        if self._has_cooler:
+            self.cooling = next(values)
+        if self._has_inputs:
+            next(values)
+        self.steering.resume_inputs(values)
+        self._guard.resume(values)
+        self.steering.resume(values)
+        if self.program:
+            self.program.resume(values)
+        self.fault_code, self._acknowledgements, self.fault_temperature_c = (
+            next(values) for _ in range(3)
+        )
+        self.output.resume(values)
+        if self.limiter:
+            self.limiter.resume(values)
+        if self._response:
+            self._response.resume(values)
+        for monitor in self._monitors.values():
+            monitor.resume(values)
+
     def _run_program(self, status: int, orders: Orders, setpoint: Single) -> tuple[Orders, Single]:
         """Run the program's step, and return the commands and the setpoint that it makes."""
         if self.program is None:
@@ -217,7 +261,7 @@ class Reference:
         if status:
             code = self._guard.without_reading(status, self._readings.missing)
         else:
-            alone = look._replace(**single._asdict()) if self._readings.averages else look
+            alone = look._replace(**single._asdict()) if self._readings.average else look
             code = self._guard.with_reading(alone)
         self._trip(code, single.temperature_c)
 

@@ -5,7 +5,7 @@ rounded to nearest, ties to even, as gcc's `float`. avr-libc's differs only for 
 the least normal number.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from operator import attrgetter
 from typing import Any
@@ -88,11 +88,21 @@ class Kept:
     def keep(self, *shown: tuple[str, str, str]) -> None:
         """Define the members: name, width, and the attribute that has the value."""
         self.members = tuple((name, width) for name, width, _ in shown)
-        self._read = _reader(tuple(attribute for _, _, attribute in shown))
+        self._attributes = tuple(attribute for _, _, attribute in shown)
+        self._read = _reader(self._attributes)
 
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return self._read(self)
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        for attribute in self._attributes:
+            holder, _, field = attribute.rpartition(".")
+            value = next(values)
+            if holder:  # a named tuple
+                value = getattr(self, holder)._replace(**{field: value})
+            setattr(self, holder or field, value)
 
 
 @cache

@@ -1,6 +1,7 @@
 """The model on arrays is the model: each step of each lane, bit for bit, for drawn controllers."""
 
 import ast
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from itertools import islice
@@ -13,10 +14,12 @@ from rig.controllers import drawings
 from rig.firmware import example
 from suite import SEED, amount
 
+from heatwright.sim import player
 from heatwright.sim.arrays import masks
 from heatwright.sim.arrays.masks import AllLanesError, only
 from heatwright.sim.arrays.modules import on_arrays
 from heatwright.sim.arrays.stack import UnlikeError, stacked
+from heatwright.sim.arrays.steps import are_repeated
 from heatwright.sim.arrays.translate import translated
 from heatwright.sim.arrays.world import bench_lanes, step_logs
 from heatwright.sim.bench import bench
@@ -24,7 +27,8 @@ from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.device import ReferenceDevice
 from heatwright.sim.reference.inputs import Gains, Limits, Orders
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.trace import Trace
+from heatwright.sim.reference.programs.state import IDLE, PAUSED, RETURNING, RUNNING
+from heatwright.sim.trace import StepLog, Trace
 from heatwright.sim.tuning.robust import Spread, drawn
 from heatwright.spec import Controller, Event, Pid, monitors_of, programmed, tunable
 from heatwright.spec.adjusted import numbers_of
@@ -181,6 +185,97 @@ def test_each_lane_is_the_model() -> None:
         kinds.add(case.lanes[0].loops[case.loop].algorithm.kind)
     assert kinds == ALGORITHMS
     assert parted > len(cases()) / 4, "lanes hardly ever part"
+
+
+# ---- all steps of a log at once ----
+
+
+def log_of(case: Case) -> StepLog:
+    """What the first lane's model does, as a log."""
+    records = on_its_own(case, 0)
+    members = Reference(case.lanes[0], case.loop).members
+    rows = [(float(number), *record.values()) for number, record in enumerate(records)]
+    return np.array(rows, [("time_s", "f8"), *members])
+
+
+WITHIN_A_STEP = ("top_percent", "_lost")
+"""What one part of a step leaves to a later one, if there is a later one."""
+
+
+def state_in(part: Any, path: str = "") -> dict[str, str]:
+    """Return every number in a model that lasts from step to step, by its path."""
+    if isinstance(part, int | float | np.generic):
+        return {path: float(part).hex()}
+    parts: Any = part if isinstance(part, dict) else {}
+    if isinstance(part, list | tuple):
+        parts = dict(enumerate(part))
+    elif type(part).__module__.startswith("heatwright.sim.reference"):
+        parts = {name: each for name, each in vars(part).items() if name not in WITHIN_A_STEP}
+    inner = [state_in(each, f"{path}.{name}") for name, each in parts.items()]
+    return {name: value for each in inner for name, value in each.items()}
+
+
+def played(
+    controller: Controller, loop: str, log: StepLog, *, at_once: bool
+) -> tuple[bytes, dict[str, str], int]:
+    """Return what the replay expects, the model's state a step later, and the rows at once.
+
+    at_once -- whether rows may be repeated at once; the last number is 0 if any series was not.
+    """
+    done, series = 0, []
+
+    def are_done(controller: Controller, loop: str, log: StepLog, since: Reference) -> bool:
+        nonlocal done
+        series.append(at_once and are_repeated(controller, loop, log, since))
+        done += len(log) - 1
+        return series[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(player, "FEWEST_AT_ONCE", 2)
+        patched.setattr(player, "are_repeated", are_done)
+        model = player.Player(controller, loop)
+        states = model.play(log)
+    last = len(log) - 1
+    model._play_singly(states.copy(), last, last + 1)
+    return states.tobytes(), state_in(model._reference), done * all(series)
+
+
+def logs_at_once(random: Random) -> Iterator[tuple[Controller, str, StepLog]]:
+    """Yield logs of drawn loops, and of examples: a program, and several loops under a master."""
+    for case in cases():
+        yield case.lanes[0], case.loop, log_of(case)
+    for name, minutes in (("kiln", 5), ("kiln_uno", 55), ("barrel", 15), ("fabricator", 5)):
+        controller = example(name).controller
+        assert controller.simulation is not None
+        scenario = controller.simulation.scenario
+        begun = [
+            each for each in scenario if each.for_s is None and (each.at_s or 0) < 60 * minutes
+        ]
+        end = Event.model_validate({"for": f"{minutes} min"})
+        found = bench(controller, ReferenceDevice(controller), (*begun, end)).steps
+        loop = random.choice(list(found))
+        yield controller, loop, found[loop]
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_all_steps_at_once_are_the_model(damaged: bool) -> None:
+    """Also of a log in which one bit is wrong, about which the model knows nothing."""
+    random = Random(f"bits {SEED}")  # noqa: S311 - no secret
+    rows = at_once = 0
+    states: set[int] = set()
+    for controller, loop, log in logs_at_once(random):
+        member = random.choice(log.dtype.names[1:])
+        if damaged and log.dtype[member].names is None:
+            log[member].view(f"u{log.dtype[member].itemsize}")[random.randrange(len(log))] ^= 1
+        singly, state, _ = played(controller, loop, log, at_once=False)
+        found, found_state, done = played(controller, loop, log, at_once=True)
+        assert (found, found_state) == (singly, state), (loop, member)
+        assert damaged or done
+        rows, at_once = rows + len(log), at_once + done
+        if "program.state" in (log.dtype.names or ()):
+            states |= set(log["program.state"].tolist())
+    assert damaged or at_once > rows / 2, "hardly any step is done at once"
+    assert states >= {IDLE, RUNNING, PAUSED, RETURNING}
 
 
 # ---- devices on machines ----

@@ -163,12 +163,9 @@ class ModbusMaster:
 
     @property
     def look(self) -> Look | None:
-        """How C may look for an answer of which no byte has come yet.
-
-        With a driver on the line the master looks itself, as the driver may hide sent bytes.
-        """
+        """How C may look for an answer of which no byte has come yet."""
         waits, at = self._current, self.wake_cycle
-        if waits is None or at is None or self.bus.has_heard or self.bus.is_driven:
+        if waits is None or at is None or self.bus.has_heard:
             return None
         latest_s = waits.sent_s or 0.0
         if waits.address != TO_ALL:

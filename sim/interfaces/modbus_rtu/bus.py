@@ -88,11 +88,6 @@ class Bus:
         return self._quiet_s
 
     @property
-    def is_driven(self) -> bool:
-        """Whether the board must switch a driver on before it sends."""
-        return self._driver is not None
-
-    @property
     def has_heard(self) -> bool:
         """Whether an answer has begun, or the board has sent anything, even by another UART."""
         return self.hears or len(self._avr.uarts.log) > 0

@@ -3,12 +3,14 @@
 See docs/control.md, "on_off" and "three_position".
 """
 
+from collections.abc import Iterator
+
 from heatwright.sim.reference.interfaces.keyed import Numbers
-from heatwright.sim.reference.numbers import ZERO, Member, Single, Value, faded, filter_share
+from heatwright.sim.reference.numbers import ZERO, Kept, Member, Single, Value, faded, filter_share
 from heatwright.spec import OnOff, ThreePosition
 
 
-class Lead:
+class Lead(Kept):
     """Extrapolates the temperature along its filtered slope, if there is a lead."""
 
     def __init__(
@@ -19,7 +21,7 @@ class Lead:
         self._lead_s = Single(lead_s)
         self._share = filter_share(period_s, filter_s)
         self._per_period = Single(1 / period_s)
-        self.members: tuple[Member, ...] = (("rate_k_per_s", "f4"),) if self._leads else ()
+        self.keep(*[("rate_k_per_s", "f4", "_rate")] * self._leads)
         self.reset()
 
     def take(self, lead_s: Single) -> None:
@@ -38,10 +40,6 @@ class Lead:
             slope = (temperature_c - last_c) * self._per_period
             self._rate = faded(self._rate + self._share * (slope - self._rate))
         return temperature_c + self._lead_s * self._rate
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (self._rate,) if self._leads else ()
 
 
 class KeyedSwitch:
@@ -67,3 +65,8 @@ class KeyedSwitch:
 
     def _values(self) -> tuple[Value, ...]:
         return (*self._lead.values(), *self._taken.values())
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members` of all switches."""
+        self._lead.resume(values)
+        self._taken = {each: next(values) for each in self._taken}

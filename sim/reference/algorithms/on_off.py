@@ -1,5 +1,7 @@
 """On-off control with hysteresis and lead (docs/control.md, "on_off")."""
 
+from collections.abc import Iterator
+
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value
 from heatwright.spec import OnOff
@@ -37,6 +39,11 @@ class OnOffControl(KeyedSwitch):
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return (*self._values(), self._heating)
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        super().resume(values)
+        self._heating = next(values)
 
 
 Control = OnOffControl

@@ -1,7 +1,9 @@
 """PID control with filtered derivative and limited integral (docs/control.md, "pid")."""
 
+from collections.abc import Iterator
+
 from heatwright.sim.reference.inputs import Gains, Limits
-from heatwright.sim.reference.numbers import ZERO, Kept, Single, clamp, faded, filter_share
+from heatwright.sim.reference.numbers import ZERO, Kept, Single, Value, clamp, faded, filter_share
 from heatwright.spec import Pid
 
 LEAST_RANGE = 1.0
@@ -152,6 +154,12 @@ class PidControl(Kept):
         if total > min(self.full_percent, self.top_percent):
             return bool(error > ZERO)
         return bool(total < self._minimum and error < ZERO)
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        super().resume(values)
+        if not self._is_late:
+            self._newest = self._derivative
 
     def _show(self, *more: tuple[str, str, str]) -> None:
         """Define the members: those of the terms that there are, and more."""

@@ -1,5 +1,7 @@
 """Heater below a dead band, cooler above it (docs/control.md, "three_position")."""
 
+from collections.abc import Iterator
+
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.interfaces.keyed import Numbers
 from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value
@@ -44,6 +46,12 @@ class ThreePositionControl(KeyedSwitch):
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return (*self._values(), self._heating, self.cooling)
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        super().resume(values)
+        self._heating = next(values)
+        self.cooling = next(values)
 
     def _width(self, on: int) -> Single:
         """Return the distance from the setpoint at which heater or cooler goes on, or stays on."""

@@ -1,5 +1,6 @@
 """The program that sets a loop's setpoint, step by step (docs/control.md, "Programs")."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -170,6 +171,10 @@ class ProgramRun:
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return self.now.values()
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`; the copy is not among them."""
+        self.now = ProgramState(*(next(values) for _ in self.members))
 
     def _may_take(self, order: int, temperature_c: Single | None) -> bool:
         if self.now.state == RESTORING:

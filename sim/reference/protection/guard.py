@@ -1,5 +1,7 @@
 """The protections of a loop (docs/control.md, "Protections")."""
 
+from collections.abc import Iterator
+
 from heatwright.sim.reference.numbers import Member, Single, Value, steps
 from heatwright.sim.reference.protection.rules import AgreementRule, GuardRule, Look, rules_of
 from heatwright.sim.reference.sensors.reading import MOST_MISSING, RAW_WIDTH
@@ -101,6 +103,18 @@ class Guard:
             *((self._maximum_c,) if self._is_adjustable else ()),
             *((self._on_steps,) if self._most_on_steps is not None else ()),
         )
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        for rule in self._rules:
+            rule.resume(values)
+        if self._agreement:
+            self._agreement.resume(values)
+        self.fresh = next(values)
+        if self._is_adjustable:
+            self._maximum_c = next(values)
+        if self._most_on_steps is not None:
+            self._on_steps = next(values)
 
     def _reading(self, look: Look) -> int:
         if look.temperature_c >= self._maximum_c:

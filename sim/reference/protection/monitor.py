@@ -1,5 +1,7 @@
 """A monitor: a sensor that controls no loop, checked in a loop's step (docs/control.md)."""
 
+from collections.abc import Iterator
+
 from heatwright.sim.reference.numbers import Member, Single, Value, steps
 from heatwright.sim.reference.sensors.reading import Readings
 from heatwright.spec import Controller, Loop
@@ -17,6 +19,7 @@ class MonitorModel:
         """Derive the constants; loop -- the loop in whose steps the monitor is checked."""
         spec = controller.monitors[name]
         self._readings = Readings(controller, spec.sensor)
+        self.average = self._readings.average
         self._warning_c = Single(spec.warning_c)
         self._end_c = Single(spec.warning_c - spec.hysteresis_k)
         self._limit_c = Single(spec.limit_c)
@@ -43,3 +46,8 @@ class MonitorModel:
     def values(self) -> tuple[Value, ...]:
         """Return the values of `members`."""
         return (*self._readings.values(), self._warns)
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        self._readings.resume(values)
+        self._warns = next(values)

@@ -1,9 +1,10 @@
 """The reading of a step, and the mean that the control uses (docs/control.md, "Moving average")."""
 
+from collections.abc import Iterator
 from importlib import import_module
 from typing import NamedTuple
 
-from heatwright.sim.reference.numbers import ZERO, Kept, Single
+from heatwright.sim.reference.numbers import ZERO, Kept, Single, Value
 from heatwright.spec import Controller
 from heatwright.spec.registry import module_of
 
@@ -21,26 +22,29 @@ class Seen(NamedTuple):
 
 
 class Average:
-    """The mean of the last readings, in a ring buffer."""
+    """The mean of the last readings, in a ring buffer.
+
+    window -- the readings; turn -- the place of the next one; is_empty -- before the first reading.
+    """
 
     def __init__(self, number: int) -> None:
         """Start with an empty window."""
-        self._window = [ZERO] * number
-        self._is_empty = True
-        self._turn = 0
+        self.window: list[Value] = [ZERO] * number
+        self.turn: Value = 0
+        self.is_empty = True
         self._share = Single(1 / number)
 
     def take(self, reading_c: Single, *, anew: bool) -> Single:
         """Add a reading, if `anew` to an empty window, and return the mean."""
-        if anew or self._is_empty:
-            self._window = [reading_c] * len(self._window)
-            self._is_empty = False
-        self._window[self._turn] = reading_c
-        self._turn = (self._turn + 1) % len(self._window)
-        total = self._window[0]
-        for other in self._window[1:]:
+        if anew or self.is_empty:
+            self.window = [reading_c] * len(self.window)
+            self.is_empty = False
+        self.window[self.turn] = reading_c
+        self.turn = (self.turn + 1) % len(self.window)
+        total = self.window[0]
+        for other in self.window[1:]:
             total = total + other
-        return total * self._share
+        return Single(total * self._share)
 
 
 class Readings(Kept):
@@ -51,15 +55,14 @@ class Readings(Kept):
         sensor = controller.thermometers[name]
         kind = import_module(module_of("sensor", "reference", sensor.kind))
         self._convert = kind.converter(sensor, controller.board)
-        self.averages = sensor.moving_average > 1
-        """Whether the control uses a mean of several readings."""
-        self._average = Average(sensor.moving_average) if self.averages else None
+        self.average = Average(sensor.moving_average) if sensor.moving_average > 1 else None
+        """Computes the mean that the control uses, if it is of several readings."""
         self.raw_width: str = getattr(kind, "RAW", RAW_WIDTH)
         self.keep(
             ("reading_status", "u1", "_status"),
             ("reading_raw", self.raw_width, "_raw"),
             ("temperature_c", "f4", "mean.temperature_c"),
-            *[("reading_c", "f4", "single.temperature_c")] * self.averages,
+            *[("reading_c", "f4", "single.temperature_c")] * (self.average is not None),
             ("missing", "u1", "missing"),
             ("has_reading", "u1", "_has_reading"),
         )
@@ -83,11 +86,17 @@ class Readings(Kept):
             self.single, self.mean = _kept(self.single), _kept(self.mean)
             return
         reading_c = self._convert(raw)
-        mean_c = self._average.take(reading_c, anew=anew) if self._average else reading_c
+        mean_c = self.average.take(reading_c, anew=anew) if self.average else reading_c
         self.single = self._after(self.single, reading_c)
         self.mean = self._after(self.mean, mean_c)
         self.missing = 0
         self._has_reading = 1
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the values of `members`; an average's window is not among them."""
+        super().resume(values)
+        if self.average is None:
+            self.single = self.mean
 
     def _after(self, before: Seen, temperature_c: Single) -> Seen:
         return Seen(temperature_c, before.temperature_c if self._has_reading else temperature_c)

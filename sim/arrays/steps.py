@@ -1,0 +1,115 @@
+"""All control steps of a log at once: each is repeated from the state that the log has before it.
+
+If each step, repeated so, ends in the state that the log has after it, then the model that runs
+through all steps, one after the other, has every one of these states, too.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatwright.sim.arrays.masks import afresh
+from heatwright.sim.arrays.modules import on_arrays
+from heatwright.sim.reference import Reference
+from heatwright.sim.reference.inputs import Orders
+from heatwright.sim.reference.sensors.reading import Average
+from heatwright.sim.tape import commands_in, numbers_in
+from heatwright.sim.trace import StepLog
+from heatwright.spec import Controller
+
+MOST_LANES = 20_000
+"""More steps are repeated in several parts, which takes less memory."""
+
+
+def are_repeated(controller: Controller, loop: str, log: StepLog, since: Reference) -> bool:
+    """Return whether the model repeats each row of a log, the first one left out, bit for bit.
+
+    Return False also if the steps cannot be repeated side by side, as an outside package's model
+    may need.
+
+    Args:
+        controller: the specification.
+        loop: the name of the loop.
+        log: rows between which only readings and commands are new, as `Tape.usual` finds them.
+        since: the model after the first row, which has the copy of a program; it `is_shown`.
+
+    """
+    states = _states(log, since)
+    parts = [slice(first, first + MOST_LANES) for first in range(0, len(log) - 1, MOST_LANES)]
+    try:
+        return all(_are_repeated(controller, loop, log, each, states, since) for each in parts)
+    except Exception:
+        return False
+
+
+def resume(model: Reference, log: StepLog) -> None:
+    """Continue as after the last row of a log; the model's last step was its first row."""
+    _take(model, _states(log, model), len(log) - 1)
+
+
+class _States(NamedTuple):
+    """The model's state after each row of a log, a column for each number."""
+
+    members: list[NDArray[Any]]
+    windows: dict[str, tuple[list[NDArray[Any]], NDArray[Any]]]
+    """Of each average: its readings and its turn."""
+
+
+def _states(log: StepLog, since: Reference) -> _States:
+    members = [numbers_in(log, name) for name, _ in since.members]
+    averages = since.averages.items()
+    return _States(members, {prefix: _windows(log, prefix, each) for prefix, each in averages})
+
+
+def _windows(log: StepLog, prefix: str, first: Average) -> tuple[list[NDArray[Any]], NDArray[Any]]:
+    """Return an average's readings and turn; first -- the average after the first row."""
+    places = np.arange(size := len(first.window))
+    valid = log[f"{prefix}reading_status"] == 0
+    valid[0] = False
+    count = np.cumsum(valid)
+    readings = numbers_in(log, f"{prefix}reading_c")[valid]
+    series = np.concatenate((np.roll(np.array(first.window), -first.turn), readings))
+    turns = (first.turn + count) % size
+    return [series[count + (place - turns) % size] for place in places], turns
+
+
+def _take(model: Reference, states: _States, rows: int | slice) -> None:
+    """Let a model, or the translated one, continue from the states after these rows."""
+    model.resume([column[rows] for column in states.members])
+    for prefix, (window, turns) in states.windows.items():
+        average = model.averages[prefix]
+        average.window, average.turn = [each[rows] for each in window], turns[rows]
+        average.is_empty = False
+
+
+def _are_repeated(  # noqa: PLR0913, PLR0917 - what is repeated, and from which state
+    controller: Controller,
+    loop: str,
+    log: StepLog,
+    rows: slice,
+    states: _States,
+    since: Reference,
+) -> bool:
+    after = log[1:][rows]
+    with afresh():
+        model = on_arrays("heatwright.sim.reference.loop").Reference(controller, loop)
+        if since.program:
+            part = on_arrays("heatwright.sim.reference.programs.copies").Part
+            copy = tuple(part(*each) for each in since.program.copy)
+            model.program.load(since.program.now.number, copy)
+        _take(model, states, slice(rows.start, rows.start + len(after)))
+        found = model.stepped(
+            numbers_in(after, "reading_status"),
+            numbers_in(after, "reading_raw"),
+            numbers_in(after, "setpoint_c"),
+            orders=Orders(**commands_in(after)),
+        )
+    return all(
+        np.array_equal(_bits(np.full(len(after), value, width)), _bits(after[name]))
+        for (name, width), value in zip(since.members, found, strict=True)
+    )
+
+
+def _bits(values: NDArray[Any]) -> NDArray[Any]:
+    return np.ascontiguousarray(values).view(f"u{values.dtype.itemsize}")
