@@ -162,8 +162,8 @@ class WholeNumber(Checked):
         whole = isinstance(value, int) and not isinstance(value, bool)
         if not whole or not self._least <= value <= self._most:  # type: ignore[operator]
             raise refuse(
-                f"{self._what} is a whole number from {self._least} to {self._most}",
-                f"Write one, such as {self._example}",
+                f"{self._what} must be a whole number from {self._least} to {self._most}",
+                f"Write, for example, {self._example}",
             )
         return value  # type: ignore[return-value]
 

@@ -324,7 +324,7 @@ class ModbusRtu(_Interface):
 def _memory(value: Any) -> str:
     if value == "sd":
         raise refuse(
-            "no log is written to an SD card: a card that is pulled or worn would stall the "
+            "a log cannot be kept on an SD card: a card that is pulled or worn would stall the "
             "control, and a file system needs more RAM than the smaller chips have",
             "Use ram or eeprom, and read the log out over the serial port",
         )

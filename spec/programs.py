@@ -44,7 +44,7 @@ def _name(value: Any) -> str:
         raise refuse(
             f"a program's name has 1 to {LONGEST_NAME} plain characters, no quotation mark and "
             "no backslash",
-            "Write one, such as fuse",
+            "Write, for example, fuse",
         )
     return str(value)
 

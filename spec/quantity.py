@@ -96,14 +96,14 @@ def parse(text: object, dimension: Dimension) -> float:
     """
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         raise refuse(
-            f"a {dimension.name} is needed here", f"Write one, such as {dimension.example}"
+            f"a {dimension.name} is needed here", f"Write, for example, {dimension.example}"
         )
     if not isinstance(text, str):
         raise _no_unit(str(text), dimension)
     if len(text) > LONGEST:
         raise refuse(
             f"this text is too long for a {dimension.name}",
-            f"Write one, such as {dimension.example}",
+            f"Write, for example, {dimension.example}",
         )
     match = _QUANTITY.fullmatch(text.replace("−", "-").strip())
     if match is None:
@@ -129,7 +129,7 @@ def _no_number(text: str, rest: str, dimension: Dimension) -> Exception:
             f"{text!r} has {rest.strip()[0]!r} in its number",
             f"Write the number with the digits 0 to 9, as in {dimension.example}",
         )
-    return refuse(f"{text!r} is not a {dimension.name}", f"Write one, such as {dimension.example}")
+    return refuse(f"{text!r} is not a {dimension.name}", f"Write, for example, {dimension.example}")
 
 
 def _no_unit(text: str, dimension: Dimension) -> Exception:

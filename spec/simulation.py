@@ -44,7 +44,7 @@ _Difference = Annotated[float, Quantity(DIFFERENCE, least=0.0)]
 
 def _factor(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= 1000:
-        raise refuse("a factor is a bare number above 0, up to 1000", "Write one, such as 1.4")
+        raise refuse("a factor is a bare number above 0, up to 1000", "Write, for example, 1.4")
     return float(value)
 
 
@@ -59,7 +59,7 @@ class Link(Model):
 
 def _emissivity(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.001 <= value <= 1:
-        raise refuse("an emissivity is a bare number from 0.001 to 1", "Write one, such as 0.9")
+        raise refuse("an emissivity is a bare number from 0.001 to 1", "Write, for example, 0.9")
     return float(value)
 
 
@@ -168,7 +168,7 @@ def _line(value: Any) -> str:
     if not plain or not value.strip() or len(value) > LONGEST_LINE:
         raise refuse(
             f"a line to send has 1 to {LONGEST_LINE} plain characters",
-            "Write one, such as M104 S200",
+            "Write, for example, M104 S200",
         )
     return str(value)
 

@@ -1,4 +1,4 @@
-"""Where a fault is tried: a controller on its machine, one of its loops, and its binary."""
+"""What a fault is tried on: a controller with its machine and its binary, and one of its loops."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

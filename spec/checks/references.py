@@ -180,8 +180,8 @@ def everything_used(controller: Controller) -> Findings:
         else:
             yield Finding(
                 ("sensors", name),
-                "no loop uses this sensor",
-                "Delete it, or name it in a loop or a monitor",
+                "no loop and no monitor uses this sensor",
+                "Delete this sensor, or name it in a loop or a monitor",
                 (("loops",), ("monitors",)),
             )
     driven = driven_by_loops(controller) | driven_by_host(controller) | {controller.safety.relay}

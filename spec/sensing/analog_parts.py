@@ -167,7 +167,7 @@ class Amplifier(Model):
 
 
 class BetaCurve(Model):
-    """A thermistor by one resistance and its beta: R = R₀ · exp(β · (1/T − 1/T₀))."""
+    """A thermistor's curve by one resistance and a beta: R = R₀ · exp(β · (1/T − 1/T₀))."""
 
     resistance_ohm: Ohm = Field(alias="resistance", description="Resistance at `at`.")
     at_c: _OfCurve = Field(alias="at", description="Temperature of `resistance`.")

@@ -80,7 +80,7 @@ def test_every_key_and_kind_is_described() -> None:
 FORMLESS = (
     "there is no such key", "this key is missing", "is not a known kind", "this entry has no kind",
     "is not possible", "is needed here", "is needed. Write the unit", "does not have the unit",
-    "is a temperature, and a difference", "is a bare number", "is a whole number from",
+    "is a temperature, and a difference", "is a bare number", "must be a whole number from",
     "an item is missing", "there is no value", "is not a board", "is not a pin", "cannot be a name",
     "a line to send has", "this text has a line break",
     "is no state", "a master cannot write", "is no command", "a program's name has",

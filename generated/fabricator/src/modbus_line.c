@@ -96,7 +96,7 @@ ISR(TIMER0_COMP_vect)
 ISR(USART_TXC_vect)
 {
     if (phase != ANSWERING) {
-        return; /* nothing was sent: keep the frame, a request in it may wait for an answer */
+        return; /* no answer was being sent: keep the frame, its request may still wait for one */
     }
     if (sent != answer_size) {
         UDR = modbus_frame[sent];

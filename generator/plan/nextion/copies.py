@@ -34,7 +34,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Making:
-    """How a page is made. of -- the copied page; steps -- components to make, or to change."""
+    """How a page is made. of -- the page to copy; steps -- components to add or to change."""
 
     page: Page
     of: Page | None

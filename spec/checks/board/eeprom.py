@@ -48,9 +48,9 @@ def settings_fit(controller: Controller) -> Findings:
         return
     yield Finding(
         ("loops",),
-        f"the stored setpoints, gains, limits and numbers take {size} bytes, and a record in the "
-        f"EEPROM has {MOST_RECORD_BYTES} at most",
-        "Delete stored or limits_adjustable of some loops, or use fewer loops",
+        "what the loops store (setpoints, gains, limits, numbers that keys set) takes "
+        f"{size} bytes, and a record in the EEPROM holds at most {MOST_RECORD_BYTES} bytes",
+        "Delete the key `stored` or `limits_adjustable` in some loops, or use fewer loops",
     )
 
 

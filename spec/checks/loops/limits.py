@@ -169,8 +169,8 @@ def efforts_are_known(controller: Controller) -> Findings:
                 ("loops", name, "protection", "effort"),
                 "on this plant a healthy machine would trip the rule, however long its time is"
                 if plant
-                else "without a plant the power that holds a temperature is not known",
-                "Write effort: off" if plant else "Add a section simulation, or delete effort",
+                else "without a model of the plant the power that holds a temperature is not known",
+                "Write effort: off" if plant else "Add the section `simulation`, or delete effort",
                 (("simulation",), ("loops", name), ("outputs", loop.heater)),
             )
 

@@ -143,7 +143,7 @@ def plant_covers_monitors(controller: Controller, plant: ThermalNetwork) -> Find
         if monitor.sensor in controller.sensors and monitor.sensor not in plant.sense:
             yield Finding(
                 ("simulation", "plant", "sense"),
-                f"the sensor of the monitor {name}, '{monitor.sensor}', has no entry",
+                f"the sensor '{monitor.sensor}' of the monitor '{name}' has no entry",
                 f"Add {monitor.sensor}: {{node: …}}",
                 (("monitors", name), ("sensors", monitor.sensor)),
             )

@@ -68,10 +68,11 @@ def falling_stays_above_below(machine: Machine) -> Findings:
         needed_k = below_k + FASTER * (fall_k - below_k)
         yield machine.finding(
             ("protection", "runaway", "below"),
-            f"until the heat arrives the reading falls to {about(fall_k)} K below "
-            f"{celsius(machine.loop.setpoint.maximum_c)}, or to {about(needed_k)} K "
-            f"below it in a plant that is {number(FASTER)} times as fast",
-            f"Use more than {rounded_up(needed_k)} K, a longer time, or a heater that is on sooner",
+            f"until the heater's heat reaches the sensor, the reading falls to {about(fall_k)} K "
+            f"below the setpoint of {celsius(machine.loop.setpoint.maximum_c)}, and to "
+            f"{about(needed_k)} K below it in a plant that is {number(FASTER)} times as fast",
+            f"Use more than {rounded_up(needed_k)} K or a longer `for`, or let the heater switch "
+            "on sooner",
         )
 
 

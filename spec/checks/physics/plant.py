@@ -141,14 +141,14 @@ def plant_covers_loops(controller: Controller, plant: ThermalNetwork) -> Finding
         if loop.sensor not in plant.sense and loop.sensor in controller.sensors:
             yield Finding(
                 (*_PLANT, "sense"),
-                f"the sensor of the loop {name}, '{loop.sensor}', has no entry",
+                f"the sensor '{loop.sensor}' of the loop '{name}' has no entry",
                 f"Add {loop.sensor}: {{node: …}}",
                 (("loops", name), ("sensors", loop.sensor)),
             )
         if loop.heater not in plant.heat and loop.heater in controller.outputs:
             yield Finding(
                 (*_PLANT, "heat"),
-                f"the heater of the loop {name}, '{loop.heater}', has no entry",
+                f"the heater '{loop.heater}' of the loop '{name}' has no entry",
                 f"Add {loop.heater}: with the name of the node that it heats",
                 (("loops", name), ("outputs", loop.heater)),
             )
@@ -214,7 +214,7 @@ def currents_are_sensed(controller: Controller, plant: ThermalNetwork) -> Findin
         if sensor in controller.sensors and sensor not in plant.sense:
             yield Finding(
                 _SENSE,
-                f"the sensor of the current of {output}, '{sensor}', has no entry",
+                f"the current sensor '{sensor}' of the output '{output}' has no entry",
                 f"Add {sensor}: {{of: {output}}}",
                 (("sensors", sensor), ("outputs", output)),
             )

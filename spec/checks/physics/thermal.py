@@ -208,9 +208,9 @@ def rise_rate_holds(machine: Machine) -> Findings:
     if needed > limit:
         yield machine.finding(
             ("protection", "rise_rate"),
-            f"at full power this healthy plant heats at {machine.told(steepest)}, and a step of "
-            f"{about(step_k)} K between two readings may add "
-            f"{about(machine.loop.rate_k_per_s(step_k))} K/s",
+            f"at full power this healthy plant heats at {machine.told(steepest)}, and one step of "
+            f"the sensor, {about(step_k)} K, may add "
+            f"{about(machine.loop.rate_k_per_s(step_k))} K/s between two readings",
             f"Use at least {rounded_up(needed)} K/s",
         )
 
