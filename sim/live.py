@@ -59,7 +59,7 @@ def run(
 ) -> None:
     """Run the board against the spec's machine, to a time or without end.
 
-    Raises ValueError when the spec has no simulation.
+    Raises ValueError: the spec has no simulation.
     """
     simulation = controller.simulation
     if simulation is None:

@@ -113,14 +113,8 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
     The step counter must increase by one each time: a missing or repeated step is a mismatch. An
     unexpected counter of 1 is a reset.
 
-    Args:
-        controller: the specification.
-        log: one row per control step.
-        loop: name of the loop; the first if None.
-
-    Raises:
-        ReplayError: the log is empty or lacks a member.
-
+    controller -- the specification; log -- one row per control step; loop -- name of the loop; the
+    first if None. Raises ReplayError: the log is empty or lacks a member.
     """
     name = loop or next(iter(controller.loops))
     if not len(log):

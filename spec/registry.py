@@ -130,14 +130,9 @@ def problem_of_kind(kind: str) -> str:
 def module_of(role: str, stem: str, kind: str) -> str:
     """Return the name of a kind's module.
 
-    Args:
-        role: sensor, output, algorithm, interface, plant.
-        stem: of its layer: plan, simulated, reference, faults.
-        kind: as a spec names it.
-
-    Raises:
-        KindIncomplete: there is no such module; the message says which file to write.
-
+    role -- sensor, output, algorithm, interface, plant; stem -- of its layer: plan, simulated,
+    reference, faults; kind -- as a spec names it. Raises KindIncomplete: there is no such module;
+    the message says which file to write.
     """
     layer = next(each for each in LAYERS[role] if each.stem == stem)
     name = place_of(role, layer, kind)

@@ -393,7 +393,7 @@ def main(  # noqa: PLR0913, PLR0917 – one for each option
 
 
 def values_given(text: str) -> dict[str, float]:
-    """Read `rise=60,lag=20`; raises UsageError if a name is none of PARAMETERS."""
+    """Read `rise=60,lag=20`. Raises UsageError: a name is none of PARAMETERS."""
     found: dict[str, float] = {}
     for part in filter(None, text.split(",")):
         name, _, value = part.partition("=")

@@ -40,7 +40,7 @@ class Recorded:
     def text(self, name: str, ends_s: float) -> str:
         """Return the scenario file; ends_s -- its length.
 
-        Raises Unsaid if it would have too many events.
+        Raises Unsaid: it would have too many events.
         """
         lines = sorted(self._lines, key=lambda line: line[0])
         count = sum(not isinstance(what, str) for _, what in lines)

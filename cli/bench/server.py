@@ -256,7 +256,7 @@ class Server:
 
     address -- of its page; bound_to -- the address of this computer that it listens on.
 
-    Raises OSError if the port is in use.
+    Raises OSError: the port is in use.
     """
 
     def __init__(self, board: Shown, port: int = 0) -> None:

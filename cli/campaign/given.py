@@ -72,7 +72,7 @@ def _error_k(controller: Controller, sensor: str, at_c: float) -> float:
 def given(spec: Spec, file: Path | None) -> Vary:
     """Return the variations of the file, or those for any machine.
 
-    Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
+    Raises SpecError: the file is wrong, with all problems; Refused: the spec has no simulation.
     """
     machine_of(spec)
     if file is None:

@@ -54,7 +54,7 @@ def rows_of(
 
     wanted -- only rows of these names or kinds; loops -- only rows of these loops.
 
-    Raises Refused where there is nothing to compare.
+    Raises Refused: there is nothing to compare.
     """
     controller = spec.controller
     if controller.simulation is None or not controller.comparison:

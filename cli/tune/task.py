@@ -58,7 +58,7 @@ def plan_of(  # noqa: PLR0913 - one for each option
 
     If none is named, loops that cannot be tuned with these options are skipped.
 
-    Raises Refused if a named loop cannot be tuned, or if no loop can.
+    Raises Refused: a named loop cannot be tuned, or no loop can.
     """
     jobs: list[Job] = []
     refused: dict[str, Refused] = {}
@@ -80,7 +80,7 @@ def task_of(
 ) -> Task:
     """Combine spec and options for one loop.
 
-    Raises Refused if there is nothing to tune.
+    Raises Refused: there is nothing to tune.
     """
     controller = spec.controller
     if name not in controller.loops:
@@ -184,7 +184,7 @@ def _within(loop: Loop, at_c: float) -> float:
 def warm_s(controller: Controller, name: str, process: Process, target_c: float) -> float:
     """Return the time from cold to the target at full power, s.
 
-    Raises Refused if the target is out of reach.
+    Raises Refused: the target is out of reach.
     """
     simulation = controller.simulation
     assert simulation is not None  # noqa: S101 - looked at before

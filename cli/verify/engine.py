@@ -57,8 +57,8 @@ def verify(  # noqa: PLR0913 - what is judged, and how
     core -- the simulator core that runs the instructions; elf -- a binary that was built elsewhere;
     upsets -- the bit flips to try; only -- the faults to try, empty: all.
 
-    Raises Refused for a spec without simulation, a binary that is not of this spec or a fault that
-    it does not have, ToolMissing, BuildFailed, SimulatorMissing.
+    Raises ToolMissing, BuildFailed, SimulatorMissing; Refused: the spec has no simulation, the
+    binary is not of this spec, or it does not have a fault.
     """
     machine_of(spec)
     if elf is None:
@@ -108,8 +108,8 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
 def given_binary(spec: Spec, path: Path) -> BuildResult:
     """Check the binary against the spec, and measure the memory that it takes.
 
-    Raises Refused if it is no AVR program, not for this chip or not from this spec, or if it cannot
-    be verified because names or debug information are missing.
+    Raises Refused: it is no AVR program, not for this chip or not from this spec, or it cannot be
+    verified because names or debug information are missing.
     """
     read_file(path, 0)  # refuses a pipe, which might never end
     try:

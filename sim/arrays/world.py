@@ -30,17 +30,11 @@ def bench_lanes(
 ) -> list[Trace]:
     """Run reference devices against their machines; each trace is that of `bench` alone.
 
-    Args:
-        controllers: their numbers may differ, and those of their machines, but no times.
-        scenario: the events of all lanes.
-        machines: the controllers whose machines they are wired to; their own if None.
-        seed: of the sensor noise.
-
-    Raises:
-        UnlikeError: the controllers differ in more than numbers.
-        AllLanesError: something that all lanes share would change for some of them only.
-        ValueError: one has no simulation.
-
+    controllers -- their numbers may differ, and those of their machines, but no times; scenario --
+    the events of all lanes; machines -- the controllers whose machines they are wired to; their own
+    if None; seed -- of the sensor noise. Raises UnlikeError: the controllers differ in more than
+    numbers; AllLanesError: something that all lanes share would change for some of them only;
+    ValueError: one has no simulation.
     """
     runs = _Runs(controllers, machines or controllers, tuple(scenario), seed=seed)
     with afresh():

@@ -37,7 +37,7 @@ class Place:
 
     @property
     def network(self) -> ThermalNetwork:
-        """The plant of the spec; raises ValueError when there is none."""
+        """The plant of the spec. Raises ValueError: there is none."""
         if self.controller.simulation is None:
             raise ValueError("Faults need a machine: the specification has no `simulation`.")
         return self.controller.simulation.plant

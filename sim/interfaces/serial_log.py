@@ -79,7 +79,7 @@ class SerialLog:
     def rows(self) -> list[LogRow]:
         """Parse the answer to `log`.
 
-        Raises ValueError if it is no log.
+        Raises ValueError: it is no log.
         """
         heading, *rows = self.texts[:-1] if self.is_complete else self.texts
         if heading not in {HEADING, PROGRAMMED}:

@@ -21,7 +21,7 @@ class Fan:
 
         full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed.
 
-        Raises ValueError when the processor has no such pin, or too many fans.
+        Raises ValueError: the processor has no such pin, or too many fans.
         """
         self._lib, self._clock_hz = load().lib, avr.clock_hz
         avr.pins.pull(motor, "low" if active_high else "high")

@@ -94,14 +94,9 @@ def power_of(controller: Controller, loop: str) -> float | None:
 def process_of(controller: Controller, loop: str, at_c: float | None = None) -> Process:
     """Linearise the machine of a spec, with the fans that always run.
 
-    Args:
-        controller: the specification.
-        loop: name of the loop.
-        at_c: temperature at which radiation is linearised, °C; the initial setpoint if None.
-
-    Raises:
-        ValueError: the specification has no simulation, or its heater no power.
-
+    controller -- the specification; loop -- name of the loop; at_c -- temperature at which
+    radiation is linearised, °C; the initial setpoint if None. Raises ValueError: the specification
+    has no simulation, or its heater no power.
     """
     if controller.simulation is None:
         raise ValueError("A process needs a machine: the specification has no `simulation`")

@@ -171,11 +171,7 @@ def improved(
     varies gain, integral time and derivative time by their logarithms; a value of 0 stays 0. Steps
     of two sizes are tried together.
 
-    Args:
-        start: the first gains.
-        cost: of the start.
-        costs_of: returns the costs of some gains.
-
+    start -- the first gains; cost -- of the start; costs_of -- returns the costs of some gains.
     """
     axes = np.eye(3)[[True, start.ki > 0, start.kd > 0]]
     here, size = np.zeros(3), FIRST

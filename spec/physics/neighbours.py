@@ -28,7 +28,7 @@ def warmed_k(
 
     Each neighbour heats its own sensor to what it holds; if the others heat it more, not at all.
 
-    Raises ArithmeticError where two neighbours hold one node.
+    Raises ArithmeticError: two neighbours hold one node.
     """
     nodes = [node for node in network.nodes if node != AMBIENT]
     flows = HeatFlows(network, nodes, running, ambient_c)

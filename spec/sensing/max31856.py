@@ -158,14 +158,8 @@ def variants(sensor: object) -> dict[str, Max31856]:
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
     """Find each selectable type's highest setpoint, where it is below the loop's highest.
 
-    Args:
-        sensor: the loop's sensor.
-        setpoint_c: the loop's highest setpoint, °C.
-        maximum_c: the loop's `protection.maximum`, °C; it stays as far above the setpoint.
-
-    Returns:
-        tenths of °C, by type; mostly empty.
-
+    It is in tenths of °C, by type; mostly there is none. setpoint_c -- the loop's highest setpoint,
+    °C; maximum_c -- the loop's `protection.maximum`, °C; it stays as far above the setpoint.
     """
     found = {}
     for kind, chosen in variants(sensor).items():

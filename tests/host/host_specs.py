@@ -78,11 +78,8 @@ def spec_of(name: str) -> Spec:
 def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
     """Return the build of any specification.
 
-    Args:
-        spec: the specification.
-        sanitized: else without gcc's sanitizer, which would end the process at a mutant's first
-            overflow.
-
+    spec -- the specification; sanitized -- else without gcc's sanitizer, which would end the
+    process at a mutant's first overflow.
     """
     files = render(plan_firmware(spec))
     key = repr((sorted(files.items()), sanitized)).encode() + _world()

@@ -124,9 +124,7 @@ class Stopped(AssertionError):
 def play(world: Path, script: Iterable[bytes]) -> bytes:
     """Let a program, or a library, play a script; return what it says.
 
-    Raises:
-        Stopped: it crashed, or a sanitizer complained, or it did not end.
-
+    Raises Stopped: it crashed, or a sanitizer complained, or it did not end.
     """
     if world.suffix == ".so":
         return _played(_loaded(world), b"".join(script))
