@@ -50,7 +50,7 @@ class _States(NamedTuple):
 
     members: list[NDArray[Any]]
     windows: dict[str, tuple[list[NDArray[Any]], NDArray[Any]]]
-    """Of each average: its readings and its turn."""
+    """Readings and turn of each average."""
 
 
 def _states(log: StepLog, since: Reference) -> _States:

@@ -299,7 +299,7 @@ def assert_lanes(controller: Controller, scenario: tuple[Event, ...]) -> None:
 
 
 def test_devices_on_drawn_machines() -> None:
-    """Of all drawn controllers with a machine few do what lanes cannot."""
+    """Few drawn controllers with a machine do what lanes cannot."""
     random = Random(f"machines {SEED}")  # noqa: S311 - no secret
     controllers = (each.spec.controller for each in drawings(random))
     simulated = (each for each in controllers if each.simulation)

@@ -201,7 +201,7 @@ PHASES = tuple(
     for number, target_c in enumerate(range(180, 251, 10))
     for feeds in (False, True)
 )
-"""Of the feeder, tuned: target (°C), whether it feeds, from when on (s)."""
+"""Stretches of the tuned feeder: target (°C), whether it feeds, from when on (s)."""
 FED = f"G1 E{FEED_MM_PER_S * HOLD_S:g} F{60 * FEED_MM_PER_S:g}"
 FEEDER: Lines = (
     *at({1: "M303 S210 C5", TUNED_S: "M83"}),

@@ -68,7 +68,7 @@ STOPPED = changed(
 """A host stops it in the middle of a long period."""
 KNOWN = {rule.id for rule in RULES.values()}
 ELSEWHERE = {"monitor_limit", "fan_stopped", "input_open", "sensors_disagree"}
-"""Of what only some machines have: test_beside.py does."""
+"""Rules of what only some machines have: test_beside.py trips them."""
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
 

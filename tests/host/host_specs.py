@@ -53,7 +53,7 @@ SEVERAL = {
     .replace("pin: D8, frequency: 30 Hz", "pin: D23, frequency: 20 Hz"),
     "barrel": changed("barrel"),
 }
-"""Of two loops."""
+"""Specs with two loops."""
 HOSTED = (*_COMMANDED, "held_by_host")
 PROGRAMMED = tuple(name for name, text in _PROGRAMMED.items() if "programs:" in text)
 BY_MASTER = tuple(name for name, text in _SWITCHED.items() if "modbus" in text)

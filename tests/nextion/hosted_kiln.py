@@ -127,7 +127,7 @@ class Said:
     ticks: list[int]
     """When each was sent."""
     divisors: list[int]
-    """Of the line, then."""
+    """The line's divisor at each time."""
     states: list[dict[str, str]]
     counts: list[int]
     """How many instructions came before each look."""

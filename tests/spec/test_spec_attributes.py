@@ -170,7 +170,7 @@ IDS = """
     relay_welded relay_open monitor_limit fan_stopped memory_damaged on_too_long input_open
     sensors_disagree
 """
-"""Of the rules, from code 1 on."""
+"""Ids of the rules, from code 1 on."""
 
 
 SELF_CHECKS = {

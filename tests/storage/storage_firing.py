@@ -42,7 +42,7 @@ later."""
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 KEYS = ("up", "down", "left", "right", "select")
 PLAYED = 0.2
-"""Of all that is done at the keys."""
+"""Share of all that is done at the keys."""
 EDIT, GAINS = "edit", "gains"
 UNSAVED = ("program_crc", "temperature_c")
 """What is not a member of `program`."""
