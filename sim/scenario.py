@@ -149,10 +149,7 @@ def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
 
 
 def end_s(scenario: Iterable[Event]) -> float:
-    """Return the time at which a scenario ends: its `for`.
-
-    Raises ValueError: it has none.
-    """
+    """Return the time at which a scenario ends: its `for`. Raises ValueError: it has none."""
     for event in scenario:
         if event.for_s is not None:
             return event.for_s

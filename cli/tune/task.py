@@ -78,10 +78,7 @@ def plan_of(  # noqa: PLR0913 - one for each option
 def task_of(
     spec: Spec, name: str, *, at_c: float | None, lambda_s: float | None, tauc_s: float | None
 ) -> Task:
-    """Combine spec and options for one loop.
-
-    Raises Refused: there is nothing to tune.
-    """
+    """Combine spec and options for one loop. Raises Refused: there is nothing to tune."""
     controller = spec.controller
     if name not in controller.loops:
         able = ", ".join(controller.loops)

@@ -140,10 +140,7 @@ class ReferenceDevice:
             operator.switch(on=True)
 
     def switch_off(self, loop: str) -> None:
-        """Switch a loop off, as its keys would.
-
-        Raises KeyError: there is no such loop.
-        """
+        """Switch a loop off, as its keys would. Raises KeyError: there is no such loop."""
         self._loops[loop].operator.key_off()
 
     def last(self, loop: str, member: str) -> float:
@@ -269,10 +266,7 @@ class ReferenceDevice:
         return self._feeds[output].travel_mm()
 
     def steps(self, loop: str) -> StepLog:
-        """Return a row for every control step so far.
-
-        Raises KeyError: there is no such loop.
-        """
+        """Return a row for every control step so far. Raises KeyError: there is no such loop."""
         return self._loops[loop].steps()
 
     def _after_step(self, loop: ModelledLoop) -> None:
