@@ -28,9 +28,8 @@ def read_beside(
     """Read a file.
 
     empty -- reason and remedy for a file without content; checked -- finds what is wrong in a file
-    whose values are all valid.
-
-    Raises SpecError: the file is wrong, with all problems; OSError: it cannot be read.
+    whose values are all valid. Raises SpecError: the file is wrong, with all problems; OSError: it
+    cannot be read.
     """
     try:
         tree = parse(decode(read_file(file, LARGEST_FILE + 1), str(file)), str(file))

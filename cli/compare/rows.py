@@ -52,9 +52,8 @@ def rows_of(
 ) -> tuple[ComparisonRow, ...]:
     """Return the rows of a spec, loop by loop; each loop's last row is the spec's own algorithm.
 
-    wanted -- only rows of these names or kinds; loops -- only rows of these loops.
-
-    Raises Refused: there is nothing to compare.
+    wanted -- only rows of these names or kinds; loops -- only rows of these loops. Raises Refused:
+    there is nothing to compare.
     """
     controller = spec.controller
     if controller.simulation is None or not controller.comparison:

@@ -45,9 +45,7 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
     """Yield each message of the board with its readings, until `stop` is set.
 
     While no complete message arrives, an empty one without readings is yielded after each read, so
-    that the caller can check the time.
-
-    Raises Refused: the port disappears.
+    that the caller can check the time. Raises Refused: the port disappears.
     """
     from serial import SerialException  # noqa: PLC0415 - see opened
 

@@ -56,9 +56,8 @@ def plan_of(  # noqa: PLR0913 - one for each option
 ) -> Plan:
     """Plan the tuning of the named loops, or of all if none is named.
 
-    If none is named, loops that cannot be tuned with these options are skipped.
-
-    Raises Refused: a named loop cannot be tuned, or no loop can.
+    If none is named, loops that cannot be tuned with these options are skipped. Raises Refused: a
+    named loop cannot be tuned, or no loop can.
     """
     jobs: list[Job] = []
     refused: dict[str, Refused] = {}

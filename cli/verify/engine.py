@@ -55,10 +55,9 @@ def verify(  # noqa: PLR0913 - what is judged, and how
     """Gather the evidence and judge it.
 
     core -- the simulator core that runs the instructions; elf -- a binary that was built elsewhere;
-    upsets -- the bit flips to try; only -- the faults to try, empty: all.
-
-    Raises ToolMissing, BuildFailed, SimulatorMissing; Refused: the spec has no simulation, the
-    binary is not of this spec, or it does not have a fault.
+    upsets -- the bit flips to try; only -- the faults to try, empty: all. Raises ToolMissing,
+    BuildFailed, SimulatorMissing; Refused: the spec has no simulation, the binary is not of this
+    spec, or it does not have a fault.
     """
     machine_of(spec)
     if elf is None:

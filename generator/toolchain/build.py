@@ -51,13 +51,11 @@ def build(
 ) -> BuildResult:
     """Build the PlatformIO project in `project_dir` without writing there.
 
-    The project is copied to the user's cache and built by `pio run`; the same project is built
-    once by the same tools. `environment` picks one of several in `platformio.ini`. `progress` is
-    called with a short line as each step begins.
-
-    Raises ToolMissing: PlatformIO or a compiler is missing; BuildFailed: the project cannot be
-    built, with the compiler's errors; TooLarge, a BuildFailed: the program does not fit, with its
-    measures.
+    The project is copied to the user's cache and built by `pio run`; the same project is built once
+    by the same tools. `environment` picks one of several in `platformio.ini`. `progress` is called
+    with a short line as each step begins. Raises ToolMissing: PlatformIO or a compiler is missing;
+    BuildFailed: the project cannot be built, with the compiler's errors; TooLarge, a BuildFailed:
+    the program does not fit, with its measures.
     """
     files = project_files(project_dir)
     tools = platformio.find()

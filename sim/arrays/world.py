@@ -70,9 +70,8 @@ def step_logs(
 def device_of(controllers: Sequence[Controller]) -> Any:
     """Return the reference devices of controllers that differ only in numbers, as one device.
 
-    It has the methods of `ReferenceDevice`; each argument and result may be an array.
-
-    Raises UnlikeError: they differ in more than numbers.
+    It has the methods of `ReferenceDevice`; each argument and result may be an array. Raises
+    UnlikeError: they differ in more than numbers.
     """
     kind = on_arrays("heatwright.sim.reference.device").ReferenceDevice
     return stacked([kind(each) for each in controllers])

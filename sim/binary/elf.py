@@ -35,9 +35,8 @@ class Elf:
 
     flash -- image from address 0; eeprom -- initial contents, or empty; symbols -- name to address
     (RAM and EEPROM without their offset); functions -- in order of address; static_ram -- first and
-    one past the last byte of .data, .bss and .noinit.
-
-    Raises ElfError: the file cannot be read as an AVR program.
+    one past the last byte of .data, .bss and .noinit. Raises ElfError: the file cannot be read as
+    an AVR program.
     """
 
     def __init__(self, path: Path | str) -> None:

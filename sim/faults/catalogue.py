@@ -32,7 +32,6 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     Memory faults use the operated loop that trips soonest without its sensor, as some need a trip.
 
     Ids are unique; with several loops, the id of a loop's own fault begins with the loop's name.
-
     Raises ValueError: the spec has no simulated machine.
     """
     found: list[Fault] = []

@@ -19,9 +19,8 @@ class Fan:
     ) -> None:
         """Connect the fan to its pins.
 
-        full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed.
-
-        Raises ValueError: the processor has no such pin, or too many fans.
+        full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed. Raises
+        ValueError: the processor has no such pin, or too many fans.
         """
         self._lib, self._clock_hz = load().lib, avr.clock_hz
         avr.pins.pull(motor, "low" if active_high else "high")

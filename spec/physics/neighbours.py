@@ -27,7 +27,6 @@ def warmed_k(
     """Return how far above ambient a sensor rises by its neighbours' heat alone, K.
 
     Each neighbour heats its own sensor to what it holds; if the others heat it more, not at all.
-
     Raises ArithmeticError: two neighbours hold one node.
     """
     nodes = [node for node in network.nodes if node != AMBIENT]
