@@ -63,7 +63,7 @@ class AvrError(RuntimeError):
 class Avr:
     """One processor, powered on when it is created; to cut its power, delete it.
 
-    mcu -- a name in PARTS; clock_hz -- its crystal; supply_v -- its supply, also of AVCC and AREF.
+    mcu -- a name in PARTS; clock_hz -- its crystal; supply_v -- its supply, also of AVCC and AREF;
     pins, uarts, adc, eeprom -- the peripherals that the outside sees. Raises ValueError: the part
     is not in PARTS; SimulatorMissing: there is no simulator.
     """
