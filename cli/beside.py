@@ -93,8 +93,7 @@ def _at(event: Event) -> float:
 
 
 def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Controller:
-    assert controller.simulation is not None  # noqa: S101 - looked at before
-    simulation = controller.simulation.model_copy(update={"scenario": scenario})
+    simulation = controller.simulated.model_copy(update={"scenario": scenario})
     return controller.model_copy(update={"simulation": simulation})
 
 

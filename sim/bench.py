@@ -68,10 +68,8 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
     sensor noise; progress -- called with the simulated time at intervals. Raises ValueError:
     the specification has no simulation, or the scenario no end.
     """
-    if controller.simulation is None:
-        raise ValueError("A bench needs a machine: the specification has no `simulation`")
+    simulation = controller.simulated
     step_s = step_s or step_of(controller)
-    simulation = controller.simulation
     events = tuple(simulation.scenario if scenario is None else scenario)
     machine = plant_of(
         controller,

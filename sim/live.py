@@ -61,9 +61,7 @@ def run(
 
     Raises ValueError: the spec has no simulation.
     """
-    simulation = controller.simulation
-    if simulation is None:
-        raise ValueError("A live board needs a machine: the specification has no `simulation`.")
+    simulation = controller.simulated
     step_s = step_of(controller)
     exchanges = ceil(step_s / EXCHANGE_S)
     plant = plant_of(

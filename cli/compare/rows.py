@@ -150,6 +150,5 @@ def run_row(piece: _Piece, job: Job) -> Outcome:
 
 def with_row_scenario(controller: Controller) -> Controller:
     """Remove the operator: a row's setpoint holds from the start."""
-    assert controller.simulation is not None  # noqa: S101 - looked at in rows_of
-    simulation = controller.simulation.model_copy(update={"scenario": row_scenario(controller)})
+    simulation = controller.simulated.model_copy(update={"scenario": row_scenario(controller)})
     return controller.model_copy(update={"simulation": simulation})

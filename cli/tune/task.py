@@ -131,8 +131,7 @@ def _target(spec: Spec, name: str) -> float:
 
     If that is not above ambient, the loop would not heat: then its highest setpoint.
     """
-    loop, simulation = spec.controller.loops[name], spec.controller.simulation
-    assert simulation is not None  # noqa: S101 - looked at before
+    loop, simulation = spec.controller.loops[name], spec.controller.simulated
     wanted = (*_sent(spec.controller, name), *_fired(spec.controller, name))
     asked = max(wanted, default=loop.setpoint.initial_c)
     if asked > simulation.ambient_c:
@@ -182,8 +181,7 @@ def warm_s(controller: Controller, name: str, process: Process, target_c: float)
 
     Raises Refused: the target is out of reach.
     """
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - looked at before
+    simulation = controller.simulated
     if target_c <= simulation.ambient_c:
         raise Refused(
             f"{celsius(target_c)} is not above the ambient temperature: name a higher --at."

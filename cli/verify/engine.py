@@ -79,8 +79,6 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
     only: Sequence[str],
     elf: Path | None = None,
 ) -> Evidence:
-    simulation = spec.controller.simulation
-    assert simulation is not None  # noqa: S101 - looked at before
     program = program_of(built.elf)
     chains = tuple(chain_errors(spec.controller, program))
     trials = try_all(spec.controller, built, core, shown, only)
@@ -96,7 +94,7 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
             *build_checks(built),
             *chain_checks(chains),
             *replay_checks(trials.loops),
-            *run_checks(trials.loops, simulation),
+            *run_checks(trials.loops, spec.controller.simulated),
             *upset_checks(flipped),
         ),
         trials=trials,

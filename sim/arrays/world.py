@@ -14,7 +14,7 @@ from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.programs.copies import column_of
 from heatwright.sim.scenario import actions, end_s
 from heatwright.sim.trace import StepLog, Trace
-from heatwright.spec import Controller, Event, Simulation
+from heatwright.spec import Controller, Event
 
 Progress = Callable[[float, float], None]
 Logs = dict[str, StepLog]
@@ -158,7 +158,7 @@ class _Runs(Run):
         (step_s,) = {step_of(each) for each in machines}
         plants = [
             plant_of(each, own.plant, ambient_c=own.ambient_c, step_s=step_s, seed=seed)
-            for each, own in ((each, _simulation_of(each)) for each in machines)
+            for each, own in ((each, each.simulated) for each in machines)
         ]
         with afresh():
             self._lanes = _LaneDevice(controllers, kept)
@@ -206,9 +206,3 @@ class _Runs(Run):
             )
             found.append(self.trace(steps))
         return found
-
-
-def _simulation_of(controller: Controller) -> Simulation:
-    if controller.simulation is None:
-        raise ValueError("A bench needs a machine: the specification has no `simulation`")
-    return controller.simulation

@@ -118,7 +118,7 @@ def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:
 
 def test_a_spec_without_machine(chamber: Controller) -> None:
     bare = chamber.model_copy(update={"simulation": None})
-    with pytest.raises(ValueError, match="Faults need a machine"):
+    with pytest.raises(ValueError, match="A machine is needed"):
         catalogue(bare, site_of("chamber").program)
 
 
