@@ -274,8 +274,7 @@ def shortened(controller: Controller, duration_s: float) -> Controller:
 
 def spread_of(controller: Controller) -> Iterator[tuple[str, float]]:
     """Run our rows on machines that are off; yield which, and the largest overshoot or error, K."""
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - it has a comparison
+    simulation = controller.simulated
     rows = {row.setpoint_c: row for row in controller.comparison if row.name == OURS}
     for setpoint_c, capacity, resistance in product(SETPOINTS_C, OFF_BY, OFF_BY):
         if setpoint_c != SETPOINTS_C[0] and resistance == min(OFF_BY):

@@ -246,8 +246,7 @@ def logs_at_once(random: Random) -> Iterator[tuple[Controller, str, StepLog]]:
         yield case.lanes[0], case.loop, log_of(case)
     for name, minutes in (("kiln", 5), ("kiln_uno", 55), ("barrel", 15), ("fabricator", 5)):
         controller = example(name).controller
-        assert controller.simulation is not None
-        scenario = controller.simulation.scenario
+        scenario = controller.simulated.scenario
         begun = [
             each for each in scenario if each.for_s is None and (each.at_s or 0) < 60 * minutes
         ]
@@ -305,9 +304,8 @@ def test_devices_on_drawn_machines() -> None:
     simulated = (each for each in controllers if each.simulation)
     refused = 0
     for controller in islice(simulated, amount("lane_machines")):
-        assert controller.simulation is not None
         try:
-            assert_lanes(controller, controller.simulation.scenario)
+            assert_lanes(controller, controller.simulated.scenario)
         except (AllLanesError, UnlikeError):
             refused += 1
     assert refused <= amount("lane_machines") / 5
@@ -317,8 +315,7 @@ def test_devices_on_drawn_machines() -> None:
 def test_examples_on_drawn_machines(name: str) -> None:
     """Three-position, programs and radiation, noisy sums and a measured current."""
     controller = example(name).controller
-    assert controller.simulation is not None
-    scenario = controller.simulation.scenario
+    scenario = controller.simulated.scenario
     begun = (each for each in scenario if each.for_s is None and (each.at_s or 0) < 15)
     assert_lanes(controller, (*begun, Event.model_validate({"for": "20 s"})))
 

@@ -108,8 +108,7 @@ class Firing:
         self._newest = newest
         self.controller = controller
         self.device = AvrDevice(controller, program)
-        simulation = controller.simulation
-        assert simulation is not None
+        simulation = controller.simulated
         self._plant = plant_of(
             controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=STEP_S, seed=seed
         )

@@ -202,8 +202,7 @@ class World:
         ffi, _ = _year()
         self.host = Host(build_of_spec(spec, sanitized=False))
         controller = spec.controller
-        simulation, loop = controller.simulation, controller.loops["held"]
-        assert simulation is not None
+        simulation, loop = controller.simulated, controller.loops["held"]
         network, sensor = simulation.plant, controller.thermometers["felt"]
         firmware = declarations(self.host.build.project, self.host.build.parts)
         self._machine = machine = ffi.new("struct year_machine *")
