@@ -28,9 +28,8 @@ def read_beside(
     """Read a file.
 
     empty -- reason and remedy for a file without content; checked -- finds what is wrong in a file
-    whose values are all valid.
-
-    Raises SpecError with all that is wrong in the file, OSError if it cannot be read.
+    whose values are all valid. Raises SpecError: the file is wrong, with all problems; OSError: it
+    cannot be read.
     """
     try:
         tree = parse(decode(read_file(file, LARGEST_FILE + 1), str(file)), str(file))
@@ -55,7 +54,7 @@ def read_beside(
 
 
 def machine_of(spec: Spec) -> Simulation:
-    """Return the spec's machine. Raises Refused if it has none."""
+    """Return the spec's machine. Raises Refused: it has none."""
     if spec.controller.simulation is None:
         raise Refused(
             f"{spec.file_name}: has no `simulation`, so there is no machine to run it on. "
@@ -76,7 +75,7 @@ class _ScenarioFile(Model):
 def with_scenario(spec: Spec, file: Path | None, length_s: float | None) -> Controller:
     """Return the spec's controller with the scenario of a file, shortened or extended to a length.
 
-    Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
+    Raises SpecError: the file is wrong, with all problems; Refused: the spec has no simulation.
     """
     scenario = machine_of(spec).scenario
     if file is not None:
@@ -94,8 +93,7 @@ def _at(event: Event) -> float:
 
 
 def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Controller:
-    assert controller.simulation is not None  # noqa: S101 - looked at before
-    simulation = controller.simulation.model_copy(update={"scenario": scenario})
+    simulation = controller.simulated.model_copy(update={"scenario": scenario})
     return controller.model_copy(update={"simulation": simulation})
 
 

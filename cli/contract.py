@@ -27,15 +27,9 @@ SHARES = (0.2, 0.5, 0.8)
 
 
 def lacking(role: str, kind: str) -> Iterator[str]:
-    """List what a kind lacks, one line for each piece.
+    """List what a kind lacks, one line for each piece: the file, and what it lacks.
 
-    Args:
-        role: sensor, output, algorithm, interface, plant.
-        kind: as a spec names it.
-
-    Yields:
-        the file, and what it lacks.
-
+    role -- sensor, output, algorithm, interface, plant; kind -- as a spec names it.
     """
     package = brought(role).get(kind)
     if package is not None and package.problem:

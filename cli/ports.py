@@ -12,7 +12,7 @@ _LOOK_S = 0.2
 def found(*, waits: bool = False) -> str:
     """Return the one port with a board or an adapter plugged in.
 
-    waits -- wait for the port to appear. Raises Refused if there is none, or more than one.
+    waits -- wait for the port to appear. Raises Refused: there is none, or more than one.
     """
     until = time.monotonic() + WAIT_S
     ports = _plugged()

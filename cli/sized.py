@@ -31,8 +31,7 @@ class Sized(NamedTuple):
 
 def sized(controller: Controller) -> Iterator[Sized]:
     """Size each loop that has to heat to its highest setpoint."""
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - reserves need it, and the command has checked it
+    simulation = controller.simulated
     for reserve in reserves(controller):
         sizing = simulation.sizing.get(reserve.loop)
         ends_c = reserve.setpoint_c, reserve.ambient_c

@@ -29,9 +29,8 @@ _COMMENTS = {
 def _load(template: str) -> str:
     """Read a template, with its `//%` lines converted to statements.
 
-    Jinja's own line statements would remove the empty lines after them.
-
-    Raises KindIncomplete: a package from outside lacks a template of its own, `package:name`.
+    Jinja's own line statements would remove the empty lines after them. Raises KindIncomplete: a
+    package from outside lacks a template of its own, `package:name`.
     """
     package, _, name = template.rpartition(":")
     folder = files(package) / "templates" if package else files("heatwright.templates")

@@ -63,10 +63,9 @@ class AvrError(RuntimeError):
 class Avr:
     """One processor, powered on when it is created; to cut its power, delete it.
 
-    mcu -- a name in PARTS; clock_hz -- its crystal; supply_v -- its supply, also of AVCC and AREF.
-    pins, uarts, adc, eeprom -- the peripherals that the outside sees.
-
-    Raises ValueError for a part that is not in PARTS, SimulatorMissing when there is no simulator.
+    mcu -- a name in PARTS; clock_hz -- its crystal; supply_v -- its supply, also of AVCC and AREF;
+    pins, uarts, adc, eeprom -- the peripherals that the outside sees. Raises ValueError: the part
+    is not in PARTS; SimulatorMissing: there is no simulator.
     """
 
     def __init__(self, mcu: str, clock_hz: float, *, supply_v: float = 5.0) -> None:
@@ -104,7 +103,7 @@ class Avr:
     def load(self, program: Elf) -> None:
         """Program the flash, and the EEPROM if the program has contents for it.
 
-        Raises ValueError when the program is too large for the part.
+        Raises ValueError: the program is too large for the part.
         """
         room = self._lib.hw_flash_size(self._hw)
         if len(program.flash) > room:
@@ -169,7 +168,7 @@ class Avr:
     def came_back(self, result: int) -> None:
         """Empty the logs after a run that returned early with one of the shim's results.
 
-        Raises AvrError if it cannot go on.
+        Raises AvrError: it cannot go on.
         """
         if result != self._lib.HW_YIELD:
             raise AvrError(self._why())

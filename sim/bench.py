@@ -62,26 +62,14 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
     The run has one more time step after the end of the scenario, so that steps and events at the
     end are done.
 
-    Args:
-        controller: the specification.
-        device: the device under test.
-        scenario: the operator's events; the specification's if None.
-        plant: the machine; the specification's if None.
-        step_s: time step of the machine, s; if None, a step that suits the loops.
-        seed: of the sensor noise.
-        progress: called with the simulated time at intervals.
-
-    Returns:
-        What happened.
-
-    Raises:
-        ValueError: the specification has no simulation, or the scenario no end.
-
+    controller -- the specification; device -- the device under test; scenario -- the operator's
+    events; the specification's if None; plant -- the machine; the specification's if None;
+    step_s -- time step of the machine, s; if None, a step that suits the loops; seed -- of the
+    sensor noise; progress -- called with the simulated time at intervals. Raises ValueError:
+    the specification has no simulation, or the scenario no end.
     """
-    if controller.simulation is None:
-        raise ValueError("A bench needs a machine: the specification has no `simulation`")
+    simulation = controller.simulated
     step_s = step_s or step_of(controller)
-    simulation = controller.simulation
     events = tuple(simulation.scenario if scenario is None else scenario)
     machine = plant_of(
         controller,

@@ -90,7 +90,7 @@ LINE = np.dtype([("at_zero", "<f4"), ("per_count", "<f4")])
 
 
 def chain_errors(controller: Controller, elf: Elf | Path) -> Iterator[ChainError]:
-    """Yield the errors of each analog sensor; raises ElfError when the binary has no table."""
+    """Yield the errors of each analog sensor. Raises ElfError: the binary has no table."""
     for name, sensor in controller.adc_sensors.items():
         program = elf if isinstance(elf, Elf) else Elf(elf)
         if not sensor.measures_current:

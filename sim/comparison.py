@@ -10,9 +10,7 @@ def row_scenario(controller: Controller) -> tuple[Event, ...]:
 
     Raises ValueError: the specification has no simulation.
     """
-    if controller.simulation is None:
-        raise ValueError("A comparison needs a machine: the specification has no `simulation`")
-    return tuple(event for event in controller.simulation.scenario if event.for_s is not None)
+    return tuple(event for event in controller.simulated.scenario if event.for_s is not None)
 
 
 def run_row(

@@ -59,11 +59,9 @@ def run(
 ) -> None:
     """Run the board against the spec's machine, to a time or without end.
 
-    Raises ValueError when the spec has no simulation.
+    Raises ValueError: the spec has no simulation.
     """
-    simulation = controller.simulation
-    if simulation is None:
-        raise ValueError("A live board needs a machine: the specification has no `simulation`.")
+    simulation = controller.simulated
     step_s = step_of(controller)
     exchanges = ceil(step_s / EXCHANGE_S)
     plant = plant_of(

@@ -176,10 +176,9 @@ def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Findin
 
 def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tripped | None:
     longer, device = long_enough(controller), ReferenceDevice(controller)
-    assert longer.simulation is not None  # noqa: S101 - checked before
     trace = bench(longer, device, progress=progress)
     for loop, log in trace.steps.items():
-        for time_s, code in unasked(longer.simulation, faults(log)):
+        for time_s, code in unasked(longer.simulated, faults(log)):
             if loop == device.fault_loop:
                 row = log[np.searchsorted(log["time_s"], time_s)]
                 told = (float(row[name]) for name in TOLD)

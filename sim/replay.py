@@ -76,9 +76,8 @@ def replay_all(controller: Controller, logs: Mapping[str, StepLog]) -> dict[str,
     """Compare the logs of all loops with the reference model.
 
     A fault stops every loop. The reference model says which loop has tripped it: if none has, that
-    is a mismatch. A fault that another loop has tripped is not listed as `restored`.
-
-    Raises ReplayError: a log is empty or lacks a member.
+    is a mismatch. A fault that another loop has tripped is not listed as `restored`. Raises
+    ReplayError: a log is empty or lacks a member.
     """
     results = {name: replay(controller, log, name) for name, log in logs.items()}
     own = [each for result in results.values() for each in result.latched if each.own]
@@ -113,14 +112,8 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
     The step counter must increase by one each time: a missing or repeated step is a mismatch. An
     unexpected counter of 1 is a reset.
 
-    Args:
-        controller: the specification.
-        log: one row per control step.
-        loop: name of the loop; the first if None.
-
-    Raises:
-        ReplayError: the log is empty or lacks a member.
-
+    controller -- the specification; log -- one row per control step; loop -- name of the loop; the
+    first if None. Raises ReplayError: the log is empty or lacks a member.
     """
     name = loop or next(iter(controller.loops))
     if not len(log):

@@ -89,8 +89,7 @@ def long_enough(controller: Controller) -> Controller:
 
     A real host polls; without polls the firmware would treat it as lost in the additional time.
     """
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - checked before
+    simulation = controller.simulated
     if not any(map(_is_short, simulation.scenario)):
         return controller
     scenario = tuple(
@@ -149,10 +148,7 @@ def actions(scenario: Iterable[Event]) -> tuple[Action, ...]:
 
 
 def end_s(scenario: Iterable[Event]) -> float:
-    """Return the time at which a scenario ends: its `for`.
-
-    Raises ValueError: it has none.
-    """
+    """Return the time at which a scenario ends: its `for`. Raises ValueError: it has none."""
     for event in scenario:
         if event.for_s is not None:
             return event.for_s

@@ -223,6 +223,13 @@ class Controller(Model):
         """The stepper outputs, which feed material, by name."""
         return {name: each for name, each in self.outputs.items() if isinstance(each, Stepper)}
 
+    @property
+    def simulated(self) -> Simulation:
+        """The simulated machine, where one is needed. Raises ValueError: there is none."""
+        if self.simulation is None:
+            raise ValueError("A machine is needed: the specification has no `simulation`")
+        return self.simulation
+
     def on_off_output(self, name: str) -> DigitalOutput:
         """Return an output that can only be digital: a fan, a cooler or a relay.
 

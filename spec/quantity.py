@@ -92,7 +92,7 @@ def _spelling(unit: str) -> str:
 def parse(text: object, dimension: Dimension) -> float:
     """Read one quantity; the result is in the base unit and finite.
 
-    Raises PydanticCustomError with reason and remedy.
+    Raises PydanticCustomError: it is refused, with reason and remedy.
     """
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         raise refuse(

@@ -25,36 +25,46 @@ class Layer(NamedTuple):
 
     stem -- name of its file in a package from outside; package -- heatwright's own package of such
     modules, each named after its kind; what -- its description in messages; gives -- the names that
-    it must define.
+    it must define; shared -- modules that each serve several of heatwright's kinds, which `KINDS`
+    in the module lists.
     """
 
     stem: str
     package: str
     what: str
     gives: tuple[str, ...]
+    shared: tuple[str, ...] = ()
 
 
 def _plan(folder: str) -> Layer:
     return Layer("plan", f"heatwright.generator.plan.{folder}", "plan of its firmware", ("plan",))
 
 
-def _simulated(folder: str) -> Layer:
-    return Layer("simulated", f"heatwright.sim.{folder}", "simulation at its pins", ("attach",))
+def _simulated(folder: str, *shared: str) -> Layer:
+    package = f"heatwright.sim.{folder}"
+    return Layer("simulated", package, "simulation at its pins", ("attach",), shared)
 
 
-def _reference(folder: str, *gives: str) -> Layer:
-    return Layer("reference", f"heatwright.sim.reference.{folder}", "reference model", gives)
+def _reference(folder: str, gives: tuple[str, ...], *shared: str) -> Layer:
+    package = f"heatwright.sim.reference.{folder}"
+    return Layer("reference", package, "reference model", gives, shared)
 
 
 LAYERS = {
     "sensor": (
         _plan("sensors"),
-        _simulated("sensors"),
-        _reference("sensors", "converter", "IdealSensor"),
-        Layer("faults", "heatwright.sim.faults.sensors", "faults", ("faults", "cut", "mend")),
+        _simulated("sensors", "heatwright.sim.sensors.adc_sensor"),
+        _reference("sensors", ("converter", "IdealSensor"), "heatwright.sim.reference.sensors.adc"),
+        Layer(
+            "faults",
+            "heatwright.sim.faults.sensors",
+            "faults",
+            ("faults", "cut", "mend"),
+            ("heatwright.sim.faults.sensing.analog", "heatwright.sim.faults.sensing.converter"),
+        ),
     ),
-    "output": (_plan("outputs"), _simulated("outputs")),
-    "algorithm": (_plan("algorithms"), _reference("algorithms", "Control")),
+    "output": (_plan("outputs"), _simulated("outputs", "heatwright.sim.outputs.switch")),
+    "algorithm": (_plan("algorithms"), _reference("algorithms", ("Control",))),
     "interface": (
         _plan("interfaces"),
         _simulated("interfaces"),
@@ -130,14 +140,9 @@ def problem_of_kind(kind: str) -> str:
 def module_of(role: str, stem: str, kind: str) -> str:
     """Return the name of a kind's module.
 
-    Args:
-        role: sensor, output, algorithm, interface, plant.
-        stem: of its layer: plan, simulated, reference, faults.
-        kind: as a spec names it.
-
-    Raises:
-        KindIncomplete: there is no such module; the message says which file to write.
-
+    role -- sensor, output, algorithm, interface, plant; stem -- of its layer: plan, simulated,
+    reference, faults; kind -- as a spec names it. Raises KindIncomplete: there is no such module;
+    the message says which file to write.
     """
     layer = next(each for each in LAYERS[role] if each.stem == stem)
     name = place_of(role, layer, kind)
@@ -152,9 +157,10 @@ def module_of(role: str, stem: str, kind: str) -> str:
 def place_of(role: str, layer: Layer, kind: str) -> str:
     """Return the name that a kind's module has, or is to have."""
     outside = brought(role).get(kind)
-    if outside is None or outside.problem:
-        return f"{layer.package}.{kind}"
-    return f"{outside.package}.{layer.stem}"
+    if outside is not None and not outside.problem:
+        return f"{outside.package}.{layer.stem}"
+    serving = (name for name in layer.shared if kind in import_module(name).KINDS)
+    return next(serving, f"{layer.package}.{kind}")
 
 
 def file_of(module: str) -> str:

@@ -88,8 +88,7 @@ def _first(what: str, times_s: np.ndarray, when: np.ndarray, from_s: float) -> F
 
 
 def _ambient_c(controller: Controller) -> float:
-    assert controller.simulation is not None  # noqa: S101 - it has been run
-    return controller.simulation.ambient_c
+    return controller.simulated.ambient_c
 
 
 def _run(controller: Controller) -> Trace:

@@ -107,8 +107,7 @@ def swings(controller: Controller, rows: list[ComparisonRow], law: Law) -> list[
 
 def with_law(controller: Controller, law: Law) -> Controller:
     """Return the controller with a law's period, and its machine with the lag."""
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - it has a comparison
+    simulation = controller.simulated
     sense = {**simulation.plant.sense}
     sense[SENSOR] = sense[SENSOR].model_copy(update={"lag_s": law.lag_s})
     plant = simulation.plant.model_copy(update={"sense": sense})

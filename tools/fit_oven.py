@@ -274,8 +274,7 @@ def shortened(controller: Controller, duration_s: float) -> Controller:
 
 def spread_of(controller: Controller) -> Iterator[tuple[str, float]]:
     """Run our rows on machines that are off; yield which, and the largest overshoot or error, K."""
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - it has a comparison
+    simulation = controller.simulated
     rows = {row.setpoint_c: row for row in controller.comparison if row.name == OURS}
     for setpoint_c, capacity, resistance in product(SETPOINTS_C, OFF_BY, OFF_BY):
         if setpoint_c != SETPOINTS_C[0] and resistance == min(OFF_BY):
@@ -343,12 +342,12 @@ def as_json(values: dict[str, float], figures: list[Figure]) -> str:
 
 @click.command()
 @click.argument("spec", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--seed", default=1, show_default=True, help="Of the search.")
-@click.option("--generations", default=25, show_default=True, help="Of differential evolution.")
+@click.option("--seed", default=1, show_default=True, help="Seed of the search.")
+@click.option("--generations", default=25, show_default=True, help="Generations, at most.")
 @click.option("--workers", default=1, show_default=True, help="Processes.")
 @click.option("--minutes", default=30.0, show_default=True, help="Simulated time of each row.")
 @click.option("--evaluate", is_flag=True, help="Only show how well the file's own plant fits.")
-@click.option("--doubt", type=click.Choice(DOUBTS), default="keep", help="Of one figure.")
+@click.option("--doubt", type=click.Choice(DOUBTS), default="keep", help="The doubtful figure.")
 @click.option("--values", "given", default="", help="NAME=VALUE,…: in the place of the file's.")
 @click.option("--from-file", is_flag=True, help="Begin at the file's plant, simplex alone.")
 @click.option("--simplex", default=SIMPLEX_EVALUATIONS, show_default=True, help="Evaluations.")
@@ -393,7 +392,7 @@ def main(  # noqa: PLR0913, PLR0917 – one for each option
 
 
 def values_given(text: str) -> dict[str, float]:
-    """Read `rise=60,lag=20`; raises UsageError if a name is none of PARAMETERS."""
+    """Read `rise=60,lag=20`. Raises UsageError: a name is none of PARAMETERS."""
     found: dict[str, float] = {}
     for part in filter(None, text.split(",")):
         name, _, value = part.partition("=")

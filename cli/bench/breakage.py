@@ -51,7 +51,7 @@ class Breakage:
         return tuple(self._active)
 
     def bring(self, name: str) -> None:
-        """Cause a fault. Raises LookupError if the catalogue does not have it."""
+        """Cause a fault. Raises LookupError: the catalogue does not have it."""
         cause = self._of(name)
         if name in self._active:
             return

@@ -85,13 +85,12 @@ def _feed(board: Board, order: Order) -> None:
 def _play(board: Board, order: Order) -> None:
     """Play the spec's scenario from now on."""
     del order
-    simulation = board.controller.simulation
-    assert simulation is not None  # noqa: S101 - the command has checked it
+    scenario = board.controller.simulated.scenario
     now_s = board.world.now_s
-    for event in simulation.scenario:
+    for event in scenario:
         if event.for_s is None:
             board.recorded.event(now_s + (event.at_s or 0.0), said(event))
-    for action in actions(simulation.scenario):
+    for action in actions(scenario):
         board.later(action.time_s, partial(board.world.do, action))
     board.view.journal(now_s, "The scenario of the spec is played.")
 

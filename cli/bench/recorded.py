@@ -40,7 +40,7 @@ class Recorded:
     def text(self, name: str, ends_s: float) -> str:
         """Return the scenario file; ends_s -- its length.
 
-        Raises Unsaid if it would have too many events.
+        Raises Unsaid: it would have too many events.
         """
         lines = sorted(self._lines, key=lambda line: line[0])
         count = sum(not isinstance(what, str) for _, what in lines)
@@ -107,7 +107,7 @@ def in_words(what: Mapping[str, Any]) -> str:
 
 
 def event_of(what: Mapping[str, Any]) -> Event:
-    """Return the event of a scenario's keys; raises BadOrder with the message that a spec gets."""
+    """Return the event of a scenario's keys. Raises BadOrder, with the message of a spec."""
     try:
         return Event.model_validate({"at": "0 s", **what})
     except ValidationError as error:

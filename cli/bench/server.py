@@ -254,9 +254,8 @@ def _order(text: str) -> dict[str, Any]:
 class Server:
     """A server that is bound to a port, and serves once `run` is called.
 
-    address -- of its page; bound_to -- the address of this computer that it listens on.
-
-    Raises OSError if the port is in use.
+    address -- of its page; bound_to -- the address of this computer that it listens on. Raises
+    OSError: the port is in use.
     """
 
     def __init__(self, board: Shown, port: int = 0) -> None:

@@ -36,9 +36,7 @@ class LiveWorld(World):
 
     def __init__(self, controller: Controller, program: Path | Elf) -> None:
         """Power the controller on; the spec must have a simulation."""
-        simulation = controller.simulation
-        assert simulation is not None  # noqa: S101 - the command has checked it
-        self._simulation = simulation
+        simulation = self._simulation = controller.simulated
         elf = program if isinstance(program, Elf) else Elf(program)
         site = Site(controller, next(iter(controller.loops)), elf)
         weather = Weather(simulation.ambient_c, simulation.ambient_c)

@@ -19,7 +19,7 @@ from heatwright.sim.campaign.vary import (
 from heatwright.sim.faults.bears import room_c
 from heatwright.sim.faults.site import Place
 from heatwright.sim.scenario import end_s
-from heatwright.spec import Controller, Problem, Simulation, Spec
+from heatwright.spec import Controller, Problem, Spec
 from heatwright.spec.base import ABSOLUTE_ZERO_C
 from heatwright.spec.loading.suggest import advice
 from heatwright.spec.loading.tree import Tree
@@ -46,7 +46,7 @@ def derived(controller: Controller) -> Vary:
     supply within its usual tolerance, sensor errors up to those of the data sheets, a late
     operator, and a fault in about every fifth run.
     """
-    simulation = _machine_of(controller)
+    simulation = controller.simulated
     ends_c = [room_c(controller, simulation.ambient_c + sign * AROUND_K) for sign in (-1, 1)]
     errors = {
         loop.sensor: f"± {number(_error_k(controller, loop.sensor, loop.setpoint.maximum_c))} K"
@@ -72,7 +72,7 @@ def _error_k(controller: Controller, sensor: str, at_c: float) -> float:
 def given(spec: Spec, file: Path | None) -> Vary:
     """Return the variations of the file, or those for any machine.
 
-    Raises SpecError with all that is wrong in the file, Refused for a spec without simulation.
+    Raises SpecError: the file is wrong, with all problems; Refused: the spec has no simulation.
     """
     machine_of(spec)
     if file is None:
@@ -83,11 +83,6 @@ def given(spec: Spec, file: Path | None) -> Vary:
         return [tree.problem(*each) for each in once.values()]
 
     return read_beside(file, Vary, EMPTY, checked)
-
-
-def _machine_of(controller: Controller) -> Simulation:
-    assert controller.simulation is not None  # noqa: S101 - looked at before
-    return controller.simulation
 
 
 # -- checked against the spec --------------------------------------------------------------------
@@ -119,7 +114,7 @@ def _bounded(
 
 
 def _of_plant(vary: Vary, controller: Controller) -> Iterator[_Finding]:
-    simulation = _machine_of(controller)
+    simulation = controller.simulated
     links = {link_name(link): link.resistance_k_per_w for link in simulation.plant.links}
     for key, spreads, owns, least, dimension in (
         ("capacities", vary.capacities, simulation.plant.nodes, LEAST_CAPACITY, CAPACITY),
@@ -138,7 +133,7 @@ def _of_plant(vary: Vary, controller: Controller) -> Iterator[_Finding]:
 
 
 def _of_sensors(vary: Vary, controller: Controller) -> Iterator[_Finding]:
-    sense = _machine_of(controller).plant.sense
+    sense = controller.simulated.plant.sense
     currents = [name for name in controller.sensors if name not in controller.thermometers]
     thermometers = [name for name in sense if name not in currents]
     yield from _named("errors", vary.errors, list(controller.sensors))
@@ -181,7 +176,7 @@ def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
             able = f"{celsius(setpoint.minimum_c)} .. {celsius(setpoint.maximum_c)}"
             reason = f"{ask.setpoint_c.text} exceeds the loop's range of setpoints, {able}"
             yield _Finding((*path, "setpoint"), reason, "Stay within them")
-    nodes = _machine_of(controller).plant.nodes
+    nodes = controller.simulated.plant.nodes
     for number_, upset in enumerate(vary.upsets):
         yield from _in_time(("upsets", number_, "at"), upset.at_s, controller)
         if upset.node is not None and upset.node not in nodes:
@@ -190,7 +185,7 @@ def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
 
 
 def _in_time(path: KeyPath, at_s: Spread, controller: Controller) -> Iterator[_Finding]:
-    length_s = end_s(_machine_of(controller).scenario)
+    length_s = end_s(controller.simulated.scenario)
     if at_s.ends()[1] >= length_s:
         yield _Finding(
             path,

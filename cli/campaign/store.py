@@ -58,7 +58,7 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[None]:
-        """Lock the folder for this command; raises Refused if it contains another campaign."""
+        """Lock the folder for this command. Raises Refused: it contains another campaign."""
         with blaming(self.folder):
             self.folder.mkdir(exist_ok=True)
         lock = FileLock(self.folder / LOCK)

@@ -52,9 +52,8 @@ def rows_of(
 ) -> tuple[ComparisonRow, ...]:
     """Return the rows of a spec, loop by loop; each loop's last row is the spec's own algorithm.
 
-    wanted -- only rows of these names or kinds; loops -- only rows of these loops.
-
-    Raises Refused where there is nothing to compare.
+    wanted -- only rows of these names or kinds; loops -- only rows of these loops. Raises Refused:
+    there is nothing to compare.
     """
     controller = spec.controller
     if controller.simulation is None or not controller.comparison:
@@ -151,6 +150,5 @@ def run_row(piece: _Piece, job: Job) -> Outcome:
 
 def with_row_scenario(controller: Controller) -> Controller:
     """Remove the operator: a row's setpoint holds from the start."""
-    assert controller.simulation is not None  # noqa: S101 - looked at in rows_of
-    simulation = controller.simulation.model_copy(update={"scenario": row_scenario(controller)})
+    simulation = controller.simulated.model_copy(update={"scenario": row_scenario(controller)})
     return controller.model_copy(update={"simulation": simulation})

@@ -56,7 +56,7 @@ class Hearing:
 def hearing_of(file_name: str, controller: Controller, loop: str | None) -> Hearing:
     """Choose the first interface that sends the readings of a loop; of any, if none is named.
 
-    Raises Refused if there is none.
+    Raises Refused: there is none.
     """
     if loop is not None and loop not in controller.loops:
         able = ", ".join(controller.loops)

@@ -26,7 +26,7 @@ LINES = "0"
 
 
 def opened(port: str, hearing: Hearing) -> Serial:
-    """Open a port as the spec says. Raises Refused if it cannot be opened."""
+    """Open a port as the spec says. Raises Refused: it cannot be opened."""
     from serial import Serial, SerialException  # noqa: PLC0415 - takes a while
 
     line = hearing.line
@@ -45,9 +45,7 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
     """Yield each message of the board with its readings, until `stop` is set.
 
     While no complete message arrives, an empty one without readings is yielded after each read, so
-    that the caller can check the time.
-
-    Raises Refused if the port disappears.
+    that the caller can check the time. Raises Refused: the port disappears.
     """
     from serial import SerialException  # noqa: PLC0415 - see opened
 
@@ -74,7 +72,7 @@ class Record:
     """A CSV file that `identify` reads; each reading is written at once."""
 
     def __init__(self, file: Path) -> None:
-        """Create the file. Raises Refused if it exists already."""
+        """Create the file. Raises Refused: it exists already."""
         self.file = file
         try:
             with blaming(file):

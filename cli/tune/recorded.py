@@ -26,8 +26,8 @@ _AT_NODES: dict[str, Callable[[str, Any], str | None]] = {
 def with_machine_of(path: Path, spec: Spec, log: Path) -> Spec:
     """Return the spec with the plant that `identify` finds in a log.
 
-    Raises Refused if it finds none, or if the spec has several loops: a record of one does not
-    show how they warm each other.
+    Raises Refused: it finds none, or the spec has several loops; a record of one does not show how
+    they warm each other.
     """
     controller = spec.controller
     if len(controller.loops) > 1:

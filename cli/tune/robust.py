@@ -68,7 +68,7 @@ def robust(
 ) -> tuple[Judged | Failed, Trade]:
     """Improve the best gains of the other methods for random machines, and try all on others.
 
-    Raises Refused if no machine reaches the target.
+    Raises Refused: no machine reaches the target.
     """
     job = shown.begin(f"Tuning {task.loop} for {wish.machines} machines")
     ours, _ = _machines(task, wish, wish.seed)

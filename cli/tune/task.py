@@ -56,9 +56,8 @@ def plan_of(  # noqa: PLR0913 - one for each option
 ) -> Plan:
     """Plan the tuning of the named loops, or of all if none is named.
 
-    If none is named, loops that cannot be tuned with these options are skipped.
-
-    Raises Refused if a named loop cannot be tuned, or if no loop can.
+    If none is named, loops that cannot be tuned with these options are skipped. Raises Refused: a
+    named loop cannot be tuned, or no loop can.
     """
     jobs: list[Job] = []
     refused: dict[str, Refused] = {}
@@ -78,10 +77,7 @@ def plan_of(  # noqa: PLR0913 - one for each option
 def task_of(
     spec: Spec, name: str, *, at_c: float | None, lambda_s: float | None, tauc_s: float | None
 ) -> Task:
-    """Combine spec and options for one loop.
-
-    Raises Refused if there is nothing to tune.
-    """
+    """Combine spec and options for one loop. Raises Refused: there is nothing to tune."""
     controller = spec.controller
     if name not in controller.loops:
         able = ", ".join(controller.loops)
@@ -135,8 +131,7 @@ def _target(spec: Spec, name: str) -> float:
 
     If that is not above ambient, the loop would not heat: then its highest setpoint.
     """
-    loop, simulation = spec.controller.loops[name], spec.controller.simulation
-    assert simulation is not None  # noqa: S101 - looked at before
+    loop, simulation = spec.controller.loops[name], spec.controller.simulated
     wanted = (*_sent(spec.controller, name), *_fired(spec.controller, name))
     asked = max(wanted, default=loop.setpoint.initial_c)
     if asked > simulation.ambient_c:
@@ -184,10 +179,9 @@ def _within(loop: Loop, at_c: float) -> float:
 def warm_s(controller: Controller, name: str, process: Process, target_c: float) -> float:
     """Return the time from cold to the target at full power, s.
 
-    Raises Refused if the target is out of reach.
+    Raises Refused: the target is out of reach.
     """
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - looked at before
+    simulation = controller.simulated
     if target_c <= simulation.ambient_c:
         raise Refused(
             f"{celsius(target_c)} is not above the ambient temperature: name a higher --at."

@@ -55,10 +55,9 @@ def verify(  # noqa: PLR0913 - what is judged, and how
     """Gather the evidence and judge it.
 
     core -- the simulator core that runs the instructions; elf -- a binary that was built elsewhere;
-    upsets -- the bit flips to try; only -- the faults to try, empty: all.
-
-    Raises Refused for a spec without simulation, a binary that is not of this spec or a fault that
-    it does not have, ToolMissing, BuildFailed, SimulatorMissing.
+    upsets -- the bit flips to try; only -- the faults to try, empty: all. Raises ToolMissing,
+    BuildFailed, SimulatorMissing; Refused: the spec has no simulation, the binary is not of this
+    spec, or it does not have a fault.
     """
     machine_of(spec)
     if elf is None:
@@ -80,8 +79,6 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
     only: Sequence[str],
     elf: Path | None = None,
 ) -> Evidence:
-    simulation = spec.controller.simulation
-    assert simulation is not None  # noqa: S101 - looked at before
     program = program_of(built.elf)
     chains = tuple(chain_errors(spec.controller, program))
     trials = try_all(spec.controller, built, core, shown, only)
@@ -97,7 +94,7 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
             *build_checks(built),
             *chain_checks(chains),
             *replay_checks(trials.loops),
-            *run_checks(trials.loops, simulation),
+            *run_checks(trials.loops, spec.controller.simulated),
             *upset_checks(flipped),
         ),
         trials=trials,
@@ -108,8 +105,8 @@ def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
 def given_binary(spec: Spec, path: Path) -> BuildResult:
     """Check the binary against the spec, and measure the memory that it takes.
 
-    Raises Refused if it is no AVR program, not for this chip or not from this spec, or if it cannot
-    be verified because names or debug information are missing.
+    Raises Refused: it is no AVR program, not for this chip or not from this spec, or it cannot be
+    verified because names or debug information are missing.
     """
     read_file(path, 0)  # refuses a pipe, which might never end
     try:

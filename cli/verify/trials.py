@@ -65,8 +65,8 @@ def try_all(
 ) -> Trials:
     """Run the closed loop, measure the timing and try every fault, on all cores.
 
-    only -- ids of the faults to try; empty: all. Raises Refused for a fault that the machine does
-    not have, and all that `closed_loop` raises.
+    only -- ids of the faults to try; empty: all. Raises all that `closed_loop` raises; Refused: the
+    machine does not have a fault.
     """
     _prepare(controller, built.elf)
     known = [each.id for each in _faults(controller, built.elf)]

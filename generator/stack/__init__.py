@@ -42,8 +42,8 @@ class WorstStack:
 def worst_stack(elf: Path) -> WorstStack:
     """Return the worst stack of the AVR program in `elf`.
 
-    Raises StackUnknown for a recursion, a call by pointer, and code that moves the stack pointer in
-    a way that cannot be followed.
+    Raises StackUnknown: there is a recursion, a call by pointer, or code that moves the stack
+    pointer in a way that cannot be followed.
     """
     program, handlers = _read(elf)
     analysis = Analysis(program)

@@ -51,13 +51,11 @@ def build(
 ) -> BuildResult:
     """Build the PlatformIO project in `project_dir` without writing there.
 
-    The project is copied to the user's cache and built by `pio run`; the same project is built
-    once by the same tools. `environment` picks one of several in `platformio.ini`. `progress` is
-    called with a short line as each step begins.
-
-    Raises ToolMissing if PlatformIO or a compiler is missing, and BuildFailed with the compiler's
-    errors if the project cannot be built; TooLarge, a BuildFailed, has the measures of a program
-    that does not fit.
+    The project is copied to the user's cache and built by `pio run`; the same project is built once
+    by the same tools. `environment` picks one of several in `platformio.ini`. `progress` is called
+    with a short line as each step begins. Raises ToolMissing: PlatformIO or a compiler is missing;
+    BuildFailed: the project cannot be built, with the compiler's errors; TooLarge, a BuildFailed:
+    the program does not fit, with its measures.
     """
     files = project_files(project_dir)
     tools = platformio.find()
@@ -170,7 +168,7 @@ MEMORIES = struct.calcsize("<6I")
 def given(elf: Path, board: Board) -> BuildResult:
     """Measure the AVR program in `elf` for the board.
 
-    Raises BuildFailed if its worst stack is unknown, TooLarge if it does not fit.
+    Raises BuildFailed: its worst stack is unknown; TooLarge: it does not fit.
     """
     flash, ram = sizes(elf)
     try:

@@ -55,7 +55,7 @@ def truth(test: Value) -> Mask:
 def merged(mask: Mask, new: Value, old: Value) -> Value:
     """Return the new value for the lanes of a mask, the old one for the others.
 
-    Raises AllLanesError for values that differ in more than their numbers.
+    Raises AllLanesError: the values differ in more than their numbers.
     """
     if new is old or old is UNSET:
         return new

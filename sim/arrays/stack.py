@@ -23,10 +23,7 @@ class UnlikeError(Exception):
 
 
 def stacked(objects: Sequence[Any]) -> Any:
-    """Return one object for all lanes.
-
-    Raises UnlikeError: they differ by more than numbers.
-    """
+    """Return one object for all lanes. Raises UnlikeError: they differ by more than numbers."""
     return _Stack().joined(tuple(objects))
 
 

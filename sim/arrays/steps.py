@@ -28,12 +28,9 @@ def are_repeated(controller: Controller, loop: str, log: StepLog, since: Referen
     Return False also if the steps cannot be repeated side by side, as an outside package's model
     may need.
 
-    Args:
-        controller: the specification.
-        loop: the name of the loop.
-        log: rows between which only readings and commands are new, as `Tape.usual` finds them.
-        since: the model after the first row, which has the copy of a program; it `is_shown`.
-
+    controller -- the specification; loop -- the name of the loop; log -- rows between which only
+    readings and commands are new, as `Tape.usual` finds them; since -- the model after the first
+    row, which has the copy of a program; it `is_shown`.
     """
     states = _states(log, since)
     parts = [slice(first, first + MOST_LANES) for first in range(0, len(log) - 1, MOST_LANES)]
@@ -53,7 +50,7 @@ class _States(NamedTuple):
 
     members: list[NDArray[Any]]
     windows: dict[str, tuple[list[NDArray[Any]], NDArray[Any]]]
-    """Of each average: its readings and its turn."""
+    """Readings and turn of each average."""
 
 
 def _states(log: StepLog, since: Reference) -> _States:

@@ -14,7 +14,7 @@ from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.programs.copies import column_of
 from heatwright.sim.scenario import actions, end_s
 from heatwright.sim.trace import StepLog, Trace
-from heatwright.spec import Controller, Event, Simulation
+from heatwright.spec import Controller, Event
 
 Progress = Callable[[float, float], None]
 Logs = dict[str, StepLog]
@@ -30,17 +30,11 @@ def bench_lanes(
 ) -> list[Trace]:
     """Run reference devices against their machines; each trace is that of `bench` alone.
 
-    Args:
-        controllers: their numbers may differ, and those of their machines, but no times.
-        scenario: the events of all lanes.
-        machines: the controllers whose machines they are wired to; their own if None.
-        seed: of the sensor noise.
-
-    Raises:
-        UnlikeError: the controllers differ in more than numbers.
-        AllLanesError: something that all lanes share would change for some of them only.
-        ValueError: one has no simulation.
-
+    controllers -- their numbers may differ, and those of their machines, but no times; scenario --
+    the events of all lanes; machines -- the controllers whose machines they are wired to; their own
+    if None; seed -- of the sensor noise. Raises UnlikeError: the controllers differ in more than
+    numbers; AllLanesError: something that all lanes share would change for some of them only;
+    ValueError: one has no simulation.
     """
     runs = _Runs(controllers, machines or controllers, tuple(scenario), seed=seed)
     with afresh():
@@ -76,9 +70,8 @@ def step_logs(
 def device_of(controllers: Sequence[Controller]) -> Any:
     """Return the reference devices of controllers that differ only in numbers, as one device.
 
-    It has the methods of `ReferenceDevice`; each argument and result may be an array.
-
-    Raises UnlikeError: they differ in more than numbers.
+    It has the methods of `ReferenceDevice`; each argument and result may be an array. Raises
+    UnlikeError: they differ in more than numbers.
     """
     kind = on_arrays("heatwright.sim.reference.device").ReferenceDevice
     return stacked([kind(each) for each in controllers])
@@ -165,7 +158,7 @@ class _Runs(Run):
         (step_s,) = {step_of(each) for each in machines}
         plants = [
             plant_of(each, own.plant, ambient_c=own.ambient_c, step_s=step_s, seed=seed)
-            for each, own in ((each, _simulation_of(each)) for each in machines)
+            for each, own in ((each, each.simulated) for each in machines)
         ]
         with afresh():
             self._lanes = _LaneDevice(controllers, kept)
@@ -213,9 +206,3 @@ class _Runs(Run):
             )
             found.append(self.trace(steps))
         return found
-
-
-def _simulation_of(controller: Controller) -> Simulation:
-    if controller.simulation is None:
-        raise ValueError("A bench needs a machine: the specification has no `simulation`")
-    return controller.simulation

@@ -137,7 +137,7 @@ class Variable:
         return int(self.dtype.itemsize)
 
     def step(self, member: str) -> Variable:
-        """Return a member of this structure; raises ElfError when it has none of that name."""
+        """Return a member of this structure. Raises ElfError: it has none of that name."""
         fields = self.dtype.fields
         if fields is None or member not in fields:
             have = ", ".join(fields or ()) or "no members"
@@ -146,7 +146,7 @@ class Variable:
         return Variable(f"{self.name}.{member}", self.address + offset, dtype)
 
     def element(self, index: int) -> Variable:
-        """Return an element of this array; raises ElfError if it is no array, or is shorter."""
+        """Return an element of this array. Raises ElfError: it is no array, or is shorter."""
         if self.dtype.subdtype is None or index >= self.dtype.subdtype[1][0]:
             raise ElfError(f"{self.name} has no element {index}.")
         base, shape = self.dtype.subdtype
@@ -167,8 +167,8 @@ def _described(program: bytes) -> Mapping[str, list[Variable]]:
 class Variables(Mapping[str, Variable]):
     """All variables in RAM with a fixed address, by name.
 
-    Raises ElfError for a name that the program does not have, or has more than once. The
-    processor's registers are included, by their names in the data sheet.
+    The processor's registers are included, by their names in the data sheet. Raises ElfError: the
+    program does not have the name, or has it more than once.
     """
 
     def __init__(self, elf: Elf) -> None:
@@ -232,8 +232,8 @@ class Variables(Mapping[str, Variable]):
         """View RAM images as variables, without copying.
 
         images -- one image per row, contiguous; base -- RAM address of the first column.
-        Returns one record per image, a field per name. Raises ElfError when a variable lies
-        outside the images.
+        Returns one record per image, a field per name. Raises ElfError: a variable lies outside the
+        images.
         """
         found = {name: self[name] for name in names}
         width = images.shape[1]

@@ -35,9 +35,8 @@ class Elf:
 
     flash -- image from address 0; eeprom -- initial contents, or empty; symbols -- name to address
     (RAM and EEPROM without their offset); functions -- in order of address; static_ram -- first and
-    one past the last byte of .data, .bss and .noinit.
-
-    Raises ElfError when the file cannot be read as an AVR program.
+    one past the last byte of .data, .bss and .noinit. Raises ElfError: the file cannot be read as
+    an AVR program.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -66,20 +65,20 @@ class Elf:
         return found if found and address < found.end else None
 
     def function(self, name: str) -> Function:
-        """Return the function of that name; raises ElfError when there is none."""
+        """Return the function of that name. Raises ElfError: there is none."""
         for function in self.functions:
             if function.name == name:
                 return function
         raise ElfError(f"{self.path.name} has no function {name}.")
 
     def size_of(self, symbol: str) -> int:
-        """Return the bytes a variable or constant takes; raises ElfError when there is none."""
+        """Return the bytes a variable or constant takes. Raises ElfError: there is none."""
         if symbol not in self._sizes:
             raise ElfError(f"{self.path.name} has no variable {symbol}.")
         return self._sizes[symbol]
 
     def flash_bytes(self, symbol: str, size: int) -> bytes:
-        """Return size bytes of a constant in flash; raises ElfError when it is not there."""
+        """Return size bytes of a constant in flash. Raises ElfError: it is not there."""
         address = self.symbols.get(symbol)
         if address is None or address + size > len(self.flash):
             raise ElfError(f"{self.path.name} has no constant {symbol} in flash.")

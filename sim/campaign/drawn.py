@@ -105,8 +105,7 @@ class _Draws:
 
 def draw(controller: Controller, vary: Vary, seed: int, run: int) -> Drawn:
     """Draw the machine of a run, and its events; the controller must have a simulation."""
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - checked before
+    simulation = controller.simulated
     draws = _Draws(seed, run)
     network, errors = _network(simulation.plant, vary, draws), _errors(controller, vary, draws)
     ambient_c = draws.of("ambient_c", vary.ambient_c, simulation.ambient_c)
@@ -208,7 +207,6 @@ def _fault(controller: Controller, vary: Vary, draws: _Draws) -> Broken | None:
         return None
     name, loop = choices[int(draws.stream("fault").integers(len(choices)))]
     draws.values.update({"fault": name, "fault.loop": loop})
-    assert controller.simulation is not None  # noqa: S101 - checked before
-    most_s = FAULTS_SHARE * end_s(controller.simulation.scenario)
+    most_s = FAULTS_SHARE * end_s(controller.simulated.scenario)
     at_s = vary.faults.at_s or Spread("between", (0.0, most_s), False, "")
     return Broken(draws.of("fault.at_s", at_s), name, loop)

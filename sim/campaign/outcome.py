@@ -70,7 +70,6 @@ def _figures(trace: Trace, controller: Controller) -> dict[str, Metrics]:
 
 def _too_hot(world: DrawnWorld, spec: Controller) -> str | None:
     """Return the first node that became hotter than its limit (`bears`), or None."""
-    assert spec.simulation is not None  # noqa: S101 - checked before
-    borne_c = bears_c(spec, spec.simulation.plant)
+    borne_c = bears_c(spec, spec.simulated.plant)
     hot = (node for node, peak_c in world.peaks.highest_c.items() if peak_c > borne_c[node])
     return next(hot, None)

@@ -40,8 +40,7 @@ class DrawnWorld(World):
 
     def __init__(self, drawn: Drawn, program: Elf, *, logs_nodes: bool = False) -> None:
         """Power the controller on; logs_nodes -- whether every node's temperature is logged."""
-        simulation = drawn.controller.simulation
-        assert simulation is not None  # noqa: S101 - checked before
+        simulation = drawn.controller.simulated
         self._drawn, self._simulation = drawn, simulation
         self.broke_s: float | None = None
         site = Site(drawn.controller, next(iter(drawn.controller.loops)), program)

@@ -32,8 +32,7 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     Memory faults use the operated loop that trips soonest without its sensor, as some need a trip.
 
     Ids are unique; with several loops, the id of a loop's own fault begins with the loop's name.
-
-    Raises ValueError when the spec has no simulated machine.
+    Raises ValueError: the spec has no simulated machine.
     """
     found: list[Fault] = []
     sites = [Site(controller, name, program) for name in controller.loops]

@@ -52,18 +52,18 @@ class Fault:
     The expected trip is not given here: the reference model gets the same readings and determines
     which rule trips first, and when. The plant has the limits of the machine's temperatures.
 
-    make -- creates a world in the state in which the fault occurs; cause, cure -- begin and end
-    the fault. watch_s -- how long to watch if nothing trips. calm -- only the rules of `may` may
-    trip, also before the cause. trip -- the trip that must come and its bound, if these do not
-    depend on the machine: there are no more readings, or the processor is reset.
-    off_within_s -- bound on the time from the cause to heater off, if the heater must be off
-    before the trip; all_off -- the heaters of all other loops, too. sensor_lies -- the reading of
-    the loop's sensor may differ from its tip; others_lie -- other loops whose sensors may, and
-    monitors, as monitor_NAME; current_lies -- a measured current may differ from the real one.
-    again -- acknowledge while the cause lasts; insisted -- do so at each trip and command heat,
-    until the lock-out, each time once the tip falls too slowly for `rise_rate`, which gives most
-    heat. floats -- heaters' pins may be left undriven; resistors keep them off.
-    judge -- checks the world at the end; returns what is wrong, or "".
+    make -- creates a world in the state in which the fault occurs; cause, cure -- begin and end the
+    fault; watch_s -- how long to watch if nothing trips; calm -- only the rules of `may` may trip,
+    also before the cause; trip -- the trip that must come and its bound, if these do not depend on
+    the machine: there are no more readings, or the processor is reset; off_within_s -- bound on the
+    time from the cause to heater off, if the heater must be off before the trip; all_off -- the
+    heaters of all other loops, too; sensor_lies -- the reading of the loop's sensor may differ from
+    its tip; others_lie -- other loops whose sensors may, and monitors, as monitor_NAME;
+    current_lies -- a measured current may differ from the real one; again -- acknowledge while the
+    cause lasts; insisted -- do so at each trip and command heat, until the lock-out, each time once
+    the tip falls too slowly for `rise_rate`, which gives most heat; floats -- heaters' pins may be
+    left undriven: resistors keep them off; judge -- checks the world at the end: returns what is
+    wrong, or "".
     """
 
     id: str

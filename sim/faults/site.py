@@ -37,10 +37,8 @@ class Place:
 
     @property
     def network(self) -> ThermalNetwork:
-        """The plant of the spec; raises ValueError when there is none."""
-        if self.controller.simulation is None:
-            raise ValueError("Faults need a machine: the specification has no `simulation`.")
-        return self.controller.simulation.plant
+        """The plant of the spec. Raises ValueError: there is none."""
+        return self.controller.simulated.plant
 
     @property
     def ambient_c(self) -> float:

@@ -76,15 +76,10 @@ def build_host(
 ) -> HostBuild:
     """Compile the files of a generated project that decide about heaters.
 
-    Args:
-        project: the generated project, with its `src/`.
-        controller: the specification it was generated from.
-        folder: the output folder of objects and library.
-        sanitized: end the process at undefined behaviour (gcc's sanitizer).
-
-    Raises:
-        HostBuildFailed: it does not compile, or there is no compiler.
-
+    project -- the generated project, with its `src/`; controller -- the specification it was
+    generated from; folder -- the output folder of objects and library; sanitized -- end the process
+    at undefined behaviour (gcc's sanitizer). Raises HostBuildFailed: it does not compile, or there
+    is no compiler.
     """
     loops = parts_of(controller)
     folder.mkdir(parents=True, exist_ok=True)

@@ -65,7 +65,10 @@ class Run(NamedTuple):
 
 
 class Host:
-    """The host build of a firmware. Methods that name no loop act on the first loop."""
+    """The host build of a firmware. Methods that name no loop act on the first loop.
+
+    Raises HostHangs, in the methods that run steps: a step does not come.
+    """
 
     def __init__(self, build: HostBuild) -> None:
         """Load the library and power up with an empty EEPROM."""
@@ -123,10 +126,7 @@ class Host:
         self._input["acknowledge"] = 1
 
     def step(self) -> dict[str, Any]:
-        """Run to the end of the next control step and return the state.
-
-        Raises HostHangs: the step does not come.
-        """
+        """Run to the end of the next control step and return the state."""
         run = self.run(self._input)
         self._input["acknowledge"] = 0
         self._input["command"] = Command.NOTHING
@@ -135,18 +135,12 @@ class Host:
         return {name: row[name] for name in self.type.names or ()}
 
     def run(self, inputs: NDArray[Any]) -> Run:
-        """Run one control step for each of the inputs (of type INPUT).
-
-        Raises HostHangs: a step does not come.
-        """
+        """Run one control step for each of the inputs (of type INPUT)."""
         loop = self.build.parts.name
         return self.run_all({loop: inputs})[loop]
 
     def run_all(self, inputs: Mapping[str, NDArray[Any]]) -> dict[str, Run]:
-        """Run one control step for each input of each loop, with all loops at the same time.
-
-        Raises HostHangs: a step does not come.
-        """
+        """Run one control step for each input of each loop, with all loops at the same time."""
         found, kept = {}, []
         courses = self._ffi.new("struct host_course[]", len(self.types))
         for course, (loop, kind) in zip(courses, self.types.items(), strict=True):

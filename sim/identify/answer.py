@@ -73,11 +73,8 @@ class Answer:
     ) -> None:
         """Use the power of a record.
 
-        Args:
-            record: gives power and times.
-            before_w: power before the record, W.
-            rows: the rows whose readings are wanted; all if None.
-
+        record -- gives power and times; before_w -- power before the record, W; rows -- the rows
+        whose readings are wanted; all if None.
         """
         levels = np.concatenate(([before_w], record.powers_w))
         changes = np.flatnonzero(np.diff(levels))
@@ -90,13 +87,9 @@ class Answer:
     ) -> Series:
         """Return the sensor's readings.
 
-        Args:
-            found: the network.
-            late_s: dead time and age of the readings, s.
-            ambient_c: ambient temperature, °C.
-            start_c: states of the network a time `late_s` before the first row, °C; None: at rest
-                under the power before the record.
-
+        found -- the network; late_s -- dead time and age of the readings, s; ambient_c -- ambient
+        temperature, °C; start_c -- states of the network a time `late_s` before the first row, °C;
+        None: at rest under the power before the record.
         """
         switched_s = self._switched_s + late_s
         place = np.searchsorted(switched_s, self._times_s, side="right")

@@ -81,17 +81,11 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
 ) -> Identified:
     """Fit a machine to a record.
 
-    Args:
-        record: times, readings, power.
-        structure: the structure of the plant to find.
-        ambient_c: ambient temperature if known, °C; otherwise it is fitted, too.
-        age_s: how old a reading is when it is logged, s.
-        cold: whether the machine was at ambient when the record began; otherwise this is judged.
-        progress: called with the progress of the fits.
-
-    Raises:
-        Unusable: no machine with a heater that heats comes near the record.
-
+    record -- times, readings, power; structure -- the structure of the plant to find; ambient_c --
+    ambient temperature if known, °C; otherwise it is fitted, too; age_s -- how old a reading is
+    when it is logged, s; cold -- whether the machine was at ambient when the record began;
+    otherwise this is judged; progress -- called with the progress of the fits. Raises Unusable: no
+    machine with a heater that heats comes near the record.
     """
     best = _best(Setting(record, structure, age_s, ambient_c), cold, progress)
     wrong = outliers(best.residuals_k, record.resolution_k)

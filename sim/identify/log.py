@@ -42,10 +42,7 @@ class Log:
 
 
 def read_log(data: bytes) -> Log:
-    """Parse a log.
-
-    Raises Unusable: it holds no rows of numbers.
-    """
+    """Parse a log. Raises Unusable: it holds no rows of numbers."""
     if len(data) > LARGEST_LOG:
         raise Unusable(f"is larger than {LARGEST_LOG >> 20} MB; cut out the part with the step")
     lines = [line for line in _text(data).splitlines() if line.strip()]

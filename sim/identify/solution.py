@@ -54,12 +54,9 @@ def solve(
 ) -> Solution:
     """Find the parameters with the least sum of squares.
 
-    Args:
-        setting: the record and the assumptions.
-        start: the start values.
-        most_rows: use only about this number of readings.
-        exact: compute slopes by central differences, as the intervals need; or by forward ones.
-
+    setting -- the record and the assumptions; start -- the start values; most_rows -- use only
+    about this number of readings; exact -- compute slopes by central differences, as the intervals
+    need; or by forward ones.
     """
     rows = setting.seen if most_rows is None else setting.thinned(most_rows)
     readings_c = setting.record.readings_c[rows]

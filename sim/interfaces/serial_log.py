@@ -77,10 +77,7 @@ class SerialLog:
 
     @property
     def rows(self) -> list[LogRow]:
-        """Parse the answer to `log`.
-
-        Raises ValueError if it is no log.
-        """
+        """Parse the answer to `log`. Raises ValueError: it is no log."""
         heading, *rows = self.texts[:-1] if self.is_complete else self.texts
         if heading not in {HEADING, PROGRAMMED}:
             raise ValueError(f"A log does not begin with {heading!r}.")

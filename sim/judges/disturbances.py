@@ -31,11 +31,8 @@ def disturbances(
 ) -> tuple[Disturbance, ...]:
     """Evaluate the disturbances of a response.
 
-    Args:
-        trace: the run.
-        response: control steps with a reading since the last change of the setpoint.
-        within_k: half the width of the band that counts as recovered, K.
-
+    trace -- the run; response -- control steps with a reading since the last change of the
+    setpoint; within_k -- half the width of the band that counts as recovered, K.
     """
     start_s = float(response["time_s"][0])
     events = [event for event in trace.events if event.disturbs and event.time_s >= start_s]

@@ -67,14 +67,8 @@ class Metrics:
 def metrics(trace: Trace, controller: Controller, loop: str | None = None) -> Metrics:
     """Evaluate a loop of a run.
 
-    Args:
-        trace: the run.
-        controller: its specification.
-        loop: name of the loop; the first if None.
-
-    Raises:
-        ValueError: the run is too short: no control step had a reading.
-
+    trace -- the run; controller -- its specification; loop -- name of the loop; the first if None.
+    Raises ValueError: the run is too short: no control step had a reading.
     """
     name = loop or next(iter(controller.loops))
     spec = controller.loops[name]

@@ -19,9 +19,8 @@ class Fan:
     ) -> None:
         """Connect the fan to its pins.
 
-        full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed.
-
-        Raises ValueError when the processor has no such pin, or too many fans.
+        full_hz -- pulses in a second at full speed; lag_s -- time constant of the speed. Raises
+        ValueError: the processor has no such pin, or too many fans.
         """
         self._lib, self._clock_hz = load().lib, avr.clock_hz
         avr.pins.pull(motor, "low" if active_high else "high")
@@ -40,9 +39,9 @@ class Fan:
     ) -> None:
         """Set the fan's faults from now on; without arguments it is sound.
 
-        pace -- share of its full speed; a fall is immediate, a rise has the time constant.
-        noise_hz -- pulses per second on its line in place of its own; 0: its own.
-        low_share -- share of each pulse in which the line is low.
+        pace -- share of its full speed: a fall is immediate, a rise has the time constant;
+        noise_hz -- pulses per second on its line in place of its own, 0: its own; low_share --
+        share of each pulse in which the line is low.
         """
         self._lib.hw_fan_fail(self._fan, pace, noise_hz / self._clock_hz, low_share, int(wire))
 

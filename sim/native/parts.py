@@ -8,9 +8,9 @@ from dataclasses import dataclass
 class Part:
     """First RAM address; sleep register, its enable and mode bits; time to write an EEPROM byte.
 
-    adc_mux5 -- the bit in ADCSRB that selects channels 8 to 15; 0: there are none.
-    adc_known -- the code in ADMUX that selects the band gap's voltage.
-    old -- whether timers, watchdog and ports are of the older generation (old.c).
+    adc_mux5 -- the bit in ADCSRB that selects channels 8 to 15, 0: there are none; adc_known -- the
+    code in ADMUX that selects the band gap's voltage; old -- whether timers, watchdog and ports are
+    of the older generation (old.c).
     """
 
     ram_start: int

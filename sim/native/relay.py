@@ -48,7 +48,7 @@ class Relay:
     ) -> None:
         """Connect the relay; its contacts follow the coil after these times, s.
 
-        Raises ValueError when the processor has no such pin, or too many relays.
+        Raises ValueError: the processor has no such pin, or too many relays.
         """
         self._lib = load().lib
         avr.pins.pull(coil, "low" if active_high else "high")

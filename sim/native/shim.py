@@ -42,7 +42,7 @@ def _install() -> str:
 def simavr_headers() -> tuple[Path, str]:
     """Return the include folder that contains ``simavr/`` and simavr's version.
 
-    Raises SimulatorMissing if simavr is absent or its version is untested: its timing and its
+    Raises SimulatorMissing: simavr is absent or its version is untested; its timing and its
     structures change between versions.
     """
     for folder in HEADERS:
@@ -152,7 +152,7 @@ def build() -> Path:
 def load() -> Any:
     """Return the compiled module (``.lib``, ``.ffi``), building it on first use.
 
-    Raises SimulatorMissing with the remedy.
+    Raises SimulatorMissing: it cannot be built; the message has the remedy.
     """
     path = build()
     spec = importlib.util.spec_from_file_location(MODULE, path)

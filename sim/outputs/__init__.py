@@ -1,1 +1,1 @@
-"""Simulated outputs, one module for each kind of output."""
+"""Simulated outputs, one module for each kind of output, or for several."""

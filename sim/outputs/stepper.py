@@ -64,8 +64,8 @@ class _Line:
 class Stepper(Switch):
     """The driver and its motor; as a switch, its ENABLE.
 
-    violations -- number of edges closer together than the driver's data sheet allows
-    missed -- steps that came while the driver was not enabled
+    position -- the motor's, in steps; violations -- number of edges closer together than the
+    driver's data sheet allows; missed -- steps that came while the driver was not enabled.
     """
 
     def __init__(self, avr: Avr, board: Board, output: StepperOutput) -> None:
@@ -83,7 +83,7 @@ class Stepper(Switch):
         self._steps: list[NDArray[Any]] = [np.zeros(0, STEP)]
         self._last = np.zeros(0, np.int64)
         self._rises = 0
-        self._position = 0
+        self.position = 0
         self._told = 0
         self.violations = 0
         self.missed = 0
@@ -124,7 +124,7 @@ class Stepper(Switch):
         steps["cycle"] = rising
         steps["way"] = np.where(on, np.where(forward, 1, -1), 0)
         self._steps.append(steps)
-        self._position += int(steps["way"].sum())
+        self.position += int(steps["way"].sum())
         self.missed += int((~on).sum())
 
     @property
@@ -134,23 +134,13 @@ class Stepper(Switch):
         return self._steps[0]
 
     @property
-    def position(self) -> int:
-        """The motor's position, in steps."""
-        return self._position
-
-    @property
-    def position_mm(self) -> float:
-        """The feed's position, mm."""
-        return self._position / self._steps_per_mm
-
-    @property
     def waits(self) -> bool:
         """Whether rising edges of STEP have come since the last `feed`."""
         return self._avr.pins.rises(self._step.number) != self._rises
 
     def travel_mm(self) -> float:
         """Return the feed since the last call, mm; backward is negative."""
-        travel, self._told = self._position - self._told, self._position
+        travel, self._told = self.position - self._told, self.position
         return travel / self._steps_per_mm
 
 

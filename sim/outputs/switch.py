@@ -5,6 +5,9 @@ from heatwright.sim.native.pins import Level, Source
 from heatwright.spec import Board
 from heatwright.spec import Switch as Spec
 
+KINDS = ("digital", "pwm", "time_proportional")
+"""The kinds of outputs that this module serves (spec/registry.py)."""
+
 
 class Switch:
     """A load's switch on a pin, and the time for which it was on.

@@ -48,11 +48,9 @@ class Plant(Protocol):
     ) -> None:
         """Advance by one step.
 
-        Args:
-            active: each output's mean active fraction over it, 0..1.
-            feed_mm_per_s: the filament's mean speed over it.
-            conducts: the same as `active`, but for the currents, if some heat has another source.
-
+        active -- each output's mean active fraction over it, 0..1; feed_mm_per_s -- the filament's
+        mean speed over it; conducts -- the same as `active`, but for the currents, if some heat has
+        another source.
         """
 
 
@@ -139,15 +137,10 @@ def plant_of(  # noqa: PLR0913 - all but two are named
 ) -> Plant:
     """Build the plant of a spec for a fixed time step.
 
-    Args:
-        controller: gives the power of the outputs.
-        plant: the thermal network.
-        ambient_c: ambient temperature, °C.
-        step_s: time step of the simulation, s.
-        seed: of the sensor noise.
-        starts_c: temperatures of nodes that start at another temperature, °C.
-        errors: constant errors by sensor: of a tip in K, of a current as a share of it.
-
+    controller -- gives the power of the outputs; plant -- the thermal network; ambient_c -- ambient
+    temperature, °C; step_s -- time step of the simulation, s; seed -- of the sensor noise;
+    starts_c -- temperatures of nodes that start at another temperature, °C; errors -- constant
+    errors by sensor: of a tip in K, of a current as a share of it.
     """
     module = plant_module(plant.kind)
     powers_w = powers_of(controller)

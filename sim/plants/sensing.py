@@ -26,14 +26,9 @@ class Feeler:
     ) -> None:
         """Start in the steady state.
 
-        Args:
-            state: index of the plant's state that the sensor follows.
-            sense: dead time and noise.
-            initial_c: temperature up to now, °C.
-            step_s: time between two calls of `feel`, s.
-            seed: of the noise.
-            error_k: the sensor's constant error, K.
-
+        state -- index of the plant's state that the sensor follows; sense -- dead time and noise;
+        initial_c -- temperature up to now, °C; step_s -- time between two calls of `feel`, s;
+        seed -- of the noise; error_k -- the sensor's constant error, K.
         """
         self.state = state
         self.noise_k, self.error_k = sense.noise_k, error_k
@@ -83,11 +78,8 @@ class Ammeter:
     def __init__(self, sense: Sense, full_a: float, step_s: float) -> None:
         """Start without a current.
 
-        Args:
-            sense: the heater and the filter's time constant.
-            full_a: current of the heater while it is on, A.
-            step_s: time between two calls of `follow`, s.
-
+        sense -- the heater and the filter's time constant; full_a -- current of the heater while it
+        is on, A; step_s -- time between two calls of `follow`, s.
         """
         self.output = sense.of or ""
         self.full_a = full_a

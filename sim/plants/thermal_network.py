@@ -51,16 +51,11 @@ class Plant:
     ) -> None:
         """Set the network to its initial temperature.
 
-        Args:
-            network: the specification.
-            powers_w: power of each output when active, W.
-            ambient_c: ambient temperature, °C.
-            step_s: time step, s.
-            seed: of the sensor noise.
-            full_a: current when active, A, of each output whose current is measured.
-            starts_c: temperatures of nodes that start at another temperature, °C.
-            errors: constant errors by sensor: of a tip in K, of a current as a share of it.
-
+        network -- the specification; powers_w -- power of each output when active, W; ambient_c --
+        ambient temperature, °C; step_s -- time step, s; seed -- of the sensor noise; full_a --
+        current when active, A, of each output whose current is measured; starts_c -- temperatures
+        of nodes that start at another temperature, °C; errors -- constant errors by sensor: of a
+        tip in K, of a current as a share of it.
         """
         self.nodes = tuple(network.nodes)
         self.heaters, self.fans = tuple(network.heat), tuple(network.fans)
@@ -187,11 +182,8 @@ class Plant:
     ) -> Matrix:
         """Return the derivatives of the states by states and inputs, 1/s.
 
-        Args:
-            fans: active fraction of each fan.
-            feed_mm_per_s: speed of the filament.
-            radiates: conductance of each surface that radiates, W/K; none radiates if left out.
-
+        fans -- active fraction of each fan; feed_mm_per_s -- speed of the filament; radiates --
+        conductance of each surface that radiates, W/K; none radiates if left out.
         """
         rates = np.zeros((self.states, len(self.vector)))
         for link in self._network.links:

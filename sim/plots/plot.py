@@ -28,9 +28,6 @@ from heatwright.sim.plots.plot_data import (
 from heatwright.sim.trace import StepLog, Trace
 from heatwright.spec import Controller, Loop
 
-FORMATS = (".png", ".svg")
-"""Suffixes of the files that `save` can write."""
-
 WIDTH_IN, PANEL_IN, DPI = 10.0, 2.4, 120
 
 LETTERS = 95

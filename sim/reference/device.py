@@ -36,6 +36,7 @@ class ReferenceDevice:
     Control steps run at whole multiples of a loop's period after power-up; at the same time, in the
     order of the loops in the spec. Keys, lines from a host or a display, a master's writes and
     commands to a program act at once. A fault of one loop switches all heaters off at once.
+    Raises KeyError, in each method with the name of a loop: there is no such loop.
     """
 
     def __init__(
@@ -113,10 +114,7 @@ class ReferenceDevice:
         return None if self._keypad is None else self._loops[self._keypad.loop].countdown
 
     def is_off(self, loop: str) -> bool:
-        """Return whether a loop will be off in its next step.
-
-        Raises KeyError: there is no such loop.
-        """
+        """Return whether a loop will be off in its next step."""
         return self._loops[loop].operator.is_off
 
     @property
@@ -130,35 +128,25 @@ class ReferenceDevice:
         return self._latch.code
 
     def ask(self, loop: str, setpoint_c: float) -> None:
-        """Set a loop's setpoint, °C, and switch it on, by whatever interface can do so.
-
-        Raises KeyError: there is no such loop.
-        """
+        """Set a loop's setpoint, °C, and switch it on, by whatever interface can do so."""
         operator = self._loops[loop].operator
         operator.set(setpoint_c)
         if isinstance(operator, SwitchedOperator):
             operator.switch(on=True)
 
     def switch_off(self, loop: str) -> None:
-        """Switch a loop off, as its keys would.
-
-        Raises KeyError: there is no such loop.
-        """
+        """Switch a loop off, as its keys would."""
         self._loops[loop].operator.key_off()
 
     def last(self, loop: str, member: str) -> float:
         """Return a member of a loop's last step.
 
-        Raises KeyError: there is no such loop; ValueError: its steps have no such member, or there
-        was no step.
+        Raises ValueError: its steps have no such member, or there was no step.
         """
         return self._loops[loop].last(member)
 
     def gains(self, loop: str) -> Gains | None:
-        """Return the gains of a loop now, if they can be changed.
-
-        Raises KeyError: there is no such loop.
-        """
+        """Return the gains of a loop now, if they can be changed."""
         return self._loops[loop].operator.gains
 
     def sense(self, sensor: str, felt: float) -> None:
@@ -269,10 +257,7 @@ class ReferenceDevice:
         return self._feeds[output].travel_mm()
 
     def steps(self, loop: str) -> StepLog:
-        """Return a row for every control step so far.
-
-        Raises KeyError: there is no such loop.
-        """
+        """Return a row for every control step so far."""
         return self._loops[loop].steps()
 
     def _after_step(self, loop: ModelledLoop) -> None:

@@ -117,13 +117,9 @@ class Reference:
     ) -> Record:
         """Run one control step.
 
-        Args:
-            status: 0 for a valid reading, otherwise the code of the fault.
-            raw: the sensor's code.
-            setpoint: the operator's setpoint, °C.
-            acknowledge: whether the operator acknowledged the fault since the last step.
-            orders: the other inputs, mostly commands.
-
+        status -- 0 for a valid reading, otherwise the code of the fault; raw -- the sensor's code;
+        setpoint -- the operator's setpoint, °C; acknowledge -- whether the operator acknowledged
+        the fault since the last step; orders -- the other inputs, mostly commands.
         """
         if acknowledge:
             self.acknowledge()

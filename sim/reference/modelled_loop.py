@@ -178,7 +178,7 @@ class ModelledLoop:
         return np.array(list(self._rows), dtype=dtype)
 
     def last(self, member: str) -> float:
-        """Return a member of the last step; raises ValueError if there is none."""
+        """Return a member of the last step. Raises ValueError: there is none."""
         if not self._rows:
             raise ValueError(f"no step has recorded {member}")
         return cast("float", self._rows[-1][self._names.index(member)])

@@ -1,1 +1,1 @@
-"""Simulated sensors, one module for each kind of sensor."""
+"""Simulated sensors, one module for each kind of sensor, or for several."""

@@ -10,6 +10,8 @@ from heatwright.sim.native.analog import Curve
 from heatwright.sim.sensors.adc_channel import AdcChannel, channel_of
 from heatwright.spec import Analog, Board, Rtd, Thermistor
 
+KINDS = ("analog", "rtd", "thermistor")
+"""The kinds of sensors that this module serves (spec/registry.py)."""
 PER_K = 64
 """Points of a curve per kelvin."""
 BELOW_K, ABOVE_K = 60, 120

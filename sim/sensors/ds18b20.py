@@ -103,9 +103,8 @@ class _Conversion:
 class Ds18b20:
     """A chip on a pin of a processor.
 
-    tip -- its temperature; a conversion samples it at its start.
-    undefined_bits -- bits of a reading below the resolution. faults -- see Faults. line -- the
-    1-Wire line.
+    tip -- its temperature: a conversion samples it at its start; undefined_bits -- bits of a
+    reading below the resolution; faults -- see Faults; line -- the 1-Wire line.
     """
 
     def __init__(

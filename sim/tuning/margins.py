@@ -67,11 +67,7 @@ def open_loop(process: Process, gains: Gains, period_s: float) -> OpenLoop:
 def margins(process: Process, gains: Gains, period_s: float) -> Margins:
     """Find the margins of a loop.
 
-    Args:
-        process: the machine.
-        gains: of the PID.
-        period_s: time between control steps, s.
-
+    process -- the machine; gains -- of the PID; period_s -- time between control steps, s.
     """
     loop = open_loop(process, gains, period_s)
     stable = is_stable(process, gains, period_s)

@@ -94,18 +94,11 @@ def power_of(controller: Controller, loop: str) -> float | None:
 def process_of(controller: Controller, loop: str, at_c: float | None = None) -> Process:
     """Linearise the machine of a spec, with the fans that always run.
 
-    Args:
-        controller: the specification.
-        loop: name of the loop.
-        at_c: temperature at which radiation is linearised, °C; the initial setpoint if None.
-
-    Raises:
-        ValueError: the specification has no simulation, or its heater no power.
-
+    controller -- the specification; loop -- name of the loop; at_c -- temperature at which
+    radiation is linearised, °C; the initial setpoint if None. Raises ValueError: the specification
+    has no simulation, or its heater no power.
     """
-    if controller.simulation is None:
-        raise ValueError("A process needs a machine: the specification has no `simulation`")
-    spec, network = controller.loops[loop], controller.simulation.plant
+    spec, network = controller.loops[loop], controller.simulated.plant
     power_w = power_of(controller, loop)
     if not power_w:
         raise ValueError(f"The heater {spec.heater} has no power")
@@ -139,9 +132,7 @@ def at_full_power(
 
     Raises ValueError: the specification has no simulation.
     """
-    if controller.simulation is None:
-        raise ValueError("A machine is needed: the specification has no `simulation`")
-    spec, simulation = controller.loops[loop], controller.simulation
+    spec, simulation = controller.loops[loop], controller.simulated
     network = simulation.plant.model_copy(update={"initial_c": None})
     plant = Plant(network, powers_of(controller), ambient_c=simulation.ambient_c, step_s=step_s)
     limits = getattr(spec.algorithm, "output", None)

@@ -65,8 +65,7 @@ class Outcome(NamedTuple):
 
 def drawn(controller: Controller, spread: Spread, count: int, seed: int) -> Iterator[Controller]:
     """Draw controllers with machines; each is drawn from the seed and its number alone."""
-    simulation = controller.simulation
-    assert simulation is not None  # noqa: S101 - checked before
+    simulation = controller.simulated
     plant = simulation.plant
     for number in range(count):
         random = np.random.default_rng((seed, number))
@@ -171,11 +170,7 @@ def improved(
     varies gain, integral time and derivative time by their logarithms; a value of 0 stays 0. Steps
     of two sizes are tried together.
 
-    Args:
-        start: the first gains.
-        cost: of the start.
-        costs_of: returns the costs of some gains.
-
+    start -- the first gains; cost -- of the start; costs_of -- returns the costs of some gains.
     """
     axes = np.eye(3)[[True, start.ki > 0, start.kd > 0]]
     here, size = np.zeros(3), FIRST

@@ -23,11 +23,8 @@ HALVINGS = 6
 def simc(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gains:
     """Tune by SIMC.
 
-    Args:
-        model: the process.
-        filter_s: time constant of the derivative's filter, s.
-        closed_s: closed loop's time constant; the dead time if None: "tight" control.
-
+    model -- the process; filter_s -- time constant of the derivative's filter, s; closed_s --
+    closed loop's time constant; the dead time if None: "tight" control.
     """
     closed_s = model.dead_s if closed_s is None else closed_s
     slow_s = closed_s + model.dead_s

@@ -50,9 +50,8 @@ def pwm_setting(board: Board, output: PwmOutput) -> PwmSetting:
     """Find the setting nearest to the output's frequency, on the timer of its pin.
 
     An 8-bit timer counts to 256 (fast PWM, mode 3); a 16-bit one to any number (mode 14), here with
-    the smallest prescaler that makes the period, for the finest steps.
-
-    Raises ValueError: the pin has no timer.
+    the smallest prescaler that makes the period, for the finest steps. Raises ValueError: the pin
+    has no timer.
     """
     pin = board.pins[output.pin]
     if pin.pwm is None:

@@ -35,9 +35,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
 
     The row's setpoint becomes the initial one, and the loop is on, so that a run needs no operator.
     `on_for_at_most` is left out: the scenario ends the run. Other loops are as after a power-up.
-    Keys cannot set a number of a row's algorithm.
-
-    Raises KeyError: there is no such loop.
+    Keys cannot set a number of a row's algorithm. Raises KeyError: there is no such loop.
     """
     name = row_loop(controller, row)
     loop = controller.loops[name]

@@ -71,7 +71,7 @@ def _without_unused(value: Any) -> Any:
 def load(path: str | os.PathLike[str]) -> Spec:
     """Load a spec from a file, or from standard input if it is `-`.
 
-    Raises SpecError with all problems, OSError if the file cannot be read.
+    Raises SpecError: the spec is wrong, with all problems; OSError: the file cannot be read.
     """
     file = os.fspath(path)
     return _load(read_file(file, LARGEST_FILE + 1), file)
@@ -98,7 +98,7 @@ def with_data(spec: Spec, data: Data) -> tuple[Spec, tuple[Problem, ...]]:
     """Return a spec with data in place of its file's, all defaults derived again; and problems.
 
     The position of a problem is that of its entry in the file, or of the nearest one above it.
-    Raises SpecError if no controller can be made of the data.
+    Raises SpecError: no controller can be made of the data.
     """
     tree = Tree(spec.tree.file)
     tree.data, tree.positions = data, spec.tree.positions

@@ -47,7 +47,7 @@ class Tree:
 
 
 def parse(text: str, file: str) -> Tree:
-    """Parse one document; raises Unreadable where YAML's grammar is broken."""
+    """Parse one document. Raises Unreadable: YAML's grammar is broken."""
     tree = Tree(file)
     try:
         _Parser(text, tree).document()

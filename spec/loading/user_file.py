@@ -15,7 +15,7 @@ OPEN_ALREADY = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/s
 def read_file(path: str | os.PathLike[str], most: int = -1) -> bytes:
     """Read a file, or standard input if the name is `-`; no more than `most` bytes.
 
-    Raises OSError, also for a pipe or a device: it might never end, or never begin.
+    Raises OSError: it cannot be read, or is a pipe or a device, which might never end or begin.
     """
     file = os.fspath(path)
     try:

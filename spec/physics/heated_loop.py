@@ -104,8 +104,7 @@ def most_borne(
 class HeatedLoop:
     """One loop with its part of a plant, for the derivation of the rules' numbers.
 
-    Raises ArithmeticError, AssertionError, LookupError or ValueError for a plant that the checks
-    refuse.
+    Raises ArithmeticError, AssertionError, LookupError, ValueError: the checks refuse the plant.
     """
 
     def __init__(self, controller: Controller, name: str, simulation: Simulation) -> None:

@@ -27,8 +27,7 @@ def warmed_k(
     """Return how far above ambient a sensor rises by its neighbours' heat alone, K.
 
     Each neighbour heats its own sensor to what it holds; if the others heat it more, not at all.
-
-    Raises ArithmeticError where two neighbours hold one node.
+    Raises ArithmeticError: two neighbours hold one node.
     """
     nodes = [node for node in network.nodes if node != AMBIENT]
     flows = HeatFlows(network, nodes, running, ambient_c)

@@ -98,8 +98,8 @@ def limits(sensor: Any, mcu: str) -> Limits:
 def conversion(sensor: Any, mcu: str) -> Conversion:
     """Compute the table of an analog sensor on a chip.
 
-    Raises ValueError for a range that its circuit does not show: there is nothing to compute a
-    table from.
+    Raises ValueError: its circuit does not show the range, so there is nothing to compute a table
+    from.
     """
     bounds = limits(sensor, mcu)
     if not bounds.shown:

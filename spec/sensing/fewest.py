@@ -33,7 +33,7 @@ class Window(NamedTuple):
 def fewest_points(tube: Tube) -> list[tuple[int, float]]:
     """Return the places and values of a line through the tube, first and last place included.
 
-    Raises ValueError where the tube is closed.
+    Raises ValueError: the tube is closed.
     """
     if any(low > high for low, high in zip(*tube, strict=True)):
         raise ValueError("no line fits between limits that have crossed")

@@ -8,8 +8,8 @@ from pydantic import Field
 from heatwright.spec.base import Least, PinName, WholeNumber
 from heatwright.spec.problems import refuse
 from heatwright.spec.quantity import Quantity
-from heatwright.spec.sensing.averaging import Averaged
 from heatwright.spec.sensing.conversion import TICK_S
+from heatwright.spec.sensing.thermocouples import Converter
 from heatwright.spec.units import FREQUENCY
 
 ThermocoupleType = Literal["B", "E", "J", "K", "N", "R", "S", "T"]
@@ -60,12 +60,10 @@ class _Samples(WholeNumber):
         return found
 
 
-class Max31856(Averaged):
+class Max31856(Converter):
     """A thermocouple behind a MAX31856, on any four pins."""
 
     kind: Literal["max31856"]
-    chip_select: PinName = Field(description="Pin at the converter's CS.")
-    clock: PinName = Field(description="Pin at the converter's SCK.")
     data_in: PinName = Field(description="Pin at the converter's data input, SDI.")
     data_out: PinName = Field(description="Pin at the converter's data output, SDO.")
     thermocouple: ThermocoupleType = Field("K", description="Type of the thermocouple.")
@@ -79,10 +77,8 @@ class Max31856(Averaged):
         1, description="Samples that the chip averages: 1, 2, 4, 8 or 16."
     )
     least: ClassVar[Least] = Least(630, 30)
-    on_adc: ClassVar[Literal[False]] = False
-    on_one_wire: ClassVar[bool] = False
-    measures_current: ClassVar[Literal[False]] = False
     reading_bits: ClassVar[int] = 32
+    step_k: ClassVar[float] = 2.0**-7  # 19 bits
     clips_c: ClassVar[tuple[float, float] | None] = None
 
     @property
@@ -94,21 +90,6 @@ class Max31856(Averaged):
     def highest_c(self) -> float:
         """Highest setpoint with its thermocouple."""
         return HIGHEST_C[self.thermocouple]
-
-    @property
-    def step_k(self) -> float:
-        """Smallest difference the converter resolves: 19 bits (data sheet)."""
-        return 2.0**-7
-
-    def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings at a temperature: the same at each."""
-        del temperature_c, mcu
-        return self.step_k
-
-    def fitting(self, period_s: float) -> str:
-        """Offer no other setting: the spec has chosen the averaging."""
-        del period_s
-        return ""
 
     def error_k(self, temperature_c: float) -> float:
         """Largest error at a temperature: 0.15 % of the type's span, 0.7 K of the cold junction."""
@@ -158,14 +139,8 @@ def variants(sensor: object) -> dict[str, Max31856]:
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
     """Find each selectable type's highest setpoint, where it is below the loop's highest.
 
-    Args:
-        sensor: the loop's sensor.
-        setpoint_c: the loop's highest setpoint, °C.
-        maximum_c: the loop's `protection.maximum`, °C; it stays as far above the setpoint.
-
-    Returns:
-        tenths of °C, by type; mostly empty.
-
+    It is in tenths of °C, by type; mostly there is none. setpoint_c -- the loop's highest setpoint,
+    °C; maximum_c -- the loop's `protection.maximum`, °C; it stays as far above the setpoint.
     """
     found = {}
     for kind, chosen in variants(sensor).items():

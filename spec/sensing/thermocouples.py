@@ -1,4 +1,4 @@
-"""Thermocouples behind converters that a program reads over three wires."""
+"""Thermocouples behind converters, with those that a program reads over three wires."""
 
 from typing import ClassVar, Literal
 
@@ -7,8 +7,6 @@ from pydantic import Field
 from heatwright.spec.base import Least, PinName
 from heatwright.spec.sensing.averaging import Averaged, Started
 from heatwright.spec.sensing.conversion import TICK_S
-
-_STEP_K = 0.25
 
 MAX31855_RANGE_C = {
     "K": (-200.0, 1350.0),
@@ -22,37 +20,40 @@ MAX31855_RANGE_C = {
 """Range by the thermocouple's type (data sheet, thermal characteristics)."""
 
 
-class _Converter(Averaged):
-    """Keys of a converter on three wires, which may be any pins."""
+class Converter(Averaged):
+    """A converter, on any pins."""
 
     kind: str
     chip_select: PinName = Field(description="Pin at the converter's CS.")
     clock: PinName = Field(description="Pin at the converter's SCK.")
-    data_out: PinName = Field(description="Pin at the converter's SO.")
-    data_in: ClassVar[None] = None
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
-    reading_bits: ClassVar[int] = 16
-    selectable: ClassVar[tuple[str, ...]] = ()
-
-    @property
-    def step_k(self) -> float:
-        """Smallest difference the converter resolves (data sheets)."""
-        return _STEP_K
+    step_k: ClassVar[float]
+    """Smallest difference the converter resolves (data sheets)."""
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
         """Step of the readings at a temperature: the same at each."""
         del temperature_c, mcu
-        return _STEP_K
+        return self.step_k
 
     def fitting(self, period_s: float) -> str:
-        """Offer no setting: none of the converter's makes a conversion shorter."""
+        """Offer no setting: none makes a conversion shorter, or the spec has chosen it."""
         del period_s
         return ""
 
 
-class Max6675(_Converter, Started):
+class _ThreeWires(Converter):
+    """A converter that can only be read."""
+
+    data_out: PinName = Field(description="Pin at the converter's SO.")
+    data_in: ClassVar[None] = None
+    reading_bits: ClassVar[int] = 16
+    selectable: ClassVar[tuple[str, ...]] = ()
+    step_k: ClassVar[float] = 0.25
+
+
+class Max6675(_ThreeWires, Started):
     """A thermocouple of type K behind a MAX6675."""
 
     kind: Literal["max6675"]
@@ -66,7 +67,7 @@ class Max6675(_Converter, Started):
 
     def error_k(self, temperature_c: float) -> float:
         """Largest error at a temperature: at 5 V, with 3 K of the cold junction (data sheet)."""
-        return 3.0 + (9 if temperature_c <= 700.0 else 19) * _STEP_K
+        return 3.0 + (9 if temperature_c <= 700.0 else 19) * self.step_k
 
     @property
     def conversion_s(self) -> float:
@@ -79,7 +80,7 @@ class Max6675(_Converter, Started):
         return TICK_S
 
 
-class Max31855(_Converter):
+class Max31855(_ThreeWires):
     """A thermocouple behind the MAX31855 that is made for its type."""
 
     kind: Literal["max31855"]

@@ -78,7 +78,7 @@ def _is_tried(controller: Controller) -> bool:
 def _good(text: str, spec: Spec, told: list[str]) -> tuple[str, Spec] | None:
     """Write what `check` proposes until it calls a spec good; None: it has no proposal.
 
-    Raises SpecError or AssertionError where a proposal is refused, or does not do.
+    Raises SpecError, AssertionError: a proposal is refused, or does not do.
     """
     for _ in range(MOST_MENDED):
         findings = rehearsed(spec)
@@ -94,7 +94,7 @@ def _good(text: str, spec: Spec, told: list[str]) -> tuple[str, Spec] | None:
 
 
 def _mended(spec: Spec, findings: Sequence[Finding]) -> str:
-    """Write the numbers that are proposed; raises LookupError if one proposes none."""
+    """Write the numbers that are proposed. Raises LookupError: one proposes none."""
     data = plain(spec.tree.data)
     for finding in findings:
         value = REMEDY.fullmatch(finding.remedy)

@@ -246,8 +246,7 @@ def logs_at_once(random: Random) -> Iterator[tuple[Controller, str, StepLog]]:
         yield case.lanes[0], case.loop, log_of(case)
     for name, minutes in (("kiln", 5), ("kiln_uno", 55), ("barrel", 15), ("fabricator", 5)):
         controller = example(name).controller
-        assert controller.simulation is not None
-        scenario = controller.simulation.scenario
+        scenario = controller.simulated.scenario
         begun = [
             each for each in scenario if each.for_s is None and (each.at_s or 0) < 60 * minutes
         ]
@@ -299,15 +298,14 @@ def assert_lanes(controller: Controller, scenario: tuple[Event, ...]) -> None:
 
 
 def test_devices_on_drawn_machines() -> None:
-    """Of all drawn controllers with a machine few do what lanes cannot."""
+    """Few drawn controllers with a machine do what lanes cannot."""
     random = Random(f"machines {SEED}")  # noqa: S311 - no secret
     controllers = (each.spec.controller for each in drawings(random))
     simulated = (each for each in controllers if each.simulation)
     refused = 0
     for controller in islice(simulated, amount("lane_machines")):
-        assert controller.simulation is not None
         try:
-            assert_lanes(controller, controller.simulation.scenario)
+            assert_lanes(controller, controller.simulated.scenario)
         except (AllLanesError, UnlikeError):
             refused += 1
     assert refused <= amount("lane_machines") / 5
@@ -317,8 +315,7 @@ def test_devices_on_drawn_machines() -> None:
 def test_examples_on_drawn_machines(name: str) -> None:
     """Three-position, programs and radiation, noisy sums and a measured current."""
     controller = example(name).controller
-    assert controller.simulation is not None
-    scenario = controller.simulation.scenario
+    scenario = controller.simulated.scenario
     begun = (each for each in scenario if each.for_s is None and (each.at_s or 0) < 15)
     assert_lanes(controller, (*begun, Event.model_validate({"for": "20 s"})))
 

@@ -36,22 +36,19 @@ def at(said: Mapping[float, Any], verb: str = "send") -> Lines:
 
 
 def on_plant(controller: Controller, **changes: Any) -> Controller:
-    assert controller.simulation is not None
-    plant = controller.simulation.plant.model_copy(update=changes)
-    simulation = controller.simulation.model_copy(update={"plant": plant})
+    plant = controller.simulated.plant.model_copy(update=changes)
+    simulation = controller.simulated.model_copy(update={"plant": plant})
     return controller.model_copy(update={"simulation": simulation})
 
 
 def scaled(controller: Controller, capacity: float, resistance: float) -> Controller:
     """The same controller on a machine whose capacity and resistance are so many times as large."""
-    assert controller.simulation is not None
-    plant = scaled_network(controller.simulation.plant, capacity, resistance)
+    plant = scaled_network(controller.simulated.plant, capacity, resistance)
     return on_plant(controller, nodes=plant.nodes, links=plant.links)
 
 
 def noisy(controller: Controller, noise_k: float) -> Controller:
-    assert controller.simulation is not None
-    sense = controller.simulation.plant.sense
+    sense = controller.simulated.plant.sense
     changed = {name: each.model_copy(update={"noise_k": noise_k}) for name, each in sense.items()}
     return on_plant(controller, sense=ReadOnlyDict(changed))
 
@@ -201,7 +198,7 @@ PHASES = tuple(
     for number, target_c in enumerate(range(180, 251, 10))
     for feeds in (False, True)
 )
-"""Of the feeder, tuned: target (°C), whether it feeds, from when on (s)."""
+"""Stretches of the tuned feeder: target (°C), whether it feeds, from when on (s)."""
 FED = f"G1 E{FEED_MM_PER_S * HOLD_S:g} F{60 * FEED_MM_PER_S:g}"
 FEEDER: Lines = (
     *at({1: "M303 S210 C5", TUNED_S: "M83"}),

@@ -254,7 +254,7 @@ WIDE = changed(
     ("rise_rate: 3 K/s", "rise_rate: 50 K/s"), ("      heating: {rise: 4 K, within: 7 s}\n", ""),
 )  # fmt: skip
 SLOW_S = 1.3 * 200 * 1.3 * 0.6
-"""Of the slowest machine of its kind, which cools in a warm room."""
+"""Time constant of the slowest machine of its kind, which cools in a warm room."""
 
 
 @pytest.mark.parametrize(("maximum_c", "hysteresis_k"), [(60, 12), (90, 12), (100, 16), (120, 8)])
@@ -361,10 +361,10 @@ class Asked(_Runs):
 
 
 SHORTEST_STEP_S = 0.05
-"""Of time in the model: a day of shorter ones takes hours. All periods are whole steps: between two
-readings there would be one step more by turns."""
+"""Step of time in the model: a day of shorter ones takes hours. All periods are whole steps:
+between two readings there would be one step more by turns."""
 SHARES = (0.5, 1.0, 0.2, 0.7, 0.1, 1.0)
-"""Of the setpoints, from the lowest to the highest that the weakest machine holds."""
+"""Setpoints, as shares of the way from the lowest to the highest that the weakest machine holds."""
 
 
 def asked(controller: Controller, hours: float) -> Iterator[tuple[float, str, float]]:

@@ -135,7 +135,7 @@ def test_the_cold_end_is_20_to_40_k_warmer_than_its_surroundings():
 
 
 def test_a_supply_of_less_current_is_not_overdrawn():
-    """Of a limit below what the wire takes no more is left open than half a step of the ADC.
+    """A limit below what the wire takes leaves no more open than half a step of the ADC.
 
     Half a step of the least reading, that is: a reading may be half a step too high, which takes
     two off the next mean, and that may be read another half too low. PWM has whole counts, twice.

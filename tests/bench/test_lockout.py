@@ -185,7 +185,7 @@ def test_a_replay_finds_a_count_that_is_wrong() -> None:
 def test_trips_between_two_steps_of_a_slow_loop_age_from_their_time(
     trips_s: tuple[float, ...],
 ) -> None:
-    """Of the other loop, acknowledged before the slow one's next step: only their time is told."""
+    """The other loop's, acknowledged before the slow one's next step: only their time is told."""
     spec = changed(
         "printer",
         ("watchdog: 1 s", "watchdog: 1 s\n  lockout: {within: 3 min, wait: 5 s}"),

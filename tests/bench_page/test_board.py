@@ -48,8 +48,7 @@ def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path
     assert saved.endswith(' press: "up", held: "3.00 s"}')
     file = tmp_path / "scenario.yaml"
     file.write_text(seat.board.scenario(), encoding="utf-8")
-    simulation = with_scenario(example("kiln_uno"), file, None).simulation
-    assert simulation is not None
+    simulation = with_scenario(example("kiln_uno"), file, None).simulated
     again = Seated("kiln_uno")
     for action in actions(simulation.scenario):
         again.board.later(action.time_s, partial(again.world.do, action))

@@ -86,9 +86,8 @@ def table(folder: str) -> list[dict[str, Any]]:
 
 
 def with_scenario(controller: Controller, *events: dict[str, Any]) -> Controller:
-    assert controller.simulation is not None
     scenario = tuple(map(Event.model_validate, events))
-    simulation = controller.simulation.model_copy(update={"scenario": scenario})
+    simulation = controller.simulated.model_copy(update={"scenario": scenario})
     return controller.model_copy(update={"simulation": simulation})
 
 
@@ -253,13 +252,12 @@ def test_c_steps_the_drawn_plant_as_python_does(
               "noise": {"air": "0.1 K"}, "supply": "90 %"}  # fmt: skip
     made = task(given_, {"at": "5 s", "press": "up", "times": 3}, {"for": "60 s"})
     drawn = draw(made.controller, made.vary, 0, 1)
-    assert drawn.controller.simulation is not None
     world = DrawnWorld(drawn, Elf(chamber_elf))
     world.play(lambda *_: None)
     machine, rows = world._machine, world._machine.rows
     plant = plant_of(
-        drawn.powered, drawn.controller.simulation.plant,
-        ambient_c=drawn.controller.simulation.ambient_c, step_s=world.step_s,
+        drawn.powered, drawn.controller.simulated.plant,
+        ambient_c=drawn.controller.simulated.ambient_c, step_s=world.step_s,
         seed=drawn.noise_seed, errors=drawn.errors,
     )  # fmt: skip
     felt = []

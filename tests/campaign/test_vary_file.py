@@ -75,14 +75,12 @@ def test_what_suits_any_machine_is_written_as_a_file_would_be(name: str, tmp_pat
     """For every example; each quantity that it names is drawn, within its ends."""
     spec = example(name)
     controller = spec.controller
-    assert controller.simulation is not None
     vary = given(spec, None)
     assert vary == derived(controller)
-    own = controller.simulation.plant
+    own = controller.simulated.plant
     for run in range(20):
         drawn = draw(controller, vary, 3, run)
-        assert drawn.controller.simulation is not None
-        plant = drawn.controller.simulation.plant
+        plant = drawn.controller.simulated.plant
         for node, capacity in plant.nodes.items():
             assert 0.8 * own.nodes[node] <= capacity <= 1.2 * own.nodes[node]
             assert capacity != own.nodes[node]

@@ -206,8 +206,7 @@ def failing(checks: Any) -> dict[str, str]:
 
 def asking(limits: dict[str, str] | None, sent: list[str]) -> Simulation:
     """Return a simulation of a spec, with other expectations, and a host's lines."""
-    simulation = example("chamber").controller.simulation
-    assert simulation is not None
+    simulation = example("chamber").controller.simulated
     lines = [{"at": "5 s", "send": line} for line in sent]
     return simulation.model_copy(
         update={

@@ -19,7 +19,7 @@ CHOICES = choices()
 USUAL = {each.machine: each for each in reversed(CHOICES)}
 SERVED = {each.interface: each for each in reversed(CHOICES)}
 MACHINES = {each._replace(board=""): each for each in CHOICES}
-"""Of each machine, sensor, output and interface one; the board changes nothing that runs."""
+"""One of each machine, sensor, output and interface; the board changes nothing that runs."""
 
 
 def spec_of(choice: Choice) -> Spec:

@@ -107,8 +107,7 @@ def test_the_load_that_ends_as_measured_does() -> None:
 
 def settled_c(controller: Controller, loop: str, power_w: float) -> float:
     """The loop's sensor in the simulated machine without its noise, after years at a power."""
-    simulation, heater = controller.simulation, controller.loops[loop].heater
-    assert simulation is not None
+    simulation, heater = controller.simulated, controller.loops[loop].heater
     senses = simulation.plant.sense.items()
     still = {name: sense.model_copy(update={"noise_k": 0.0}) for name, sense in senses}
     network = simulation.plant.model_copy(update={"sense": still})
@@ -144,8 +143,7 @@ def test_full_duty_is_what_the_algorithm_may_ask_for() -> None:
 
 def test_nothing_to_heat_has_no_reserve() -> None:
     controller = controller_of("incubator")
-    assert controller.simulation is not None
-    warm = controller.simulation.model_copy(update={"ambient_c": 45.0})
+    warm = controller.simulated.model_copy(update={"ambient_c": 45.0})
     assert list(reserves(controller.model_copy(update={"simulation": warm}))) == []
 
 

@@ -323,7 +323,7 @@ def test_a_duty_too_small_to_be_measured_leaves_the_way_up_open(rated: bool) -> 
 
 
 def test_a_wire_of_too_little_resistance_trips_in_the_second_step() -> None:
-    """Of a fifth: its mean at a quarter of full duty is what 3.75 A have at all of it."""
+    """With a fifth of it, the mean at a quarter of full duty is what 3.75 A have at all of it."""
     for ohm, trips in ((1.65, True), (1.75, False)):
         wire = Wire(ohm, rated=True)
         assert not wire.ask(100.0)

@@ -68,7 +68,7 @@ STOPPED = changed(
 """A host stops it in the middle of a long period."""
 KNOWN = {rule.id for rule in RULES.values()}
 ELSEWHERE = {"monitor_limit", "fan_stopped", "input_open", "sensors_disagree"}
-"""Of what only some machines have: test_beside.py does."""
+"""Rules of what only some machines have: test_beside.py trips them."""
 CASES = [(machine, *each) for machine in MACHINES for each in tried(machine).items()]
 
 
@@ -118,7 +118,7 @@ def test_every_rule_of_the_language_is_tripped_by_some_fault() -> None:
 
 def test_a_spec_without_machine(chamber: Controller) -> None:
     bare = chamber.model_copy(update={"simulation": None})
-    with pytest.raises(ValueError, match="Faults need a machine"):
+    with pytest.raises(ValueError, match="A machine is needed"):
         catalogue(bare, site_of("chamber").program)
 
 

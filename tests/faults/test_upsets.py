@@ -211,7 +211,7 @@ def test_no_bit_of_a_serial_line_s_registers_cuts_it_off(example: str, file: str
 
 @pytest.mark.parametrize("example", DECIDING)
 def test_no_bit_of_the_record_of_a_fault_forgets_it(example: str) -> None:
-    """Of the newest record, and of any other: what a loss of power makes of each."""
+    """The bits are those of the newest record, and of any other, as a loss of power leaves each."""
     site = site_of(example)
     world = memory.latched(site)
     image = world.device.avr.eeprom.contents

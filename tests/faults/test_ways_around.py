@@ -11,7 +11,7 @@ from heatwright.sim.faults.world import Weather, World
 
 DOCS = ROOT / "docs"
 SIX_SIGMA_K = 6 * 0.8
-"""Of the machine's noise."""
+"""Six standard deviations of the machine's noise."""
 COLD_C = 50.0
 """Where the cooler's work is done."""
 COOLED_S = 600.0

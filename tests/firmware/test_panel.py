@@ -373,7 +373,7 @@ def test_a_key_held_down_changes_the_time_and_no_setpoint() -> None:
 
 
 def test_a_time_waits_for_the_setpoint() -> None:
-    """Of a loop that was off, too, with what was set before."""
+    """A loop that was off waits, too, with what was set before."""
     device = timed()
     for key in ("right", "up", "left"):
         press(device, key)

@@ -169,7 +169,7 @@ def test_select_acknowledges_when_it_is_let_go_and_was_meant(moves: str, meant: 
 
 @pytest.mark.parametrize(("down_s", "left"), [(5.6, RISE_RATE), (8.0, 0)])
 def test_select_acknowledges_no_fault_that_came_while_it_was_down(down_s: float, left: int) -> None:
-    """Of a reading that jumps at 5.5 s; the model agrees."""
+    """The reading jumps at 5.5 s; the model agrees."""
     device, model = power_on(), ReferenceDevice(CHAMBER)
     for each in (device, model):
         for felt_c, until_s in ((ROOM_C, 5.5), (ROOM_C + 50.0, down_s)):

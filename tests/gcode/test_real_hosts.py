@@ -83,7 +83,7 @@ def printrun_host(port: str, baud: int) -> Iterator[PrintrunHost]:
 CABLE = Cable(115200, speed=50.0)
 TEMPERATURE = re.compile(r"T:(\d+\.\d) /(\d+\.\d) B:0\.0 /0\.0 @:(\d+)")
 NOISE = 0.004
-"""Of the bytes, both ways: about one line in ten is hit."""
+"""Share of the bytes, both ways: about one line in ten is hit."""
 
 
 @pytest.fixture
@@ -234,7 +234,7 @@ MACHINE = "printer"
 TARGETS_C = {"tool0": 200.0, "bed": 60.0}
 MONITOR, MONITOR_C = "drivers", (15.0, 60.0)
 DAMAGED = 0.005
-"""Of the bytes, both ways: about one line in ten is hit."""
+"""Share of the bytes, both ways: about one line in ten is hit."""
 DAMAGING = Cable(
     115200, speed=20.0, to_board_share=DAMAGED, to_host_share=DAMAGED, spares=b"Resend"
 )

@@ -96,7 +96,7 @@ class Noting(Environment):
 
 
 def test_every_kind_template_and_condition_is_drawn() -> None:
-    """Of each condition of each template, wherever one stands in it, both values."""
+    """Each condition of each template, wherever it stands, has both values."""
     noting, found = Noting(), set[str]()
     files = [path for path in TEMPLATES.glob("*/**/*") if path.suffix in {*CODE, ".j2", ".py"}]
     templates = {path.relative_to(TEMPLATES).as_posix() for path in files}

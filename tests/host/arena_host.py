@@ -51,10 +51,7 @@ class HostArena(BuildArena):
 def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
     """Return what judges a host build, the quick ones first.
 
-    Args:
-        name: of its specification.
-        courses: how many the reference is compared over; else all.
-
+    name -- of its specification; courses -- how many the reference is compared over; else all.
     """
     judges: dict[str, Judge] = {
         "control": lambda host: control_problem(host, name, courses),

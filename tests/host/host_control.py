@@ -28,7 +28,7 @@ ARRIVALS = [
     for place in range(4)
     for nudge in (-1, 0, 1)
 ]
-"""Of a program that goes up or down to 33 °C and stays there: where that counts as reached."""
+"""Programs that go up or down to 33 °C and stay there: where that counts as reached."""
 STRETCHES = 14
 
 

@@ -53,7 +53,7 @@ SEVERAL = {
     .replace("pin: D8, frequency: 30 Hz", "pin: D23, frequency: 20 Hz"),
     "barrel": changed("barrel"),
 }
-"""Of two loops."""
+"""Specs with two loops."""
 HOSTED = (*_COMMANDED, "held_by_host")
 PROGRAMMED = tuple(name for name, text in _PROGRAMMED.items() if "programs:" in text)
 BY_MASTER = tuple(name for name, text in _SWITCHED.items() if "modbus" in text)
@@ -78,11 +78,8 @@ def spec_of(name: str) -> Spec:
 def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
     """Return the build of any specification.
 
-    Args:
-        spec: the specification.
-        sanitized: else without gcc's sanitizer, which would end the process at a mutant's first
-            overflow.
-
+    spec -- the specification; sanitized -- else without gcc's sanitizer, which would end the
+    process at a mutant's first overflow.
     """
     files = render(plan_firmware(spec))
     key = repr((sorted(files.items()), sanitized)).encode() + _world()

@@ -165,7 +165,7 @@ def all_text_problems(host: Host) -> str:
 
 MILD_C = 30.0
 LEAST_RANGE = 1.0
-"""Of the output, above its minimum."""
+"""Least range of the output, above its minimum."""
 
 
 def begun_at(host: Host, celsius: float) -> NDArray[Any]:

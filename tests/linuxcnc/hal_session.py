@@ -152,7 +152,7 @@ class Hal:
 
 FABRICATOR = "fabricator"
 REQUEST_BYTES = 8
-"""Of everything that mb2hal sends: it reads, and writes one value at a time."""
+"""Length of everything that mb2hal sends: it reads, and writes one value at a time."""
 BUSY = 6
 WRITES = (5, 6)
 WORK, HEAT, COOL, WARM = 1, 2, 4, 8

@@ -54,7 +54,7 @@ WAYS = (("", (24, 25, 20, 10, 20, 1)), ("left", (1, 30, 25, 0, 40, 1)),
         ("right right right select", (30, 30, 20, 6, 10, 1)),
         ("left select select select select select", (0, 30, 25, 0, 5, 1)),
         ("right right right select select", (25, 30, 20, 8, 0, 1)))  # fmt: skip
-"""Of each kind of walk, where it begins, and how often it takes each key."""
+"""Each kind of walk: where it begins, and how often it takes each key."""
 EDGES_C = (0.0, -10.4, -0.6, -0.4, 0.4, 0.5, 99.5, 1099.5, 1100.0)
 CLOCKS = tuple(
     -(-minutes * 60_000 // PERIOD_MS) - less

@@ -8,7 +8,7 @@ import numpy as np
 SETPOINTS_C, MAXIMUM_C, STEP_K = (15.0, 1100.0), 1150.0, 2
 PERIOD_MS, PROGRAMS, POINTS = 2100, 3, 5
 KWH_PER_COUNT = np.float32(484 * PERIOD_MS / 1000 / 3.6e9)
-"""Of the spec (hosted_menu.py): 484 W, energy in thousandths of a step."""
+"""As the spec has it (hosted_menu.py): 484 W, energy in thousandths of a step."""
 TYPES = {3: "K", 6: "S", 4: "N"}
 LETTERS = [chr(code) for code in range(0x20, 0x7F) if chr(code) not in '"\\']
 KINDS = ("end", "ramp in a time", "ramp at a rate", "fast as it can", "hold a time",
@@ -117,7 +117,7 @@ class Run(State):
         self.number, self.choice, self.asked, self.refused = 1, 0, "", False
 
     def _named(self, *names: str) -> str:
-        """Of what is chosen: pause or resume, skip, stop, go to."""
+        """Return the name of what is chosen: pause or resume, skip, stop, go to."""
         first = names[self.m.state == PAUSED], *names[2:4]
         return first[self.choice] if self.choice < 3 else f"{names[4]} {self.choice - 2}"
 

@@ -153,7 +153,7 @@ VOLATILE = {2: range(3), 4: range(3), 17: (0, 1, 2, 3, *range(5, 40))}
 """Functions whose answers tell what only the machine knows: what of them is compared."""
 
 BITS = 11
-"""Of a character: start, data, parity, stop."""
+"""Bits of a character: start, data, parity, stop."""
 BORNE, ENDING = 2.5, 1.1
 """Gaps inside a frame: in characters one that is borne, in silences one that ends the frame."""
 
@@ -288,7 +288,7 @@ def test_it_is_powered_while_others_talk(at_us: int) -> None:
 
 @pytest.mark.parametrize("at_us", range(100, 20_000, 1771))
 def test_a_reset_in_the_middle_of_anything(at_us: int) -> None:
-    """Of a request, of the silence, of the answer: driver off, and it listens again."""
+    """During a request, the silence or the answer: driver off, and it listens again."""
     wire = Wire("dryer")
     start_s = wire.device.avr.time_s
     wire.put(request(wire))
@@ -306,7 +306,7 @@ def test_a_reset_in_the_middle_of_anything(at_us: int) -> None:
 MASKED_US = 20.0
 """Interrupts off, at most."""
 LOAD_S = float(amount("modbus_load_s"))
-"""Of each kind; a request falls at every phase of a tick, and of a control step."""
+"""Time for each kind; a request falls at every phase of a tick, and of a control step."""
 ANSWER_MS = 1.0
 """A tick waits at most so long for an answer to be made."""
 SEED = 5

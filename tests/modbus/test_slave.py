@@ -56,7 +56,7 @@ LETTERS = {
     "bed.current": "A", "bed.temperature": "b", "bed.has_reading": "H", "bed.missing": "N",
     "bed.responses": "e", "bed.settling_time": "s", "bed.overshoot": "o",
 }  # fmt: skip
-"""Of world.c, by the names that the oracle knows them by."""
+"""Letters of world.c, by the names that the oracle knows them by."""
 
 
 def slave_world() -> World:

@@ -27,9 +27,7 @@ class Arena(Protocol):
     def build(self, changed: Mapping[str, str], folder: Path) -> Path:
         """Compile with these texts in place of the files' own, without warnings.
 
-        Raises:
-            Exception: it does not compile; such a mutant does not count.
-
+        Raises Exception: it does not compile; such a mutant does not count.
         """
 
     def prepare(self) -> None:

@@ -43,7 +43,7 @@ class Outcome(NamedTuple):
     problem: str
     """What killed it; empty if nothing did."""
     seconds: float
-    """Of the processor."""
+    """Time of the processor."""
 
 
 class Trial:

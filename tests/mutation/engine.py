@@ -155,8 +155,8 @@ class Memory:
 
 @cache
 def _digest(area: str) -> str:
-    """Of what judges an area's arenas: their modules, the C beside them, the simulator, the spec's
-    checks, and how mutants are put to trial."""
+    """Digest what judges an area's arenas: their modules, the C beside them, the simulator, the
+    spec's checks, and how mutants are put to trial."""
     folders = TESTS / area, TESTS / "rig"
     files = _imported((TESTS / area).glob("arena_*.py"))
     files |= {path for folder in folders for path in folder.rglob("*.[ch]")}

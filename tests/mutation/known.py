@@ -10,7 +10,7 @@ They are of three forms, and right for all C that is generated here:
   the first `i`, or a local name without a sign that nothing changes, so `i` meets N;
 - a constant and another spelling of its value.
 
-Of other mutants `equivalent.txt` says why nothing can tell them from the original.
+`equivalent.txt` says why nothing can tell other mutants from the original.
 """
 
 import re
@@ -219,7 +219,7 @@ class Entry(NamedTuple):
     pattern: str
     reason: str
     expression: re.Pattern[str]
-    """Of mutants as the report prints them."""
+    """Matches mutants as the report prints them."""
 
 
 def entries(text: str) -> list[Entry]:

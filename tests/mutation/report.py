@@ -11,7 +11,7 @@ PROTECTION = ("guard_", "gate", "fault.", "reset", "relay", "current_", "setting
               "progress", "countdown", "proof_", "monitor_")  # fmt: skip
 """Beginnings of the names of files that protect: of them every mutant is killed or listed."""
 LEAST_KILLED = 0.95
-"""Of the mutants of other files that are not equivalent."""
+"""Share of the mutants of other files, without the equivalent ones."""
 
 
 def protects(file: str) -> bool:

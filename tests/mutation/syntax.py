@@ -43,7 +43,7 @@ class Mutant(NamedTuple):
     """Where it is; empty outside of functions."""
     start: int
     end: int
-    """Of the bytes that are replaced."""
+    """The bytes that are replaced begin at `start`, and end before `end`."""
     new: str
     kind: Kind
     what: str

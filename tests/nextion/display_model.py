@@ -191,7 +191,7 @@ NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "n
          "\r\n#", "#", "##")  # fmt: skip
 """What a number or a name is not."""
 FILLERS = ("1", "9,9,9:", "a", " ", "0")
-"""Of orders that are too long."""
+"""What orders are filled with that are too long."""
 BEYOND = (0, 5, 23, 24, 99, 100, 255, 258, 264, 10**20, 7153.6, -3300, 1100.1, 44641, 42949673)
 """Numbers that are no order's, no kind's, or of no segment."""
 EDGES = (-1, -0.5, 0.5, 1, 2, 256, 65536, 2**32)

@@ -127,7 +127,7 @@ class Said:
     ticks: list[int]
     """When each was sent."""
     divisors: list[int]
-    """Of the line, then."""
+    """The line's divisor at each time."""
     states: list[dict[str, str]]
     counts: list[int]
     """How many instructions came before each look."""
@@ -147,9 +147,7 @@ class Said:
 def run(hosted: Path, *parts: str | bytes) -> Said:
     """Play scripts one after the other; a look at the end is part of it.
 
-    Raises:
-        Stopped: the firmware was ended by a sanitizer.
-
+    Raises Stopped: the firmware was ended by a sanitizer.
     """
     data = [script(part) if isinstance(part, str) else part for part in parts]
     lines = play(hosted, [*data, script("look")]).decode("latin-1").splitlines()

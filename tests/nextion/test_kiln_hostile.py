@@ -85,7 +85,7 @@ class Kilns:
         assert self.board.read("program.state") == RUNNING
 
     def run(self, seconds: float) -> None:
-        """Let time pass, in steps; raises AssertionError for the first byte that differs."""
+        """Let time pass, in steps. Raises AssertionError: a byte differs from the expected one."""
         end_s = self.now_s + seconds
         while self.now_s < end_s:
             self.now_s += STEP_S

@@ -249,7 +249,7 @@ DEEDS: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
         ("bdebug on", {ENABLED: 0, "debug.on.val": 0}),
         ("order 2 0; on", {ENABLED: 1, "debug.on.val": 1})]),
 }  # fmt: skip
-"""Of which machine; what is done with the display, and what is seen then."""
+"""The machine; what is done with the display, and what is seen then."""
 
 
 @pytest.mark.parametrize("name", DEEDS)

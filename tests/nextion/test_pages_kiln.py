@@ -28,7 +28,7 @@ SEEN = ("text", "number", "button", "dual_state", "waveform")
 FIGURES = 12
 """Fields of so many characters or less hold figures; longer ones hold words."""
 DIGITS = {"temp": 4, "set": 4, "duty": 3, "ot": 3, "settled": 6}
-"""Of numbers, where they are not days, hours, minutes or places."""
+"""Digits of numbers that are not days, hours, minutes or places."""
 COMMAND = re.compile(rb"(#\d+( [^#;]*)?;)*")
 
 DISPLAYS = [pages for name in EXAMPLE_NAMES if (pages := display_pages(example(name).controller))]

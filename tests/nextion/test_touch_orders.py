@@ -49,7 +49,7 @@ def test_an_order_does_what_it_says(hosted: Path, text: str) -> None:
 
 TAKEN = "2 1|4 20|5 1|20 900|2 0|8 1|9 0|9 1|10 2|17|12|16|22|13 2|21 3|15 6|11 1|14 a|7 1,1,1:"
 REFUSED = "9 0|9 1|9 2|10 1|18|8 3|8 0|13 0|13 99|7 0,1,1:|7 1,-5,100,3:|7 1,-5,100,4:"
-"""Of a kiln that does nothing; place 3 is empty."""
+"""Orders that a kiln refuses which does nothing; place 3 is empty."""
 
 
 def test_an_order_tells_whether_it_was_taken(hosted: Path) -> None:
@@ -207,12 +207,12 @@ BYTES = 1_000_000
 ORDERS = 10_000
 PER_RUN = 500
 LONGEST = 200
-"""Of an order's text, in bytes."""
+"""Length of an order's text, in bytes."""
 
 
 @cache  # they take longer to make than to play: an arena's trials share them
 def malformed() -> list[tuple[list[bytes], list[str]]]:
-    """Of each run what is sent, and the orders in it without what is around them."""
+    """Return what each run sends, and the orders in it without what is around them."""
     malice = Malice(Grammar(TOUCHED), seed=5)
     runs = [list(malice.orders(PER_RUN)) for _ in range(ORDERS // PER_RUN)]
     return [

@@ -1,8 +1,10 @@
 """The documents as a site: built without a warning, with a page for each kind and the schema.
 
-The pictures of the house and of the way of the data are those of the code.
+The pictures of the house and of the way of the data are those of the code, whose docstrings have
+one dialect.
 """
 
+import ast
 import json
 import re
 import sys
@@ -52,6 +54,30 @@ def test_it_is_built_strictly() -> None:
     dead = finished(MKDOCS, cwd=ROOT)
     assert dead.returncode != 0
     assert "nowhere.md" in dead.stderr
+
+
+FOLDERS = "cli", "examples", "generated", "generator", "sim", "spec", "templates", "tests", "tools"
+SECTION = re.compile(
+    "^ *(Args|Arguments|Attributes|Examples?|Notes?|Parameters|Raises|Returns|Yields):?$",
+    re.MULTILINE,
+)
+
+
+def test_docstrings_have_no_sections() -> None:
+    trees = {
+        path: ast.parse(text)
+        for folder in FOLDERS
+        for path in (ROOT / folder).rglob("*.py")
+        if SECTION.search(text := path.read_text("utf-8"))
+    }
+    found = [
+        f"{path.relative_to(ROOT)}: {heading[0]}"
+        for path, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        and (heading := SECTION.search(ast.get_docstring(node) or ""))
+    ]
+    assert found == [], "CONTRIBUTING.md, Style"
 
 
 TOOL = ROOT / "tools" / "architecture.py"

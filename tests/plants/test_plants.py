@@ -309,8 +309,7 @@ PRODUCTS = 2.0**-52 * 2
 def begun(name: str) -> Trace:
     """Run the first minutes of an example's scenario on its binary."""
     controller = example(name).controller
-    assert controller.simulation is not None
-    scenario = controller.simulation.scenario
+    scenario = controller.simulated.scenario
     soon = [each for each in scenario if each.for_s is None and (each.at_s or 0.0) < RUN_S]
     events = (*soon, Event.model_validate({"for": "150 s"}))
     return bench(controller, AvrDevice(controller, whole(name)), events, seed=SEED)
@@ -320,8 +319,7 @@ def begun(name: str) -> Trace:
 def test_it_is_the_plant_of_python(name: str) -> None:
     """Given the same, fans, feed, currents and radiation among it, with the same noise."""
     controller, trace = example(name).controller, begun(name)
-    simulation = controller.simulation
-    assert simulation is not None
+    simulation = controller.simulated
     plant = plant_of(
         controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=step_of(controller),
         seed=SEED,

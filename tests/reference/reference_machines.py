@@ -237,7 +237,7 @@ class Nozzle(Player):
         """Whether its operator and master command it, and not `enabled` and the setpoint."""
         self.enabled = 1
         self.ohm = 25.0
-        """Of the heater at 50 V; what it draws follows from the last duty."""
+        """Resistance of the heater at 50 V; what it draws follows from the last duty."""
         heater = self.controller.outputs["heater"]
         assert isinstance(heater, PwmOutput)
         self.full = ((heater.rated_v or 50.0) / 50.0) ** 2

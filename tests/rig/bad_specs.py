@@ -48,9 +48,7 @@ class Case:
     def refusal(self) -> SpecError:
         """Load the spec and return the error.
 
-        Raises:
-            AssertionError: it is taken for a good one.
-
+        Raises AssertionError: it is taken for a good one.
         """
         try:
             load_text(self.text, FILE_NAME)

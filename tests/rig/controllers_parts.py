@@ -18,11 +18,11 @@ from heatwright.spec.sensing.thermocouples import MAX31855_RANGE_C
 Part = dict[str, Any]
 _SENSOR: TypeAdapter[Any] = TypeAdapter(Sensor)
 NARROWEST_K = 45.0
-"""Of a sensor's range, between what its errors take off at both ends: room for a machine."""
+"""Range of a sensor, without what its errors take off at both ends: room for a machine."""
 LEAST_TOP_C = 50.0
-"""Of a drawn range, where the circuit shows that: warmer than a room by what a machine needs."""
+"""Top of a drawn range, where the circuit shows that: a room, and what a machine needs."""
 BY_INTERRUPTS_HZ = 6_000_000
-"""Of the clock, for each loop: a tick that is short enough for a PWM by interrupts, mostly."""
+"""Clock for each loop with which a tick is mostly short enough for a PWM by interrupts."""
 
 
 def text(value: float, unit: str = "") -> str:

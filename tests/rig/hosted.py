@@ -38,7 +38,7 @@ LIBRARY = ("-fPIC", "-DIN_PROCESS", "-D_DEFAULT_SOURCE")
 BOUND = ("-shared", "-Wl,-Bsymbolic", "-Wl,-z,defs")
 """Nothing of another library, or of Python, stands in for the firmware's own names."""
 MOST_CPU_S = 20
-"""Of the processor, for what takes one: a program that has lost its way takes all it can get."""
+"""Limit of the processor's time: a program that has lost its way takes all it can get."""
 
 
 @dataclass(frozen=True)
@@ -124,9 +124,7 @@ class Stopped(AssertionError):
 def play(world: Path, script: Iterable[bytes]) -> bytes:
     """Let a program, or a library, play a script; return what it says.
 
-    Raises:
-        Stopped: it crashed, or a sanitizer complained, or it did not end.
-
+    Raises Stopped: it crashed, or a sanitizer complained, or it did not end.
     """
     if world.suffix == ".so":
         return _played(_loaded(world), b"".join(script))

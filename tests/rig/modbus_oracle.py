@@ -23,7 +23,7 @@ COUNTERS = ("messages", "errors", "exceptions", "requests", "unanswered", "overr
 FAULTY, GOOD = 16, 32
 UNKNOWN_C = -32768
 CYCLES = 5
-"""Of a tuning, in these specs."""
+"""Cycles of a tuning, in these specs."""
 
 
 class Refused(Exception):

@@ -256,7 +256,7 @@ LATE_S = 0.004
 
 
 class Change(NamedTuple):
-    """Of an output's level."""
+    """A change of an output's level."""
 
     cycle: int
     name: str

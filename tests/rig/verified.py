@@ -72,14 +72,13 @@ def verified(
 
 def _findings(spec: Spec, faults: int | Collection[str] | None) -> Iterator[tuple[str, str]]:
     controller = spec.controller
-    assert controller.simulation is not None
     built = build_firmware(spec, Silent())
     elf = built.elf
     loops = closed_loop(controller, elf, Silent())
     checks = (
         *chain_checks(chain_errors(controller, elf)),
         *replay_checks(loops),
-        *run_checks(loops, controller.simulation),
+        *run_checks(loops, controller.simulated),
     )
     for check in checks:
         yield check.what, "" if check.passed else f"{check.found}, not {check.limit}"

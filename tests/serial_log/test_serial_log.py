@@ -73,7 +73,7 @@ int main(void)
 }
 """
 PINS = {"uno": ("A1", "D3"), "mega2560": ("D22", "D6"), "atmega32": ("PA2", "PD5")}
-"""Of sensor and heater, by the board."""
+"""Pins of sensor and heater, by the board."""
 TICK_S = 0.01
 RAM = "every: 2 s, entries: 20"
 SLOW_RAM = "every: 60 s, entries: 20"  # so slow that none is noted meanwhile

@@ -170,7 +170,7 @@ IDS = """
     relay_welded relay_open monitor_limit fan_stopped memory_damaged on_too_long input_open
     sensors_disagree
 """
-"""Of the rules, from code 1 on."""
+"""Ids of the rules, from code 1 on."""
 
 
 SELF_CHECKS = {
@@ -277,8 +277,7 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     name = what if what in COMMANDS else f"air.{what}"
     event = f"{{{name}: {written}}}}}\n    - {{at: 6 s, write: {{air"
     text = changed("dryer", ("{air.setpoint: 70 °C, air", event))
-    simulation = load_text(text).controller.simulation
-    assert simulation is not None
+    simulation = load_text(text).controller.simulated
     assert simulation.scenario[0].write == (Write(name, value),)
 
 

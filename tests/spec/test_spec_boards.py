@@ -224,7 +224,7 @@ def told(use: TimerUse) -> str:
             "tick: 1, s0: 2, D10: 5A 64*8333 interrupts, D9: 5B 64*2049 interrupts",
         ),
         ("uno", 1, "D4 100 Hz", "tick: 2, s0: 0, D4: 1A 8*20000 interrupts"),
-        # Of two frequencies on a timer the faster may need it.
+        # The faster of two frequencies may need the timer.
         (
             "mega2560", 1, "D10 61 Hz, D9 7812 Hz",
             "tick: 1, s0: 0, D9: 2B 8*256, D10: 5A 64*4098 interrupts",

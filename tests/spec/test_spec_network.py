@@ -153,8 +153,7 @@ def machine_of(controller: Controller) -> Machine:
     name, loop = next(iter(controller.loops.items()))
     heater = controller.outputs[loop.heater]
     assert not isinstance(heater, Stepper)
-    assert controller.simulation is not None
-    return Machine(controller, name, heater, controller.simulation)
+    return Machine(controller, name, heater, controller.simulated)
 
 
 def test_a_cooler_cools_faster() -> None:

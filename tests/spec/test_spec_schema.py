@@ -85,7 +85,7 @@ FORMLESS = (
     "a line to send has", "this text has a line break",
     "is no state", "a master cannot write", "is no command", "a program's name has",
 )  # fmt: skip
-"""Of a message that a value has not the form that its key asks for, whatever else the spec says."""
+"""Parts of messages that a value lacks the form of its key, whatever else the spec says."""
 
 
 def formless(name: str) -> list[str]:
@@ -185,7 +185,7 @@ HEADINGS = {
     "Monitor": "monitors", "ThermistorTolerances": "tolerances of a thermistor",
     "RtdTolerances": "tolerances of an rtd", "VoltageTolerances": "tolerances of a voltage",
 }  # fmt: skip
-"""Of the models whose heading is not their own name."""
+"""Headings of the models that do not have their own names."""
 
 
 def rows(model: str) -> dict[str, list[str]]:

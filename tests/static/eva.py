@@ -57,7 +57,7 @@ MOST_S = 3600
 
 NUMBER = re.compile(r"\(?(0[xX][0-9A-Fa-f]+|\d+)[uUlL]*\)?")
 ITERATIONS = 80
-"""Of each loop, which are looked at one by one; more are taken together."""
+"""So many of each loop are looked at one by one; more are taken together."""
 STEPS = "8, 16, 32, 64, 100, 128"
 """Where a bound that grows is tried to stand."""
 FURTHER_STEPS = {

@@ -76,8 +76,7 @@ class Kiln:
 
     def renew(self) -> None:
         """Another kiln, cold, with an empty EEPROM."""
-        controller, simulation = self._spec.controller, self._spec.controller.simulation
-        assert simulation is not None
+        controller, simulation = self._spec.controller, self._spec.controller.simulated
         ambient_c = self.random.uniform(10, 35)
         self._plant: Plant = plant_of(
             controller, simulation.plant.model_copy(update={"initial_c": ambient_c}),

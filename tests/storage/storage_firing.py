@@ -42,7 +42,7 @@ later."""
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 KEYS = ("up", "down", "left", "right", "select")
 PLAYED = 0.2
-"""Of all that is done at the keys."""
+"""Share of all that is done at the keys."""
 EDIT, GAINS = "edit", "gains"
 UNSAVED = ("program_crc", "temperature_c")
 """What is not a member of `program`."""
@@ -108,8 +108,7 @@ class Firing:
         self._newest = newest
         self.controller = controller
         self.device = AvrDevice(controller, program)
-        simulation = controller.simulation
-        assert simulation is not None
+        simulation = controller.simulated
         self._plant = plant_of(
             controller, simulation.plant, ambient_c=simulation.ambient_c, step_s=STEP_S, seed=seed
         )

@@ -53,7 +53,7 @@ class Kept:
     """What the firmware has to say it is, with this EEPROM."""
     slot_at: Callable[[int], int]
     slot_bytes: Callable[..., bytes]
-    """Of a turn and a value, perhaps with the digest of another spec."""
+    """The bytes for a turn and a value, perhaps with the digest of another spec."""
     used: Callable[[int, int], bytes]
     """An EEPROM in use: every slot written, the newest, with this turn, with `old`."""
 
@@ -193,7 +193,7 @@ class Kept:
             yield from self.expect("behind the last slot", nothing)
 
     def twins(self) -> Iterator[str]:
-        """Of two with the same number the first counts."""
+        """The first of two with the same number counts."""
         for one, other in ((self.old, self.new), (self.new, self.old)):
             first, second = self.slot_bytes(9, one), self.slot_bytes(9, other)
             self.boot(self.memory.image((self.slot_at(0), first), (self.slot_at(1), second)))

@@ -25,7 +25,7 @@ LIMITS = ("integral_minimum_percent", "integral_maximum_percent", "output_maximu
 
 
 class SettingsKept(Kept):
-    """Of any loop: what its specification has of all that may be kept."""
+    """Settings of any loop: what its specification has of all that may be kept."""
 
     checks = (
         "blank", "types", "gains", "limits", "latch", "codes", "damaged_first", "restored", "noise",
@@ -264,7 +264,7 @@ class SettingsKept(Kept):
             yield f"an acknowledged fault is back: {self.found()}"
 
     def types(self) -> Iterator[str]:
-        """Of all types only those that the spec allows."""
+        """Only the types that the spec allows are taken."""
         self.boot(self.memory.blank)
         for code in range(256) if self.memory.has_type else ():
             before = self.found().type

@@ -23,7 +23,7 @@ DECIDED_BY_S = 4.0
 WATCHED_S = 1.0
 FULL_PERMILLE = 1000
 LEAST_C = 5.0
-"""Of the machine: well within what no rule takes for a fault."""
+"""The machine's lowest temperature: well within what no rule takes for a fault."""
 
 
 class Book:

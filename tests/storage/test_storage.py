@@ -195,7 +195,7 @@ CUTS = amount("power_cuts") // len(SEEDS)
 MOST_ROWS = 20_000
 RESOLUTION_S = 0.0002
 CHANGES_K = (0.0, 20.0, -20.0, 45.0, -45.0)
-"""Of the machine while the power is away: within 30 K, where it goes on, or beyond."""
+"""Changes of temperature while the power is away: within 30 K, where it goes on, or beyond."""
 COMMON, RARE = (
     {"torn", "idle", "goes on"},
     {"cold", "unreadable", "failed", "interrupted", "paused"},

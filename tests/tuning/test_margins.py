@@ -298,7 +298,7 @@ def test_a_linear_machine_ends_where_its_gain_says(chamber):
 
 
 def test_a_kiln_ends_where_it_radiates_what_it_is_given():
-    """Of the element's power each kelvin of the brick takes a part, and its fourth power one."""
+    """Each kelvin of the brick takes a part of the element's power, and its fourth power one."""
     kiln = example("kiln").controller
     (*_, (_, ends_c)) = islice(at_full_power(kiln, LOOP, 200.0), 400)
     brick_k = ends_c - 484 * 0.5 + 273.15

@@ -40,7 +40,7 @@ HERE, HOST = Path(__file__).parent, Path(heatwright.sim.host.__file__).parent
 AMBIENT_C, DAY_K, SEASON_K = 20.0, 5.0, 8.0
 SUPPLY = 0.1
 COLDEST = 0.75
-"""Of the year, counted from spring."""
+"""The coldest time, as a share of the year from spring on."""
 FAR_K_PER_W = 0.5
 """From the load to the room."""
 LOWEST_C = 40.0
@@ -82,7 +82,7 @@ class Style(NamedTuple):
     """A machine, by what it can do, and how it is held."""
 
     excess: float
-    """Of full power, over what holds the highest setpoint on a usual day."""
+    """Full power, as a multiple of what holds the highest setpoint on a usual day."""
     lag_s: float
     """In which the machine comes near where it ends."""
     noisy: bool
@@ -164,7 +164,7 @@ def specified(kind: str, style: str, initial_c: float = LOWEST_C) -> str:
 COMPILE = "gcc -std=c11 -O2 -Wall -Wextra -Werror -fPIC -shared year.c -lm -o year.so"
 YEAR_S = 365 * 86400
 SETTLED = 0.5
-"""Of each run, at the end: there it is held."""
+"""Share of each run, at the end: there it is held."""
 MOST_EDGES = 2**18
 NONE = np.zeros(0, INPUT)
 FUNCTIONS = {"set": "host_set", "tick": "loop_held_tick", "state": "host_state"}
@@ -202,8 +202,7 @@ class World:
         ffi, _ = _year()
         self.host = Host(build_of_spec(spec, sanitized=False))
         controller = spec.controller
-        simulation, loop = controller.simulation, controller.loops["held"]
-        assert simulation is not None
+        simulation, loop = controller.simulated, controller.loops["held"]
         network, sensor = simulation.plant, controller.thermometers["felt"]
         firmware = declarations(self.host.build.project, self.host.build.parts)
         self._machine = machine = ffi.new("struct year_machine *")

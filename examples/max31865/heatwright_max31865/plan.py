@@ -17,7 +17,7 @@ BIAS, THREE_WIRES, FIFTY_HZ = 0x80, 0x10, 0x01
 REGISTERS, NEAR_A_TICK, FAR_A_TICK = 8, 4, 3
 """Registers, and how many of them are read in a tick; both reach beyond the temperature's."""
 LOW_RATIO, HIGH_RATIO = 0.185201, 3.90481
-"""Of the element at -200 °C and at 850 °C to 0 °C (IEC 60751): beyond is no temperature."""
+"""Resistance at -200 °C and at 850 °C to that at 0 °C (IEC 60751): beyond is no temperature."""
 SHIFT = " through a level shifter to 3.3 V"
 
 

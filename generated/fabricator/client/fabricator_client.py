@@ -80,10 +80,8 @@ class Line:
     def ask(self, function: int, data: bytes) -> bytes:
         """Send a request; return the bytes of its answer behind the function code.
 
-        Raises:
-            NoAnswer: there was no answer, a damaged one, or one to another request.
-            Refused: the slave refused the request.
-
+        Raises NoAnswer: there was no answer, a damaged one, or one to another request; Refused: the
+        slave refused the request.
         """
         head = bytes([self._address, function])
         self._port.write(head + data + crc16(head + data))
@@ -120,9 +118,7 @@ class Line:
     def write(self, address: int, form: str, value: float, per_unit: int) -> None:
         """Write a number to its register, in steps of 1 / `per_unit`.
 
-        Raises:
-            ValueError: the number does not fit into the register.
-
+        Raises ValueError: the number does not fit into the register.
         """
         if not math.isfinite(value):
             raise ValueError(f"{value} is not finite, so no register can hold it")
@@ -228,9 +224,7 @@ class FabricatorClient:
     def check(self) -> None:
         """Check that the slave has the firmware for which this client was generated.
 
-        Raises:
-            WrongSlave: it has another one.
-
+        Raises WrongSlave: it has another one.
         """
         if (self.map_version, self.digest) != (MAP_VERSION, DIGEST):
             raise WrongSlave(f"the slave's digest is {self.digest:08x}, not {DIGEST:08x}")

@@ -116,11 +116,9 @@ def output_part(  # noqa: PLR0913 - all values of one part
 ) -> Part:
     """Plan an output of one pin.
 
-    told -- further values for the templates.
-    header -- the header's template, if it differs from the source's.
-    wired -- further text for the README.
-    connected -- statements that disconnect the pin from timers: after a restart without a reset,
-    the timers are as the program left them.
+    told -- further values for the templates; header -- the header's template, if it differs from
+    the source's; wired -- further text for the README; connected -- statements that disconnect the
+    pin from timers: after a restart without a reset, the timers are as the program left them;
     pulses -- C expression that is not 0 while something else than the tick switches the pin.
     """
     pin = source.controller.board.pins[output.pin]

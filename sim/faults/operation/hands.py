@@ -31,7 +31,7 @@ OFF = ("OFF, UP: ", "Done UP: ")
 def release(world: World) -> None:
     """Acknowledge a locked-out fault, as a person at the machine does.
 
-    Raises LookupError if the controller has no lock-out.
+    Raises LookupError: the controller has no lock-out.
     """
     lockout = world.site.controller.lockout
     if lockout is None:

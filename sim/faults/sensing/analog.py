@@ -20,6 +20,8 @@ from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Analog, Rtd, Thermistor
 
+KINDS = ("analog", "rtd", "thermistor")
+"""The kinds of sensors that this module serves (spec/registry.py)."""
 WATCH_S = 60.0
 CODES = 1024
 SOUND_PER_BROKEN = 4

@@ -14,6 +14,8 @@ from heatwright.sim.native.pins import Level
 from heatwright.sim.reference.numbers import steps
 from heatwright.sim.sensors.spi_chip import Faults, SpiChip
 
+KINDS = ("max6675",)
+"""The kind of sensor that has these faults and no others (spec/registry.py)."""
 WATCH_S = 120.0
 SOUND_PER_DAMAGED = 4
 """In bursts, this many answers are sound for each damaged one."""

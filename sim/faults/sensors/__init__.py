@@ -1,1 +1,1 @@
-"""The faults of each kind of sensor, one module for each kind."""
+"""The faults of each kind of sensor that has its own; those of `sensing` serve the others."""

@@ -47,7 +47,7 @@ class Keypad:
     def press(self, key: str | None) -> None:
         """Hold a key from now on: right, up, down, left, select; None: none.
 
-        Raises ValueError for another name.
+        Raises ValueError: it is another name.
         """
         if key not in CODES:
             raise ValueError(f"There is no key {key}; there are right, up, down, left, select.")

@@ -88,8 +88,8 @@ class ModbusMaster:
 
         If a loop refuses to be switched on because it needs a change from off to on, it is
         switched off and on. A command's bit is cleared, set and cleared, because the slave acts on
-        the change, and after a reset has seen none. Raises LookupError for a name that the slave
-        does not have.
+        the change, and after a reset has seen none. Raises LookupError: the slave has no such
+        name.
         """
         if name not in self._registers:
             raise LookupError(f"The slave has no {name}: it has {', '.join(self._registers)}.")

@@ -77,7 +77,7 @@ class Display:
     def value(self, attribute: str) -> Value:
         """Return an attribute's present value: b0.txt of the shown page, or main.b0.txt.
 
-        Raises Refused if there is no such attribute.
+        Raises Refused: there is no such attribute.
         """
         return self.memory.get(Name(tuple(attribute.split("."))))
 
@@ -135,7 +135,7 @@ class Display:
     def press(self, name: str) -> None:
         """Touch a component of the shown page, by its name.
 
-        Raises LookupError if it is not there, is hidden, or takes no touch.
+        Raises LookupError: it is not there, is hidden, or takes no touch.
         """
         part = self.memory.parts[self.memory.page].get(name) if self.is_on else None
         if part is None or not part.visible or not part.touchable or not self._takes_touch(part):
@@ -193,7 +193,7 @@ class Display:
         self._run(self.page, part.component.name, event)
 
     def _run(self, page: str, owner: str, event: str) -> bool:
-        """Run an event; return whether the page has changed. Raises PageError for errors."""
+        """Run an event; return whether the page has changed. Raises PageError."""
         code = self._code[page, owner, event]
         if self._depth == DEEPEST:
             raise events.PageError(f"The events of {page} never end.")

@@ -44,10 +44,7 @@ class Display:
             self._does |= {**_orders(operator), 13: self._show}
 
     def send(self, text: str) -> None:
-        """Execute the commands of a text.
-
-        Raises ValueError: there is no command in it.
-        """
+        """Execute the commands of a text. Raises ValueError: there is no command in it."""
         found = _ORDER.findall(text)
         if not found:
             raise ValueError(f"{text!r} is no command of a display: write one such as #8 1;")
@@ -120,10 +117,7 @@ class Editor:
     """Changes segments of programs, within the spec's limits."""
 
     def __init__(self, controller: Controller) -> None:
-        """Take the limits of the spec.
-
-        Raises ValueError: the specification has no programs.
-        """
+        """Take the limits of the spec. Raises ValueError: the specification has no programs."""
         if controller.programs is None:
             raise ValueError("The specification has no programs")
         setpoint = controller.loops[controller.programs.loop].setpoint

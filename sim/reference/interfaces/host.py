@@ -28,10 +28,7 @@ class Line(NamedTuple):
 
 
 def parsed(text: str) -> Line:
-    """Parse a line; line number and checksum are ignored.
-
-    Raises ValueError: it has no command.
-    """
+    """Parse a line; line number and checksum are ignored. Raises ValueError: it has no command."""
     plain = text.split(";", maxsplit=1)[0].split("*", maxsplit=1)[0].upper()
     words = [(letter, number) for letter, number in _WORD.findall(plain) if letter != "N"]
     if not words or words[0][0] not in "GMT" or not words[0][1]:

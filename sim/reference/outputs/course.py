@@ -190,7 +190,7 @@ class SpreadCourse(WindowCourse):
     def _on_until(self, time_us: float) -> float:
         """Return the on-time from the start of the window to a time, with the present counts.
 
-        Of the first n steps, 1 + (n - 1) · on // window are on: step s is on if s · on has passed
+        1 + (n - 1) · on // window of the first n steps are on: step s is on if s · on has passed
         another multiple of the window.
         """
         if not self._on_steps:

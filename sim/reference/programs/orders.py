@@ -39,10 +39,7 @@ class ProgrammedOperator(SwitchedOperator):
     """The commands to a loop and its programs."""
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
-        """Take the programs of the spec.
-
-        Raises ValueError: the spec has none for this loop.
-        """
+        """Take the programs of the spec. Raises ValueError: the spec has none for this loop."""
         super().__init__(controller, name, reference)
         if reference.program is None or controller.programs is None:
             raise ValueError(f"Loop {name} has no programs")

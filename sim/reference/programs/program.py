@@ -112,16 +112,10 @@ class ProgramRun:
     ) -> tuple[int, bool]:
         """Run the program's part of a step.
 
-        Args:
-            order: the waiting command, and its argument.
-            temperature_c: the temperature for the control, None without a valid reading.
-            reading_c: the last single reading.
-            fault: whether a fault is latched.
-            damaged: whether this step finds the memory damaged (rule 29).
-
-        Returns:
-            The code of a fault, 0 for none; and whether the command still waits.
-
+        Return the code of a fault, 0 for none, and whether the command still waits. order -- the
+        waiting command, and its argument; temperature_c -- the temperature for the control, None
+        without a valid reading; reading_c -- the last single reading; fault -- whether a fault is
+        latched; damaged -- whether this step finds the memory damaged (rule 29).
         """
         now = self.now
         now.leap = now.order = now.argument = 0

@@ -11,6 +11,8 @@ from heatwright.spec.sensing.conversion import conversion
 
 AnalogSensor = Thermistor | Rtd | Analog
 
+KINDS = ("analog", "rtd", "thermistor")
+"""The kinds of sensors that this module serves (spec/registry.py)."""
 CODES = 1024
 TICK_S = 0.010
 VALID, SHORT, OPEN, OUT_OF_RANGE = 0, 2, 17, 18

@@ -17,7 +17,7 @@ from heatwright.spec import Controller, ThreePosition, commanded, programmed
 from heatwright.spec.commands import switched
 
 READY_WITHIN_K = 1.0
-"""Of a loop whose specification does not say it."""
+"""Default for a loop whose specification does not say it."""
 
 
 _SWITCHING: dict[Command, Callable[[SwitchedOperator, float], object]] = {

@@ -22,7 +22,7 @@ COMMAND_KINDS = (
 )  # fmt: skip
 """What else a course of a commanded loop is made of; on others they hold."""
 SWITCH_KINDS = ("switch", "order_switched", "by_percent")
-"""Of a switched loop, besides."""
+"""What a course of a switched loop is made of, besides."""
 LOST_KINDS = ("silence",)
 """Where the master, or the host, may be lost, besides."""
 ADJUSTING_KINDS = ("critical",)

@@ -22,10 +22,10 @@ from heatwright.spec import Controller, DigitalOutput, monitors_of
 
 TICK_US = 10_000
 HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64
-"""Of a row's `monitored`: see sim/host/world.h."""
+"""Bits of a row's `monitored`: see sim/host/world.h."""
 TRIPPED_BY, TRIPPED_C = 6, 21.5
 SLACK = 0.001
-"""Of counts: the reference has shares of a time, which do not add up to the last bit."""
+"""For counts: the reference has shares of a time, which do not add up to the last bit."""
 
 
 INPUT_OPEN = 31
@@ -38,7 +38,7 @@ class Restored(NamedTuple):
     setpoint_c: Single
     gains: Gains | None
     critical_c: float
-    """Of loops where it is adjustable."""
+    """Only for loops where it is adjustable."""
     fault_code: int
     fault_c: Single
     fault_s: int

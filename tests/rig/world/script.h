@@ -80,7 +80,7 @@ static inline void must(bool holds, const char *otherwise)
     }
 }
 
-/* Of the script: 8 bits, or 16, the low ones first; 0 behind its end. */
+/* The script's next 8 bits, or 16, the low ones first; 0 behind its end. */
 static inline uint8_t next_byte(void)
 {
     const int byte = getchar();

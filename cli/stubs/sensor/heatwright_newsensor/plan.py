@@ -12,12 +12,9 @@ from heatwright_newsensor.model import Newsensor
 def plan(source: Source, name: str, sensor: Newsensor, use: UseOfSensor) -> Part:
     """Plan the sensor's files, constants, pins, calls and wires.
 
-    Args:
-        source: the sensor's place in the spec; `source.at(key)` is the place of one of its keys.
-        name: the sensor's name in the spec.
-        sensor: the sensor's keys.
-        use: how the firmware uses it, such as how often it is read.
-
+    source -- the sensor's place in the spec; `source.at(key)` is the place of one of its keys;
+    name -- the sensor's name in the spec; sensor -- the sensor's keys; use -- how the firmware uses
+    it, such as how often it is read.
     """
     pin = source.controller.board.pins[sensor.pin]
     context = {"name": name, "NAME": name.upper(), "pin": label(pin), "where": source.where}

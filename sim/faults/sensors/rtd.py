@@ -1,5 +1,0 @@
-"""Faults of a sensor of kind `rtd`: see heatwright.sim.faults.sensing.analog."""
-
-from heatwright.sim.faults.sensing.analog import cut, faults, mend
-
-__all__ = ["cut", "faults", "mend"]

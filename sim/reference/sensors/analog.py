@@ -1,5 +1,0 @@
-"""Sensor of kind `analog`: see heatwright.sim.reference.sensors.adc."""
-
-from heatwright.sim.reference.sensors.adc import IdealSensor, converter
-
-__all__ = ["IdealSensor", "converter"]
