@@ -162,12 +162,12 @@ def tunable(controller: Controller, loop_name: str) -> bool:
         or touched(controller, loop_name)
         or programmed(controller, loop_name)
     )
-    return has_commands and controller.loops[loop_name].algorithm.pid is not None
+    return has_commands and controller.loops[loop_name].algorithm.tunable
 
 
 def limits_adjustable(controller: Controller, loop_name: str) -> bool:
     """Return whether a host may narrow the limits of a loop's integral and output."""
-    return bool(getattr(controller.loops[loop_name].algorithm, "limits_adjustable", False))
+    return controller.loops[loop_name].algorithm.limits_adjustable
 
 
 def shown_loop(controller: Controller, indicators: Indicators) -> str:

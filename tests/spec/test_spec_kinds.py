@@ -14,6 +14,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rig.firmware import ROOT, finished
@@ -94,18 +95,69 @@ def test_a_module_that_is_missing_is_named() -> None:
     assert list(lacking("sensor", "spoon")) == [told]
 
 
+def beside(home: Path, named: dict[str, str], *words: str, package: Path = OUTSIDE) -> Any:
+    """Run heatwright as if a package were installed beside it; tests/packaging installs one."""
+    lines = ["[heatwright.kinds]", *(f"{name} = {place}" for name, place in named.items())]
+    (home / "outside-1.dist-info").mkdir()
+    (home / "outside-1.dist-info" / "entry_points.txt").write_text("\n".join(lines))
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (home, package)))}
+    return finished([sys.executable, "-m", "heatwright.cli.start", *words], env=env)
+
+
 def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:
-    """As if it were installed; tests/packaging does so."""
     points = tomllib.loads((OUTSIDE / "pyproject.toml").read_text("utf-8"))["project"]
-    ((group, named),) = points["entry-points"].items()
-    lines = [f"[{group}]", *(f"{name} = {place}" for name, place in named.items())]
-    (tmp_path / "outside-1.dist-info").mkdir()
-    (tmp_path / "outside-1.dist-info" / "entry_points.txt").write_text("\n".join(lines))
-    paths = os.pathsep.join(map(str, (tmp_path, OUTSIDE)))
-    words = [sys.executable, "-m", "heatwright.cli.start", "kinds", "--json"]
-    env = {**os.environ, "PYTHONPATH": paths}
-    told = finished(words, env=env)
+    named = points["entry-points"]["heatwright.kinds"]
+    told = beside(tmp_path, named, "kinds", "--json")
     assert told.returncode == 0, told.stdout + told.stderr
     found = {f"{each['role']}.{each['kind']}": each for each in json.loads(told.stdout)["kinds"]}
     assert set(named) <= set(found)
     assert all(found[name]["package"] == "heatwright_max31865" for name in named)
+
+
+CASCADE = '''
+from typing import ClassVar, Literal
+from heatwright.spec.algorithms import Pid
+
+class Cascade(Pid):
+    """Any duty, and none of the gains that heatwright reads."""
+    pid: ClassVar[None] = None
+    tunable: ClassVar[bool] = False
+    kind: Literal["cascade"]
+'''
+OVEN = """
+heatwright: 1
+controller: {{name: oven, board: uno}}
+sensors: {{air: {{kind: ds18b20, pin: D2}}}}
+outputs: {{heater: {{kind: {output}, pin: D5}}}}
+loops:
+  air:
+    sensor: air
+    heater: heater
+    period: 1 s
+    setpoint: {{initial: 50 °C, minimum: 20 °C, maximum: 60 °C}}
+    algorithm: {{kind: {algorithm}, kp: 4, ki: 0.01}}
+    protection: {{maximum: 80 °C, minimum: 0 °C, rise_rate: 5 K/s, heating: off, runaway: off,
+                  frozen: off, stale_after: 5 s}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "output", "fits"),
+    [
+        ("pid", "digital", False),
+        ("cascade", "digital", False),
+        ("cascade", "time_proportional, window: 1 s", True),
+    ],
+)
+def test_a_duty_of_any_size_needs_an_output_that_can_make_it(
+    algorithm: str, output: str, fits: bool, tmp_path: Path
+) -> None:
+    (tmp_path / "lag").mkdir()
+    (tmp_path / "lag" / "__init__.py").write_text("import heatwright.spec\n")
+    (tmp_path / "lag" / "model.py").write_text(CASCADE)
+    (tmp_path / "oven.yaml").write_text(OVEN.format(algorithm=algorithm, output=output))
+    words = ("check", "--quick", str(tmp_path / "oven.yaml"))
+    told = beside(tmp_path, {"algorithm.cascade": "lag.model:Cascade"}, *words, package=tmp_path)
+    assert told.returncode == (0 if fits else 2), told
+    refusal = f"{algorithm} needs a duty between 0 % and 100 %, and heater of the kind digital is"
+    assert (refusal in told.stdout + told.stderr) != fits, told

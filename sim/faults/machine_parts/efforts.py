@@ -34,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
     if effort is None or site.loop.cooler is not None:
         return
     watch_s = FILTERS * effort.band.filter_s + TIMES * effort.for_s
-    if site.loop.algorithm.pid:  # an on-off loop asks for full power: rule 10 sees it
+    if site.loop.algorithm.continuous:  # a switching loop asks for full power: rule 10 sees it
         yield from _aged(site, effort, watch_s)
     yield from _drifting(site, effort, watch_s)
     yield from _standing_high(site, effort, watch_s)
