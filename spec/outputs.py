@@ -165,8 +165,8 @@ class DigitalOutput(Model):
         return share * self.cycle_s
 
 
-class _Metered(Model):
-    """Common keys of outputs that set a share of the power, or a speed, and not only on and off."""
+class PwmOutput(Model):
+    """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
 
     is_on_off: ClassVar[bool] = False
     always_runs: ClassVar[bool] = False
@@ -174,11 +174,6 @@ class _Metered(Model):
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
-
-
-class PwmOutput(_Metered):
-    """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
-
     is_windowed: ClassVar[bool] = False
     feeds: ClassVar[bool] = False
     shortest_pulse_s: ClassVar[float] = 0.0
@@ -221,9 +216,15 @@ class PwmOutput(_Metered):
         return self.rated_v / self.supply_v
 
 
-class TimeProportionalOutput(_Metered):
+class TimeProportionalOutput(Model):
     """On for a part of each window, switched by the tick: for relays and slow loads; no whine."""
 
+    is_on_off: ClassVar[bool] = False
+    always_runs: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    stays_on_s: ClassVar[float] = 0.0
+    stays_off_s: ClassVar[float] = 0.0
+    proof: ClassVar[None] = None
     is_windowed: ClassVar[bool] = True
     feeds: ClassVar[bool] = False
     frequency_hz: ClassVar[float] = 0.0
@@ -278,11 +279,18 @@ class TimeProportionalOutput(_Metered):
         return self.resolution_s if self.distribution == "spread" else share * self.cycle_s
 
 
-class Stepper(_Metered):
+class Stepper(Model):
     """A stepper motor that feeds material, behind a driver with step, direction and enable."""
 
+    is_on_off: ClassVar[bool] = False
+    always_runs: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    stays_on_s: ClassVar[float] = 0.0
+    stays_off_s: ClassVar[float] = 0.0
+    proof: ClassVar[None] = None
     is_windowed: ClassVar[bool] = False
     feeds: ClassVar[bool] = True
+    full_share: ClassVar[float] = 1.0
     power_w: ClassVar[None] = None
     frequency_hz: ClassVar[float] = 0.0
     supply_v: ClassVar[None] = None

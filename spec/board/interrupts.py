@@ -82,9 +82,10 @@ def longest_tick_s(controller: Controller) -> float:
     for loop in controller.loops.values():
         cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)
         cycles += COOLER_CYCLES * (loop.cooler is not None)
-        cycles += WINDOW_CYCLES * getattr(outputs.get(loop.heater), "is_windowed", False)
+        heater = outputs.get(loop.heater)
+        cycles += WINDOW_CYCLES * (heater is not None and heater.is_windowed)
         for name in filter(None, (loop.heater, loop.cooler)):
-            cycles += HELD_CYCLES * getattr(outputs.get(name), "is_held", False)
+            cycles += HELD_CYCLES * (name in outputs and outputs[name].is_held)
         channel = channels.get(loop.heater)
         cycles += BY_INTERRUPTS_CYCLES * (channel is not None and channel.by_interrupts)
     return cycles / controller.board.clock_hz

@@ -21,7 +21,8 @@ from rig.firmware import ROOT, finished
 
 from heatwright.cli.contract import UNIONS, lacking
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
-from heatwright.spec.registry import KindIncomplete, module_of
+from heatwright.spec.base import Model
+from heatwright.spec.registry import KindIncomplete, brought, module_of
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
 ASKED = 15
@@ -86,6 +87,14 @@ OUTSIDE = Path(__file__).parents[2] / "examples" / "max31865"
 )
 def test_nothing_is_missing(role: str, kind: str) -> None:
     assert list(lacking(role, kind)) == []
+
+
+@pytest.mark.parametrize("role", UNIONS)
+def test_no_kind_inherits_what_every_kind_must_say(role: str) -> None:
+    """What all kinds of a role inherit, a new one has without a word: mypy would not list it."""
+    models = [model for kind, model in kinds(UNIONS[role]).items() if kind not in brought(role)]
+    common = set.intersection(*(set(model.__mro__) for model in models))
+    assert common - {*models} == {*Model.__mro__}
 
 
 def test_a_module_that_is_missing_is_named() -> None:

@@ -36,7 +36,7 @@ def raw_type(sensor: Thermometer) -> str:
 
 def current_sensor(controller: Controller, loop: Loop) -> str | None:
     """Name the sensor of the current of a loop's heater, if it has one."""
-    current = getattr(controller.outputs[loop.heater], "current", None)
+    current = controller.outputs[loop.heater].current
     return None if current is None else str(current.sensor)
 
 
