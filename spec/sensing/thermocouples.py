@@ -33,6 +33,7 @@ class _Converter(Averaged):
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
+    rules: ClassVar[tuple[int, ...]] = (1, 2, 3, 4, 17)
     reading_bits: ClassVar[int] = 16
     selectable: ClassVar[tuple[str, ...]] = ()
 

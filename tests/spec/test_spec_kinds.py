@@ -17,12 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from rig.firmware import ROOT, finished
+from rig.firmware import EXAMPLES, ROOT, controller_of, finished, sources_of
 
 from heatwright.cli.contract import UNIONS, lacking
+from heatwright.generator.plan.core import rule_macro
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
 from heatwright.spec.base import Model
+from heatwright.spec.breakable import rules_of
 from heatwright.spec.registry import KindIncomplete, brought, module_of
+from heatwright.spec.rules import RULES
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
 ASKED = 15
@@ -95,6 +98,20 @@ def test_no_kind_inherits_what_every_kind_must_say(role: str) -> None:
     models = [model for kind, model in kinds(UNIONS[role]).items() if kind not in brought(role)]
     common = set.intersection(*(set(model.__mro__) for model in models))
     assert common - {*models} == {*Model.__mro__}
+
+
+@pytest.mark.parametrize("example", [path.stem for path in EXAMPLES.glob("*.yaml")])
+def test_a_thermometer_says_which_rules_its_driver_can_report(example: str) -> None:
+    """And the firmware names these, with the rules that every firmware names."""
+    controller, texts = controller_of(example), sources_of(example)
+    codes = {rule_macro(rule): code for code, rule in RULES.items()}
+    for name, sensor in controller.thermometers.items():
+        driver = texts[f"sensor_{name}.c"] + texts.get(f"one_wire_{name}.c", "")
+        named = {codes[each] for each in re.findall(r"\bFAULT_\w+", driver) if each in codes}
+        assert named == {*sensor.rules}
+    own = {code for sensor in controller.sensors.values() for code in sensor.rules}
+    listed = {rule.code for rule in rules_of(controller)} & {17, 18, 20, 21, 22}
+    assert listed == own - {1, 2, 3, 4, 5}
 
 
 def test_a_module_that_is_missing_is_named() -> None:
