@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,6 @@ from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.lcd_keypad.keypad import keys_for
 from heatwright.sim.interfaces.look import NO_LOOK, Look
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
-from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.serial_log import SerialLog
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
@@ -29,7 +28,6 @@ from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, digest, for_display
-from heatwright.spec.nextion import display_pages
 from heatwright.spec.registry import module_of
 from heatwright.spec.scenario.program_orders import Order, ProgramOrder
 
@@ -38,7 +36,7 @@ DIGEST = "spec_digest"
 PROOF = "reset_prove_watchdog"
 """The function that proves at start-up that the watchdog resets."""
 FEED_S = 10.0
-"""Longest simulated time, s, until parts that talk to the board get the new records."""
+"""Longest simulated time, s, until parts that act get the new records."""
 LISTEN_S = 60.0
 """How often parts that only listen get the new records, unless they are requested: larger blocks
 are less work. A heater's PWM makes about one megabyte."""
@@ -77,12 +75,62 @@ class Interface(Listener, Protocol):
         """Return violations of a data sheet, and messages that could not be understood."""
 
 
-class Waker(Protocol):
+@runtime_checkable
+class Waker(Listener, Protocol):
     """A part that acts at times of its own."""
 
     @property
     def wake_cycle(self) -> int | None:
         """The cycle at which it next needs the records and may act; None: it waits for nothing."""
+
+
+@runtime_checkable
+class Talker(Protocol):
+    """A part that holds exchanges with the board."""
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it is in the middle of an exchange, and gets the records after each advance."""
+
+
+@runtime_checkable
+class Looker(Waker, Protocol):
+    """A part in whose place C can look whether the board has sent something."""
+
+    @property
+    def look(self) -> Look | None:
+        """The times of its looks while it only waits for the board, otherwise None."""
+
+
+@runtime_checkable
+class Pluggable(Protocol):
+    """A part that leaves the line free for another while it is unplugged."""
+
+    @property
+    def is_plugged(self) -> bool:
+        """Whether it is plugged in."""
+
+    def unplug(self) -> None:
+        """Pull its plug."""
+
+
+@runtime_checkable
+class Learner(Protocol):
+    """A part that is set up for one controller, as a master is with the list of registers."""
+
+    def learn(self, controller: Controller) -> None:
+        """Take over what it must know of the controller."""
+
+
+@runtime_checkable
+class Keyed(Protocol):
+    """A part with keys."""
+
+    def press(self, key: str | None) -> None:
+        """Hold a key, or none."""
+
+    def run_to(self, cycle: int) -> None:
+        """Run the processor to a cycle, with each bounce of a key before it."""
 
 
 class AvrDevice:
@@ -128,7 +176,11 @@ class AvrDevice:
         if eeprom:
             self.avr.eeprom.contents = eeprom
         self.sensors = self._attach("sensor", self._controller.sensors)
-        self.outputs: dict[str, Switch] = self._attach("output", self._controller.outputs)
+        outputs = self._attach("output", self._controller.outputs)
+        self.outputs: dict[str, Switch] = outputs
+        self._motors: dict[str, Stepper] = {
+            name: outputs[name] for name in self._controller.steppers
+        }
         self.log_edges(self.edged)
         if self.relay is not None:
             self.relay.power_on(self.avr, self._controller)
@@ -137,20 +189,19 @@ class AvrDevice:
         numbered = dict(enumerate(self._controller.interfaces))
         self.interfaces: list[Interface] = list(self._attach("interface", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
-        self._lookers = self._pluggable
-        self._talkers = [*self.parts(GcodeHost), *self._lookers]
-        self._shields = self.parts(LcdKeypad)
-        self._wakers = [*self._talkers, *self._shields]
-        self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
+        self._listeners = [each for each in self.interfaces if not isinstance(each, Waker)]
+        self._wakers: list[Waker] = [each for each in self.interfaces if isinstance(each, Waker)]
+        self._talkers = [each for each in self.interfaces if isinstance(each, Talker)]
+        self._lookers: list[Looker] = [each for each in self.interfaces if isinstance(each, Looker)]
+        self._keyed = [each for each in self.interfaces if isinstance(each, Keyed)]
         self._watch_interlocks()
-        for master in self.parts(ModbusMaster):
-            master.serve(registers(self._controller))
-        for display in self.parts(Nextion):
-            display.serve(display_pages(self._controller))
+        for each in self.interfaces:
+            if isinstance(each, Learner):
+                each.learn(self._controller)
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self.feed_at = self._listen_at = 0
-        self.run_to = self._shields[0].keypad.advance if self._shields else self.avr.run_to
+        self.run_to = self._keyed[0].run_to if self._keyed else self.avr.run_to
 
     def _watch_interlocks(self) -> None:
         for name, loop in self._controller.loops.items():
@@ -180,8 +231,8 @@ class AvrDevice:
 
     def press(self, key: str | None) -> None:
         """Hold a key of the keypad: right, up, down, left, select; None: none."""
-        shield = self._shields[0] if self._shields else self.shield
-        shield.keypad.press(key)
+        keyed = self._keyed[0] if self._keyed else self.shield
+        keyed.press(key)
 
     def send(self, line: str) -> None:
         """Send a line of G-code as the host, after the lines before it are answered.
@@ -213,8 +264,8 @@ class AvrDevice:
             part.unplug()
 
     @property
-    def _pluggable(self) -> list[ModbusMaster | Nextion]:
-        return [*self.parts(ModbusMaster), *self.parts(Nextion)]
+    def _pluggable(self) -> list[Pluggable]:
+        return [each for each in self.interfaces if isinstance(each, Pluggable)]
 
     def parts(self, kind: type[Kind]) -> list[Kind]:
         """Return the interfaces of a kind."""
@@ -266,8 +317,8 @@ class AvrDevice:
 
     def travel_mm(self, output: str) -> float:
         """Return how far a stepper has fed since the last call, mm; 0 for any other output."""
-        stepper = self.outputs[output]
-        if not isinstance(stepper, Stepper):
+        stepper = self._motors.get(output)
+        if stepper is None:
             return 0.0
         if stepper.waits:
             self.feed()
@@ -343,16 +394,14 @@ class AvrDevice:
         return np.frombuffer(raw, variable.dtype)[0]
 
     def hear(self) -> None:
-        """Give the new records to the parts that talk; other parts get them with the next feed."""
+        """Give the new records to the parts that act; other parts get them with the next feed."""
         pins, sent = self.avr.pins.take(), self.avr.uarts.take()
-        for part in self._talkers:
+        for part in self._wakers:
             part.feed(pins, sent)
-        for shield in self._shields:
-            shield.fingers.move(self.avr.cycle)
         self._held.append((pins, sent))
 
     def listen(self) -> None:
-        """Give the new records to the parts that talk, or to all parts if that is due."""
+        """Give the new records to the parts that act, or to all parts if that is due."""
         if self.avr.cycle >= self._listen_at:
             self.feed()
             return
@@ -365,8 +414,13 @@ class AvrDevice:
         self.hear()
         pins, sent = (_joined(parts) for parts in zip(*self._held, strict=True))
         self._held.clear()
-        listeners = [each for each in self.interfaces if each not in self._talkers]
-        for part in (*listeners, *self._steppers, *self.interlocks.values(), *self._recorders):
+        listeners = [each for each in self.interfaces if each not in self._wakers]
+        for part in (
+            *listeners,
+            *self._motors.values(),
+            *self.interlocks.values(),
+            *self._recorders,
+        ):
             part.feed(pins, sent)
         self.feed_at, self._listen_at = self._after(FEED_S), self._after(LISTEN_S)
 

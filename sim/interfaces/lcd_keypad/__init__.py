@@ -41,6 +41,14 @@ class LcdKeypad:
         """Press keys one after the other, from now on."""
         self.fingers.play(keys, self._avr.cycle)
 
+    def press(self, key: str | None) -> None:
+        """Hold a key: right, up, down, left, select; None: none."""
+        self.keypad.press(key)
+
+    def run_to(self, cycle: int) -> None:
+        """Run the processor to a cycle, with all bounces and flickers before it."""
+        self.keypad.advance(cycle)
+
     @property
     def complaints(self) -> Iterator[str]:
         """Yield the violations of the display's time limits."""
