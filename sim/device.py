@@ -414,13 +414,8 @@ class AvrDevice:
         self.hear()
         pins, sent = (_joined(parts) for parts in zip(*self._held, strict=True))
         self._held.clear()
-        listeners = [each for each in self.interfaces if each not in self._wakers]
-        for part in (
-            *listeners,
-            *self._motors.values(),
-            *self.interlocks.values(),
-            *self._recorders,
-        ):
+        whole = (*self._listeners, *self._motors.values(), *self.interlocks.values())
+        for part in (*whole, *self._recorders):
             part.feed(pins, sent)
         self.feed_at, self._listen_at = self._after(FEED_S), self._after(LISTEN_S)
 
