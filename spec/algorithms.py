@@ -97,6 +97,11 @@ class _Switching(Model):
     full_beyond_k: ClassVar[float] = 0.0
     limits_adjustable: ClassVar[bool] = False
 
+    @property
+    def steady_percent(self) -> tuple[float, float]:
+        """Lowest and highest duty at a constant reading, %."""
+        return 0.0, self.full_percent
+
     def stuck(self, below_k: float, integral_percent: float) -> Lie:
         """Return the duty while the reading is stuck below the setpoint: full power at once."""
         del below_k, integral_percent
@@ -298,6 +303,13 @@ class Pid(Model):
     def full_beyond_k(self) -> float:
         """Error beyond which the duty is full while the integral is 0, K."""
         return min(self.full_percent / self.kp if self.kp else math.inf, self.on_at_k)
+
+    @property
+    def steady_percent(self) -> tuple[float, float]:
+        """Lowest and highest duty at a constant reading, %."""
+        integral = self.integral
+        least = max(0.0, integral.minimum_percent)
+        return least, min(self.full_percent, integral.maximum_percent)
 
     def dose(self, step_k: float, over_s: float) -> tuple[float, float]:
         """Return the duty, %, that a step of the reading causes, and for how long, s."""

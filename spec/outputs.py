@@ -102,9 +102,9 @@ class Proof(Model):
 class DigitalOutput(Model):
     """Switched on and off: a relay, or a fan."""
 
-    is_on_off: ClassVar[bool] = True
+    is_on_off: ClassVar[Literal[True]] = True
     is_windowed: ClassVar[bool] = False
-    feeds: ClassVar[bool] = False
+    feeds: ClassVar[Literal[False]] = False
     frequency_hz: ClassVar[float] = 0.0
     shortest_pulse_s: ClassVar[float] = 0.0
     shortest_level_s: ClassVar[float] = 0.0
@@ -168,14 +168,14 @@ class DigitalOutput(Model):
 class PwmOutput(Model):
     """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
 
-    is_on_off: ClassVar[bool] = False
+    is_on_off: ClassVar[Literal[False]] = False
     always_runs: ClassVar[bool] = False
     is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
     is_windowed: ClassVar[bool] = False
-    feeds: ClassVar[bool] = False
+    feeds: ClassVar[Literal[False]] = False
     shortest_pulse_s: ClassVar[float] = 0.0
     shortest_level_s: ClassVar[float] = 0.0
 
@@ -219,14 +219,14 @@ class PwmOutput(Model):
 class TimeProportionalOutput(Model):
     """On for a part of each window, switched by the tick: for relays and slow loads; no whine."""
 
-    is_on_off: ClassVar[bool] = False
+    is_on_off: ClassVar[Literal[False]] = False
     always_runs: ClassVar[bool] = False
     is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
     is_windowed: ClassVar[bool] = True
-    feeds: ClassVar[bool] = False
+    feeds: ClassVar[Literal[False]] = False
     frequency_hz: ClassVar[float] = 0.0
     full_share: ClassVar[float] = 1.0
     mean_of_rms: ClassVar[float] = 1.0
@@ -282,14 +282,14 @@ class TimeProportionalOutput(Model):
 class Stepper(Model):
     """A stepper motor that feeds material, behind a driver with step, direction and enable."""
 
-    is_on_off: ClassVar[bool] = False
+    is_on_off: ClassVar[Literal[False]] = False
     always_runs: ClassVar[bool] = False
     is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
     is_windowed: ClassVar[bool] = False
-    feeds: ClassVar[bool] = True
+    feeds: ClassVar[Literal[True]] = True
     full_share: ClassVar[float] = 1.0
     power_w: ClassVar[None] = None
     frequency_hz: ClassVar[float] = 0.0

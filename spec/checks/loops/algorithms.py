@@ -1,7 +1,7 @@
 """Algorithms: outputs that can make the duty, rules that they do not trip, a use of autotune."""
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
-from heatwright.spec.checks.interfaces.host import host_loops
+from heatwright.spec.checks.interfaces.gcode import host_loops
 from heatwright.spec.commands import modbus_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, number, rounded_up
