@@ -77,38 +77,27 @@ class Interface(Listener, Protocol):
 
 @runtime_checkable
 class Waker(Listener, Protocol):
-    """A part that acts at times of its own."""
+    """A part that acts at times of its own, when it gets the records."""
 
-    @property
-    def wake_cycle(self) -> int | None:
-        """The cycle at which it next needs the records and may act; None: it waits for nothing."""
+    wake_cycle: int | None
+    """The cycle at which it next acts; None: it waits for nothing."""
 
 
 @runtime_checkable
 class Talker(Protocol):
-    """A part that holds exchanges with the board."""
+    """A part that has exchanges with the board."""
 
-    @property
-    def is_busy(self) -> bool:
-        """Whether it is in the middle of an exchange, and gets the records after each advance."""
+    is_busy: bool
+    """It is in the middle of one, and gets the records at the end of each time step."""
 
 
 @runtime_checkable
 class Looker(Waker, Protocol):
-    """A part in whose place C can look whether the board has sent something."""
+    """A part at a line's end, which another may replace while it is unplugged."""
 
-    @property
-    def look(self) -> Look | None:
-        """The times of its looks while it only waits for the board, otherwise None."""
-
-
-@runtime_checkable
-class Pluggable(Protocol):
-    """A part that leaves the line free for another while it is unplugged."""
-
-    @property
-    def is_plugged(self) -> bool:
-        """Whether it is plugged in."""
+    look: Look | None
+    """How C may look in its place while it only waits for the board, otherwise None."""
+    is_plugged: bool
 
     def unplug(self) -> None:
         """Pull its plug."""
@@ -116,10 +105,10 @@ class Pluggable(Protocol):
 
 @runtime_checkable
 class Learner(Protocol):
-    """A part that is set up for one controller, as a master is with the list of registers."""
+    """A part that must know the whole controller, as a master its slave's registers."""
 
     def learn(self, controller: Controller) -> None:
-        """Take over what it must know of the controller."""
+        """Take over what it must know."""
 
 
 @runtime_checkable
@@ -260,12 +249,8 @@ class AvrDevice:
 
     def unplug(self) -> None:
         """Disconnect the simulated master or display, so that the line is free for another."""
-        for part in self._pluggable:
+        for part in self._lookers:
             part.unplug()
-
-    @property
-    def _pluggable(self) -> list[Pluggable]:
-        return [each for each in self.interfaces if isinstance(each, Pluggable)]
 
     def parts(self, kind: type[Kind]) -> list[Kind]:
         """Return the interfaces of a kind."""
@@ -454,7 +439,7 @@ class AvrDevice:
         for log in self._logs.values():
             log.collect()
         self._start_s = self.time_s
-        plugged = all(part.is_plugged for part in self._pluggable)
+        plugged = all(part.is_plugged for part in self._lookers)
         self._power_on(eeprom)
         if not plugged:
             self.unplug()

@@ -1,18 +1,19 @@
 """Pid: limits and bands in order, gains that act."""
 
-from heatwright.spec.algorithms import LEAST_RANGE_PERCENT
+from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_sensors
 from heatwright.spec.commands import by_host
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, number
 
 
+def _pids(controller: Controller) -> list[tuple[str, Pid]]:
+    return [(name, pid) for name, loop in controller.loops.items() if (pid := loop.algorithm.pid)]
+
+
 def limits_in_order(controller: Controller) -> Findings:
     """Check that minimum < maximum, for the limits of the integral and of the output."""
-    for name, loop in controller.loops.items():
-        algorithm = loop.algorithm.pid
-        if algorithm is None:
-            continue
+    for name, algorithm in _pids(controller):
         for key in ("integral", "output"):
             limits = getattr(algorithm, key)
             if limits.minimum_percent >= limits.maximum_percent:
@@ -27,14 +28,10 @@ def limits_in_order(controller: Controller) -> Findings:
 
 def integral_leaves_room(controller: Controller) -> Findings:
     """Find integrals whose minimum alone reaches the output's maximum."""
-    for name, loop in controller.loops.items():
-        algorithm = loop.algorithm.pid
-        if algorithm is None:
-            continue
-        if algorithm.ki == 0 and not algorithm.limits_adjustable:
-            continue
+    for name, algorithm in _pids(controller):
+        acts = algorithm.has_integral or algorithm.limits_adjustable
         least, most = algorithm.integral.minimum_percent, algorithm.output.maximum_percent
-        if most <= least < algorithm.integral.maximum_percent:
+        if acts and most <= least < algorithm.integral.maximum_percent:
             yield Finding(
                 ("loops", name, "algorithm", "integral", "minimum"),
                 f"{number(least)} % is not below the output's maximum of {number(most)} %, so the "
@@ -49,10 +46,10 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
 
     With little integral a loop may never ask for full power, which `heating_failed` needs to see.
     """
-    for name, loop in controller.loops.items():
-        algorithm, runaway = loop.algorithm.pid, loop.protection.runaway
-        if algorithm is None or not algorithm.limits_adjustable:
+    for name, algorithm in _pids(controller):
+        if not algorithm.limits_adjustable:
             continue
+        runaway = controller.loops[name].protection.runaway
         path = ("loops", name, "algorithm", "limits_adjustable")
         if not by_host(controller, name):
             yield Finding(
@@ -84,9 +81,8 @@ def adjustable_limits_have_a_use(controller: Controller) -> Findings:
 
 def something_acts(controller: Controller) -> Findings:
     """Find loops whose kp and ki are both 0."""
-    for name, loop in controller.loops.items():
-        algorithm = loop.algorithm.pid
-        if algorithm and algorithm.kp == 0 and algorithm.ki == 0:
+    for name, algorithm in _pids(controller):
+        if algorithm.kp == 0 and algorithm.ki == 0:
             yield Finding(
                 ("loops", name, "algorithm", "kp"),
                 "with kp and ki both 0 nothing brings the temperature to the setpoint",

@@ -6,6 +6,7 @@ heat that it has already stored still reaches the sensor.
 """
 
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
+from heatwright.spec.checks.physics import pid
 from heatwright.spec.checks.physics.coasting import (
     coasting_settles,
     cooling_is_slow_enough,
@@ -16,13 +17,6 @@ from heatwright.spec.checks.physics.coasting import (
 from heatwright.spec.checks.physics.jumps import doses_do_not_run_away, readings_do_not_jump
 from heatwright.spec.checks.physics.machine import Machine
 from heatwright.spec.checks.physics.peaks import lying_sensors_are_borne, nodes_bear_the_maximum
-from heatwright.spec.checks.physics.pid import (
-    integral_cools,
-    integral_suffices,
-    least_duty_cools,
-    rest_is_not_below,
-    window_is_smoothed,
-)
 from heatwright.spec.checks.physics.power import autotune_has_time, heater_suffices
 from heatwright.spec.checks.physics.warm import frozen_rule_holds, heating_rule_holds_warm
 from heatwright.spec.checks.programs.firing import ramps_can_be_followed
@@ -54,7 +48,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
         found = [*_heating_holds(controller, machine, plant)]
         yield from found or _fed_holds(controller, name, heater, plant)
         for check in (
-            least_duty_cools,
+            pid.least_duty_cools,
             autotune_has_time,
             rise_rate_holds,
             overshoot_stays_below_maximum,
@@ -62,10 +56,10 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             cooling_is_slow_enough,
             falling_stays_above_below,
             dead_band_holds,
-            window_is_smoothed,
+            pid.window_is_smoothed,
             readings_do_not_jump,
             doses_do_not_run_away,
-            rest_is_not_below,
+            pid.rest_is_not_below,
         ):
             yield from check(machine)
         if machine.course:
@@ -77,8 +71,8 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
                 yield from lying_sensors_are_borne(controller, machine, heated)
         if any_setpoint:
             yield from _heats_at_all(controller, machine, plant.ambient_c)
-            yield from integral_suffices(machine)
-            yield from integral_cools(machine)
+            yield from pid.integral_suffices(machine)
+            yield from pid.integral_cools(machine)
             if controller.programs is not None and controller.programs.loop == name:
                 yield from ramps_can_be_followed(machine, controller.programs)
 
