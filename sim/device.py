@@ -111,22 +111,11 @@ class Learner(Protocol):
         """Take over what it must know."""
 
 
-@runtime_checkable
-class Keyed(Protocol):
-    """A part with keys."""
-
-    def press(self, key: str | None) -> None:
-        """Hold a key, or none."""
-
-    def run_to(self, cycle: int) -> None:
-        """Run the processor to a cycle, with each bounce of a key before it."""
-
-
 class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
     elf -- the binary, with debug information. The device starts powered on, at time 0.
-    avr -- the processor; run_to -- runs it to a cycle; feed_at -- the latest cycle at which the
+    avr -- the processor; feed_at -- the latest cycle at which the
     records are read; sensors, outputs, interfaces -- the parts wired to it, by the spec's names;
     relay -- the safety relay, if any; proofs -- the proofs of fans, by the fan; contacts -- those
     at the machine's inputs, by their names; looked_at -- the variables read so far, cleared by the
@@ -182,7 +171,6 @@ class AvrDevice:
         self._wakers: list[Waker] = [each for each in self.interfaces if isinstance(each, Waker)]
         self._talkers = [each for each in self.interfaces if isinstance(each, Talker)]
         self._lookers: list[Looker] = [each for each in self.interfaces if isinstance(each, Looker)]
-        self._keyed = [each for each in self.interfaces if isinstance(each, Keyed)]
         self._watch_interlocks()
         for each in self.interfaces:
             if isinstance(each, Learner):
@@ -190,7 +178,6 @@ class AvrDevice:
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self.feed_at = self._listen_at = 0
-        self.run_to = self._keyed[0].run_to if self._keyed else self.avr.run_to
 
     def _watch_interlocks(self) -> None:
         for name, loop in self._controller.loops.items():
@@ -220,8 +207,7 @@ class AvrDevice:
 
     def press(self, key: str | None) -> None:
         """Hold a key of the keypad: right, up, down, left, select; None: none."""
-        keyed = self._keyed[0] if self._keyed else self.shield
-        keyed.press(key)
+        self.shield.keypad.press(key)
 
     def send(self, line: str) -> None:
         """Send a line of G-code as the host, after the lines before it are answered.
@@ -267,7 +253,7 @@ class AvrDevice:
             wake, look = self.wakes
             end = cycle if wake is None else min(wake, cycle)
             if not self.avr.run_looking(look, end):
-                self.run_to(end)
+                self.avr.run_to(end)
                 if wake is None or wake >= cycle:
                     break
             self.hear()

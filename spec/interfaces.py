@@ -54,15 +54,15 @@ NamedPins = tuple[tuple[Path, str, str], ...]
 class Line(NamedTuple):
     """A serial line of an interface."""
 
-    port: int
-    can_move: bool
-    """Whether the spec may choose the serial port."""
     baud: int
     usual_bauds: tuple[int, ...]
     """Baud rates that the other end of the line may offer."""
-    receives: bool
     called: str | None
     """Name in a list of level converters; None if the line's other end has the pins' levels."""
+    receives: bool = True
+    port: int = 0
+    can_move: bool = False
+    """Whether the spec may choose the serial port."""
     parity: Literal["even", "odd", "none"] = "none"
     stop_bits: int = 1
 
@@ -251,10 +251,7 @@ class SerialPlotter(_OfOneLoop):
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            0, can_move=False, baud=self.baud, usual_bauds=USUAL_BAUDS, receives=False,
-            called="serial plotter",
-        )  # fmt: skip
+        return Line(self.baud, USUAL_BAUDS, "serial plotter", receives=False)
 
 
 class ModbusRtu(Model):
@@ -288,10 +285,8 @@ class ModbusRtu(Model):
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            0, can_move=False, baud=self.baud, usual_bauds=BUS_BAUDS, receives=True,
-            called="Modbus", parity=self.parity, stop_bits=self.stop_bits,
-        )  # fmt: skip
+        line = Line(self.baud, BUS_BAUDS, "Modbus")
+        return line._replace(parity=self.parity, stop_bits=self.stop_bits)
 
     @property
     def named_pins(self) -> NamedPins:
@@ -372,10 +367,7 @@ class Nextion(_OfOneLoop):
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            self.port, can_move=True, baud=self.baud, usual_bauds=DISPLAY_BAUDS, receives=True,
-            called=None,
-        )  # fmt: skip
+        return Line(self.baud, DISPLAY_BAUDS, None, port=self.port, can_move=True)
 
 
 class SerialLog(_OfOneLoop):
@@ -403,10 +395,7 @@ class SerialLog(_OfOneLoop):
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            self.port, can_move=True, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
-            called="serial log",
-        )  # fmt: skip
+        return Line(self.baud, HOST_BAUDS, "serial log", port=self.port, can_move=True)
 
 
 class Gcode(Model):
@@ -438,10 +427,7 @@ class Gcode(Model):
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            0, can_move=False, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
-            called="G-code",
-        )  # fmt: skip
+        return Line(self.baud, HOST_BAUDS, "G-code")
 
     @property
     def named_loops(self) -> dict[Path, str]:

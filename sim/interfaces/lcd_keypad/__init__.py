@@ -41,14 +41,6 @@ class LcdKeypad:
         """Press keys one after the other, from now on."""
         self.fingers.play(keys, self._avr.cycle)
 
-    def press(self, key: str | None) -> None:
-        """Hold a key: right, up, down, left, select; None: none."""
-        self.keypad.press(key)
-
-    def run_to(self, cycle: int) -> None:
-        """Run the processor to a cycle, with all bounces and flickers before it."""
-        self.keypad.advance(cycle)
-
     @property
     def complaints(self) -> Iterator[str]:
         """Yield the violations of the display's time limits."""
@@ -56,9 +48,10 @@ class LcdKeypad:
             yield f"display: {limit} was below the data sheet {count} times"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Process the processor's pin changes."""
+        """Process the processor's pin changes, and move the keys."""
         del sent
         self.lcd.feed(pins)
+        self.keypad.advance(self._avr.cycle)
         self.fingers.move(self._avr.cycle)
 
 

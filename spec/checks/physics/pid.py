@@ -3,9 +3,8 @@
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.physics.heated_loop import BORNE_HALVINGS, most_borne
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
-
-HALVINGS = 40
 
 
 def rest_is_not_below(machine: Machine) -> Findings:
@@ -19,15 +18,13 @@ def rest_is_not_below(machine: Machine) -> Findings:
     targets_k = {machine.target_k, min(lowest_k, machine.target_k)}
     step_k = machine.step_k(machine.target_k)
     held_k = max(rule.below_k - step_k, 0.0)
-    if all(_is_held(machine, algorithm, target_k, held_k) for target_k in targets_k):
+
+    def falls(below_k: float) -> bool:
+        return not all(_is_held(machine, algorithm, each_k, below_k) for each_k in targets_k)
+
+    if not falls(held_k):
         return
-    deepest_k = machine.target_k
-    for _ in range(HALVINGS):
-        middle_k = (held_k + deepest_k) / 2
-        if all(_is_held(machine, algorithm, target_k, middle_k) for target_k in targets_k):
-            deepest_k = middle_k
-        else:
-            held_k = middle_k
+    deepest_k = most_borne(falls, held_k, machine.target_k, BORNE_HALVINGS)
     yield machine.finding(
         ("protection", "runaway", "below"),
         f"without ki this loop settles up to {about(deepest_k)} K below its setpoint",
