@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,28 +87,32 @@ class Waker(Listener, Protocol):
 class Talker(Protocol):
     """A part that has exchanges with the board."""
 
-    is_busy: bool
-    """It is in the middle of one, and gets the records at the end of each time step."""
+    is_busy: bool  # in the middle of one: it gets the records at the end of each time step
 
 
 @runtime_checkable
-class Looker(Waker, Protocol):
-    """A part at a line's end, which another may replace while it is unplugged."""
+class Partner(Waker, Protocol):
+    """A part that knows the whole controller, at a line's end that another may take instead."""
 
     look: Look | None
     """How C may look in its place while it only waits for the board, otherwise None."""
     is_plugged: bool
 
+    def learn(self, controller: Controller) -> None:
+        """Take over what it must know, as a master its slave's registers."""
+
     def unplug(self) -> None:
         """Pull its plug."""
 
 
-@runtime_checkable
-class Learner(Protocol):
-    """A part that must know the whole controller, as a master its slave's registers."""
+class _The(Generic[Kind]):
+    """The interface of one kind, as an attribute of its device."""
 
-    def learn(self, controller: Controller) -> None:
-        """Take over what it must know."""
+    def __init__(self, kind: type[Kind]) -> None:
+        self._kind = kind
+
+    def __get__(self, device: "AvrDevice", _: type) -> Kind:
+        return device.interface(self._kind)
 
 
 class AvrDevice:
@@ -149,32 +153,30 @@ class AvrDevice:
         self._power_on(b"")
 
     def _power_on(self, eeprom: bytes) -> None:
-        self.avr = Avr(self._controller.board.mcu, self.crystal_hz)
+        controller = self._controller
+        self.avr = Avr(controller.board.mcu, self.crystal_hz)
         self.avr.load(self.elf)
         if eeprom:
             self.avr.eeprom.contents = eeprom
-        self.sensors = self._attach("sensor", self._controller.sensors)
-        outputs = self._attach("output", self._controller.outputs)
-        self.outputs: dict[str, Switch] = outputs
-        self._motors: dict[str, Stepper] = {
-            name: outputs[name] for name in self._controller.steppers
-        }
+        self.sensors = self._attach("sensor", controller.sensors)
+        found = self._attach("output", controller.outputs)
+        self.outputs: dict[str, Switch] = found
+        self._motors: dict[str, Stepper] = {each: found[each] for each in controller.steppers}
         self.log_edges(self.edged)
         if self.relay is not None:
-            self.relay.power_on(self.avr, self._controller)
+            self.relay.power_on(self.avr, controller)
         for part in (*self.proofs.values(), *self.contacts.values()):
-            part.power_on(self.avr, self._controller)
-        numbered = dict(enumerate(self._controller.interfaces))
+            part.power_on(self.avr, controller)
+        numbered = dict(enumerate(controller.interfaces))
         self.interfaces: list[Interface] = list(self._attach("interface", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
         self._listeners = [each for each in self.interfaces if not isinstance(each, Waker)]
         self._wakers: list[Waker] = [each for each in self.interfaces if isinstance(each, Waker)]
         self._talkers = [each for each in self.interfaces if isinstance(each, Talker)]
-        self._lookers: list[Looker] = [each for each in self.interfaces if isinstance(each, Looker)]
+        self._partners = [each for each in self.interfaces if isinstance(each, Partner)]
         self._watch_interlocks()
-        for each in self.interfaces:
-            if isinstance(each, Learner):
-                each.learn(self._controller)
+        for partner in self._partners:
+            partner.learn(controller)
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self.feed_at = self._listen_at = 0
@@ -235,8 +237,8 @@ class AvrDevice:
 
     def unplug(self) -> None:
         """Disconnect the simulated master or display, so that the line is free for another."""
-        for part in self._lookers:
-            part.unplug()
+        for partner in self._partners:
+            partner.unplug()
 
     def parts(self, kind: type[Kind]) -> list[Kind]:
         """Return the interfaces of a kind."""
@@ -273,7 +275,7 @@ class AvrDevice:
     @property
     def wakes(self) -> tuple[int | None, Look]:
         """`wake_cycle`, but not of a part that waits for the board; and the look of that part."""
-        for part in self._lookers:
+        for part in self._partners:
             if (look := part.look) is not None:
                 return _first_wake(each for each in self._wakers if each is not part), look
         return self.wake_cycle, NO_LOOK
@@ -321,37 +323,16 @@ class AvrDevice:
         """Time since the device was made, s."""
         return self._start_s + self.avr.time_s
 
-    @property
-    def shield(self) -> LcdKeypad:
-        """The display shield; raises LookupError when the spec has none."""
-        return self._interface(LcdKeypad)
+    # Each raises LookupError when the spec has no such interface.
+    shield = _The(LcdKeypad)
+    plotter = _The(SerialPlotter)
+    log_reader = _The(SerialLog)
+    host = _The(GcodeHost)
+    master = _The(ModbusMaster)
+    display = _The(Nextion)
 
-    @property
-    def plotter(self) -> SerialPlotter:
-        """The computer with the serial plotter; raises LookupError when the spec has none."""
-        return self._interface(SerialPlotter)
-
-    @property
-    def log_reader(self) -> SerialLog:
-        """The computer that reads the log; raises LookupError when the spec has no log."""
-        return self._interface(SerialLog)
-
-    @property
-    def host(self) -> GcodeHost:
-        """The G-code host on the serial line; raises LookupError when the spec has none."""
-        return self._interface(GcodeHost)
-
-    @property
-    def master(self) -> ModbusMaster:
-        """The Modbus master on the serial line; raises LookupError when the spec has none."""
-        return self._interface(ModbusMaster)
-
-    @property
-    def display(self) -> Nextion:
-        """The touch display; raises LookupError when the spec has none."""
-        return self._interface(Nextion)
-
-    def _interface(self, kind: type[Kind]) -> Kind:
+    def interface(self, kind: type[Kind]) -> Kind:
+        """Return the interface of a kind, with all records so far."""
         self.feed()
         for interface in self.interfaces:
             if isinstance(interface, kind):
@@ -425,7 +406,7 @@ class AvrDevice:
         for log in self._logs.values():
             log.collect()
         self._start_s = self.time_s
-        plugged = all(part.is_plugged for part in self._lookers)
+        plugged = all(part.is_plugged for part in self._partners)
         self._power_on(eeprom)
         if not plugged:
             self.unplug()

@@ -3,9 +3,8 @@
 Other code uses these properties of a model, and never asks for its kind:
 continuous -- its duty may be anything between 0 % and 100 %; has_integral -- it removes a steady
 error; tunable -- commands set its gains, and its duty by hand; pid -- the gains themselves;
-full_percent -- the highest duty it asks for; limits_adjustable -- a host may narrow its limits;
-cools -- it has a cooler, too; dose, stuck -- its duty after a step of the reading, and while the
-reading is stuck; the other properties are distances from the setpoint.
+limits_adjustable -- a host may narrow its limits; cools -- it has a cooler, too; those in % or K
+are duties and distances from the setpoint.
 """
 
 import math

@@ -149,19 +149,9 @@ def tunable(controller: Controller, loop_name: str) -> bool:
     return has_commands and controller.loops[loop_name].algorithm.tunable
 
 
-def limits_adjustable(controller: Controller, loop_name: str) -> bool:
-    """Return whether a host may narrow the limits of a loop's integral and output."""
-    return controller.loops[loop_name].algorithm.limits_adjustable
-
-
 def shown_loop(controller: Controller, indicators: Indicators) -> str:
     """Name the loop that LEDs show: the loop of their key `loop`, otherwise the only loop."""
     return next(iter(controller.loops)) if indicators.loop is None else indicators.loop
-
-
-def indicated(controller: Controller, loop_name: str) -> bool:
-    """Return whether LEDs show a loop."""
-    return bool(shown_meanings(controller, loop_name))
 
 
 def shown_meanings(controller: Controller, loop_name: str) -> frozenset[str]:

@@ -141,11 +141,6 @@ class DigitalOutput(Model):
         return self.runs == "always"
 
     @property
-    def is_held(self) -> bool:
-        """Whether the output has minimum times."""
-        return self.stays_on_s > 0 or self.stays_off_s > 0
-
-    @property
     def stays_on_s(self) -> float:
         """Shortest time on, s."""
         return self.minimum_on_s
@@ -170,7 +165,6 @@ class PwmOutput(Model):
 
     is_on_off: ClassVar[Literal[False]] = False
     always_runs: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
@@ -221,7 +215,6 @@ class TimeProportionalOutput(Model):
 
     is_on_off: ClassVar[Literal[False]] = False
     always_runs: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
@@ -284,7 +277,6 @@ class Stepper(Model):
 
     is_on_off: ClassVar[Literal[False]] = False
     always_runs: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
@@ -333,6 +325,11 @@ Output = Annotated[
 ]
 if not TYPE_CHECKING:  # mypy knows only heatwright's own kinds
     Output = with_brought("output", Output)
+
+
+def is_held(output: Output) -> bool:
+    """Return whether an output has minimum times."""
+    return output.stays_on_s > 0 or output.stays_off_s > 0
 
 
 def always_running(outputs: Mapping[str, Output]) -> list[str]:

@@ -67,7 +67,8 @@ class Steering:
         self._pid = tunable_pid(spec, facts) if facts.tunable or sets_gains else None
         self._limited = self._pid is not None and facts.limits_adjustable
         self._control: Control = self._pid or _constant(spec, facts.keyed_numbers)
-        self.tuner = _tuner(spec) if facts.tunable else None
+        pid, experiment = spec.algorithm.pid, spec.autotune
+        self.tuner = Tuner(spec, experiment, pid) if facts.tunable and experiment and pid else None
         self.inputs: tuple[Member, ...] = (
             *((ENABLED,) if facts.switched else ()),
             *(INPUTS if facts.tunable else ()),
@@ -179,8 +180,3 @@ def _constant(spec: Loop, numbers: tuple[Number, ...]) -> Control:
     keyed = [tuple(each.kind.field for each in numbers)] if numbers else []
     control: Control = module.Control(spec.algorithm, spec.period_s, *keyed)
     return control
-
-
-def _tuner(spec: Loop) -> Tuner | None:
-    pid = spec.algorithm.pid
-    return None if spec.autotune is None or pid is None else Tuner(spec, spec.autotune, pid)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.board.serial_log import log_entry_bytes, log_in_eeprom
-from heatwright.spec.commands import limits_adjustable, tunable
+from heatwright.spec.commands import tunable
 from heatwright.spec.controller import Controller
 
 CELL_WRITES = 100_000
@@ -88,7 +88,7 @@ def settings_bytes(controller: Controller) -> int:
         4 * loop.setpoint.stored
         + 4 * loop.protection.maximum_adjustable
         + 12 * tunable(controller, name)
-        + 12 * limits_adjustable(controller, name)
+        + 12 * loop.algorithm.limits_adjustable
         + 4 * len(numbers_of(controller, name))
         for name, loop in controller.loops.items()
     )

@@ -53,8 +53,7 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
     rule = machine.loop.protection.heating
     if rule is None:
         return
-    full_beyond_k = machine.loop.algorithm.full_beyond_k
-    longest_s, from_c = heated.slowest_rise(rule.rise_k, full_beyond_k)
+    longest_s, from_c = heated.slowest_rise(rule.rise_k, machine.loop.algorithm.full_beyond_k)
     longest_s += heated.late_s
     if longest_s > rule.within_s:
         yield machine.finding(
