@@ -13,8 +13,9 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import pytest
 from rig.firmware import EXAMPLES, ROOT, controller_of, finished, sources_of
@@ -28,26 +29,46 @@ from heatwright.spec.registry import KindIncomplete, brought, module_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
-ASKED = 15
+ASKED = 36
 """Places that ask elsewhere: whoever takes one away lowers it."""
 READ = 30
 """Files that read a loop's period; `Loop` says what follows from it, as `periods_s`."""
-CLASSES = {
-    model.__name__: kind
-    for union in (Sensor, Output, Algorithm, Interface)
-    for kind, model in kinds(union).items()
-} | {AnalogSensor.__name__: "analog"}
+ROLES = {"sensor": Sensor, "output": Output, "algorithm": Algorithm, "interface": Interface}
+
+
+def classes() -> dict[str, str]:
+    """The kinds by the names of their models, simulations and algorithms' reference models."""
+    found = {AnalogSensor.__name__: "analog"}
+    for role, kind, model in (
+        (role, *each) for role, union in ROLES.items() for each in kinds(union).items()
+    ):
+        stem = "reference" if role == "algorithm" else "simulated"
+        module = import_module(module_of(role, stem, kind))
+        made = module.Control if stem == "reference" else get_type_hints(module.attach)["return"]
+        found[model.__name__] = kind
+        if made.__module__.startswith(module.__name__):  # it is not shared by several kinds
+            found[made.__name__] = kind
+    return found
+
+
+CLASSES = classes()
 
 
 def asked_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Yield the line and the kind of each question."""
+    """Yield the line and the kind of each question.
+
+    A question is a kind's class handed to a function, as to `isinstance` or `placed`, or matched; a
+    comparison with the kind's name; and an algorithm's `pid`, which only one kind has.
+    """
     for node in ast.walk(tree):
         match node:
-            case ast.Call(func=ast.Name("isinstance"), args=[_, classes]):
-                names = [each.id for each in ast.walk(classes) if isinstance(each, ast.Name)]
-                yield from ((node.lineno, CLASSES[name]) for name in names if name in CLASSES)
+            case ast.Call(args=[*given]):
+                handed = [each for one in given for each in _alternatives(one)]
+                yield from ((node.lineno, CLASSES[name]) for name in handed if name in CLASSES)
             case ast.MatchClass(cls=ast.Name(name)) if name in CLASSES:
                 yield node.lineno, CLASSES[name]
+            case ast.Attribute(value=of, attr="pid") if ast.unparse(of).endswith("algorithm"):
+                yield node.lineno, "pid"
             case ast.Compare(left=left, comparators=[*others]):
                 parts = [left, *others]
                 if any(isinstance(each, ast.Attribute) and each.attr == "kind" for each in parts):
@@ -56,9 +77,28 @@ def asked_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
                     yield from ((node.lineno, kind) for kind in CLASSES.values() if kind in strings)
 
 
+def _alternatives(given: ast.expr) -> list[str]:
+    """Return the names in an argument such as `Pid`, `Pid | OnOff` or `(Pid, OnOff)`."""
+    if isinstance(given, ast.Name | ast.BinOp | ast.Tuple):
+        return [each.id for each in ast.walk(given) if isinstance(each, ast.Name)]
+    return []
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        "isinstance(x, Pid)", "isinstance(x, Pid | OnOff)", "placed(controller, Pid)",
+        "device.parts(PidControl)", "loop.algorithm.pid", "x.kind == 'pid'",
+    ],
+)  # fmt: skip
+def test_a_question_is_seen(question: str) -> None:
+    assert (1, "pid") in set(asked_in(ast.parse(question)))
+
+
 def is_own(path: str, kind: str) -> bool:
     words = {word.removesuffix("s") for word in re.split(r"\W|_", path)}
-    return not words.isdisjoint(kind.split("_"))
+    own = (word.removesuffix("s") for word in kind.split("_"))
+    return not words.isdisjoint(own)
 
 
 def test_kinds_are_asked_for_in_their_own_files() -> None:
