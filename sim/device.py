@@ -84,7 +84,7 @@ class Waker(Listener, Protocol):
 
 
 @runtime_checkable
-class Talker(Protocol):
+class Talker(Waker, Protocol):
     """A part that has exchanges with the board."""
 
     is_busy: bool  # in the middle of one: it gets the records at the end of each time step
