@@ -119,12 +119,12 @@ class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
     elf -- the binary, with debug information. The device starts powered on, at time 0.
-    avr -- the processor; feed_at -- the latest cycle at which the
-    records are read; sensors, outputs, interfaces -- the parts wired to it, by the spec's names;
-    relay -- the safety relay, if any; proofs -- the proofs of fans, by the fan; contacts -- those
-    at the machine's inputs, by their names; looked_at -- the variables read so far, cleared by the
-    caller that uses it; edged -- the outputs whose changes are logged; crystal_hz -- the crystal's
-    frequency from the next power-up on.
+    avr -- the processor; feed_at -- the latest cycle at which the records are read; sensors,
+    outputs, interfaces -- the parts wired to it, by the spec's names; relay -- the safety relay, if
+    any; proofs -- the proofs of fans, by the fan; contacts -- those at the machine's inputs, by
+    their names; looked_at -- the variables read so far, cleared by the caller that uses it; edged
+    -- the outputs whose changes are logged; crystal_hz -- the crystal's frequency from the next
+    power-up on.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
