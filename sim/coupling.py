@@ -38,9 +38,7 @@ def metered_step_s(controller: Controller) -> float:
     The sensor shows the mean over the step before. Infinite if no current is measured.
     """
     metered = (
-        loop
-        for loop in controller.loops.values()
-        if getattr(controller.outputs[loop.heater], "current", None)
+        loop for loop in controller.loops.values() if controller.outputs[loop.heater].current
     )
     return shortest_period_s(metered) / METERED_PARTS
 

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,6 @@ from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.lcd_keypad.keypad import keys_for
 from heatwright.sim.interfaces.look import NO_LOOK, Look
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
-from heatwright.sim.interfaces.modbus_rtu.registers import registers
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.interfaces.serial_log import SerialLog
 from heatwright.sim.interfaces.serial_plotter import SerialPlotter
@@ -29,7 +28,6 @@ from heatwright.sim.relay import SafetyRelay
 from heatwright.sim.state import StateLog
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, digest, for_display
-from heatwright.spec.nextion import display_pages
 from heatwright.spec.registry import module_of
 from heatwright.spec.scenario.program_orders import Order, ProgramOrder
 
@@ -38,7 +36,7 @@ DIGEST = "spec_digest"
 PROOF = "reset_prove_watchdog"
 """The function that proves at start-up that the watchdog resets."""
 FEED_S = 10.0
-"""Longest simulated time, s, until parts that talk to the board get the new records."""
+"""Longest simulated time, s, until parts that act get the new records."""
 LISTEN_S = 60.0
 """How often parts that only listen get the new records, unless they are requested: larger blocks
 are less work. A heater's PWM makes about one megabyte."""
@@ -77,24 +75,56 @@ class Interface(Listener, Protocol):
         """Return violations of a data sheet, and messages that could not be understood."""
 
 
-class Waker(Protocol):
-    """A part that acts at times of its own."""
+@runtime_checkable
+class Waker(Listener, Protocol):
+    """A part that acts at times of its own, when it gets the records."""
 
-    @property
-    def wake_cycle(self) -> int | None:
-        """The cycle at which it next needs the records and may act; None: it waits for nothing."""
+    wake_cycle: int | None
+    """The cycle at which it next acts; None: it waits for nothing."""
+
+
+@runtime_checkable
+class Talker(Waker, Protocol):
+    """A part that has exchanges with the board."""
+
+    is_busy: bool  # in the middle of one: it gets the records at the end of each time step
+
+
+@runtime_checkable
+class Partner(Waker, Protocol):
+    """A part that knows the whole controller, at a line's end that another may take instead."""
+
+    look: Look | None
+    """How C may look in its place while it only waits for the board, otherwise None."""
+    is_plugged: bool
+
+    def learn(self, controller: Controller) -> None:
+        """Take over what it must know, as a master its slave's registers."""
+
+    def unplug(self) -> None:
+        """Pull its plug."""
+
+
+class _The(Generic[Kind]):
+    """The interface of one kind, as an attribute of its device."""
+
+    def __init__(self, kind: type[Kind]) -> None:
+        self._kind = kind
+
+    def __get__(self, device: "AvrDevice", _: type) -> Kind:
+        return device.interface(self._kind)
 
 
 class AvrDevice:
     """A spec's controller, running an unmodified binary in a simulated processor.
 
     elf -- the binary, with debug information. The device starts powered on, at time 0.
-    avr -- the processor; run_to -- runs it to a cycle; feed_at -- the latest cycle at which the
-    records are read; sensors, outputs, interfaces -- the parts wired to it, by the spec's names;
-    relay -- the safety relay, if any; proofs -- the proofs of fans, by the fan; contacts -- those
-    at the machine's inputs, by their names; looked_at -- the variables read so far, cleared by the
-    caller that uses it; edged -- the outputs whose changes are logged; crystal_hz -- the crystal's
-    frequency from the next power-up on.
+    avr -- the processor; feed_at -- the latest cycle at which the records are read; sensors,
+    outputs, interfaces -- the parts wired to it, by the spec's names; relay -- the safety relay, if
+    any; proofs -- the proofs of fans, by the fan; contacts -- those at the machine's inputs, by
+    their names; looked_at -- the variables read so far, cleared by the caller that uses it; edged
+    -- the outputs whose changes are logged; crystal_hz -- the crystal's frequency from the next
+    power-up on.
 
     Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
     program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
@@ -123,34 +153,33 @@ class AvrDevice:
         self._power_on(b"")
 
     def _power_on(self, eeprom: bytes) -> None:
-        self.avr = Avr(self._controller.board.mcu, self.crystal_hz)
+        controller = self._controller
+        self.avr = Avr(controller.board.mcu, self.crystal_hz)
         self.avr.load(self.elf)
         if eeprom:
             self.avr.eeprom.contents = eeprom
-        self.sensors = self._attach("sensor", self._controller.sensors)
-        self.outputs: dict[str, Switch] = self._attach("output", self._controller.outputs)
+        self.sensors = self._attach("sensor", controller.sensors)
+        found = self._attach("output", controller.outputs)
+        self.outputs: dict[str, Switch] = found
+        self._motors: dict[str, Stepper] = {each: found[each] for each in controller.steppers}
         self.log_edges(self.edged)
         if self.relay is not None:
-            self.relay.power_on(self.avr, self._controller)
+            self.relay.power_on(self.avr, controller)
         for part in (*self.proofs.values(), *self.contacts.values()):
-            part.power_on(self.avr, self._controller)
-        numbered = dict(enumerate(self._controller.interfaces))
+            part.power_on(self.avr, controller)
+        numbered = dict(enumerate(controller.interfaces))
         self.interfaces: list[Interface] = list(self._attach("interface", numbered).values())
         self._held: list[tuple[NDArray[Any], NDArray[Any]]] = []
-        self._lookers = self._pluggable
-        self._talkers = [*self.parts(GcodeHost), *self._lookers]
-        self._shields = self.parts(LcdKeypad)
-        self._wakers = [*self._talkers, *self._shields]
-        self._steppers = [each for each in self.outputs.values() if isinstance(each, Stepper)]
+        self._listeners = [each for each in self.interfaces if not isinstance(each, Waker)]
+        self._wakers: list[Waker] = [each for each in self.interfaces if isinstance(each, Waker)]
+        self._talkers = [each for each in self.interfaces if isinstance(each, Talker)]
+        self._partners = [each for each in self.interfaces if isinstance(each, Partner)]
         self._watch_interlocks()
-        for master in self.parts(ModbusMaster):
-            master.serve(registers(self._controller))
-        for display in self.parts(Nextion):
-            display.serve(display_pages(self._controller))
+        for partner in self._partners:
+            partner.learn(controller)
         for log in self._logs.values():
             log.record(self.avr, self._start_s)
         self.feed_at = self._listen_at = 0
-        self.run_to = self._shields[0].keypad.advance if self._shields else self.avr.run_to
 
     def _watch_interlocks(self) -> None:
         for name, loop in self._controller.loops.items():
@@ -180,8 +209,7 @@ class AvrDevice:
 
     def press(self, key: str | None) -> None:
         """Hold a key of the keypad: right, up, down, left, select; None: none."""
-        shield = self._shields[0] if self._shields else self.shield
-        shield.keypad.press(key)
+        self.shield.keypad.press(key)
 
     def send(self, line: str) -> None:
         """Send a line of G-code as the host, after the lines before it are answered.
@@ -209,12 +237,8 @@ class AvrDevice:
 
     def unplug(self) -> None:
         """Disconnect the simulated master or display, so that the line is free for another."""
-        for part in self._pluggable:
-            part.unplug()
-
-    @property
-    def _pluggable(self) -> list[ModbusMaster | Nextion]:
-        return [*self.parts(ModbusMaster), *self.parts(Nextion)]
+        for partner in self._partners:
+            partner.unplug()
 
     def parts(self, kind: type[Kind]) -> list[Kind]:
         """Return the interfaces of a kind."""
@@ -231,7 +255,7 @@ class AvrDevice:
             wake, look = self.wakes
             end = cycle if wake is None else min(wake, cycle)
             if not self.avr.run_looking(look, end):
-                self.run_to(end)
+                self.avr.run_to(end)
                 if wake is None or wake >= cycle:
                     break
             self.hear()
@@ -251,7 +275,7 @@ class AvrDevice:
     @property
     def wakes(self) -> tuple[int | None, Look]:
         """`wake_cycle`, but not of a part that waits for the board; and the look of that part."""
-        for part in self._lookers:
+        for part in self._partners:
             if (look := part.look) is not None:
                 return _first_wake(each for each in self._wakers if each is not part), look
         return self.wake_cycle, NO_LOOK
@@ -266,8 +290,8 @@ class AvrDevice:
 
     def travel_mm(self, output: str) -> float:
         """Return how far a stepper has fed since the last call, mm; 0 for any other output."""
-        stepper = self.outputs[output]
-        if not isinstance(stepper, Stepper):
+        stepper = self._motors.get(output)
+        if stepper is None:
             return 0.0
         if stepper.waits:
             self.feed()
@@ -299,37 +323,16 @@ class AvrDevice:
         """Time since the device was made, s."""
         return self._start_s + self.avr.time_s
 
-    @property
-    def shield(self) -> LcdKeypad:
-        """The display shield; raises LookupError when the spec has none."""
-        return self._interface(LcdKeypad)
+    # Each raises LookupError when the spec has no such interface.
+    shield = _The(LcdKeypad)
+    plotter = _The(SerialPlotter)
+    log_reader = _The(SerialLog)
+    host = _The(GcodeHost)
+    master = _The(ModbusMaster)
+    display = _The(Nextion)
 
-    @property
-    def plotter(self) -> SerialPlotter:
-        """The computer with the serial plotter; raises LookupError when the spec has none."""
-        return self._interface(SerialPlotter)
-
-    @property
-    def log_reader(self) -> SerialLog:
-        """The computer that reads the log; raises LookupError when the spec has no log."""
-        return self._interface(SerialLog)
-
-    @property
-    def host(self) -> GcodeHost:
-        """The G-code host on the serial line; raises LookupError when the spec has none."""
-        return self._interface(GcodeHost)
-
-    @property
-    def master(self) -> ModbusMaster:
-        """The Modbus master on the serial line; raises LookupError when the spec has none."""
-        return self._interface(ModbusMaster)
-
-    @property
-    def display(self) -> Nextion:
-        """The touch display; raises LookupError when the spec has none."""
-        return self._interface(Nextion)
-
-    def _interface(self, kind: type[Kind]) -> Kind:
+    def interface(self, kind: type[Kind]) -> Kind:
+        """Return the interface of a kind, with all records so far."""
         self.feed()
         for interface in self.interfaces:
             if isinstance(interface, kind):
@@ -343,16 +346,14 @@ class AvrDevice:
         return np.frombuffer(raw, variable.dtype)[0]
 
     def hear(self) -> None:
-        """Give the new records to the parts that talk; other parts get them with the next feed."""
+        """Give the new records to the parts that act; other parts get them with the next feed."""
         pins, sent = self.avr.pins.take(), self.avr.uarts.take()
-        for part in self._talkers:
+        for part in self._wakers:
             part.feed(pins, sent)
-        for shield in self._shields:
-            shield.fingers.move(self.avr.cycle)
         self._held.append((pins, sent))
 
     def listen(self) -> None:
-        """Give the new records to the parts that talk, or to all parts if that is due."""
+        """Give the new records to the parts that act, or to all parts if that is due."""
         if self.avr.cycle >= self._listen_at:
             self.feed()
             return
@@ -365,8 +366,8 @@ class AvrDevice:
         self.hear()
         pins, sent = (_joined(parts) for parts in zip(*self._held, strict=True))
         self._held.clear()
-        listeners = [each for each in self.interfaces if each not in self._talkers]
-        for part in (*listeners, *self._steppers, *self.interlocks.values(), *self._recorders):
+        whole = (*self._listeners, *self._motors.values(), *self.interlocks.values())
+        for part in (*whole, *self._recorders):
             part.feed(pins, sent)
         self.feed_at, self._listen_at = self._after(FEED_S), self._after(LISTEN_S)
 
@@ -405,7 +406,7 @@ class AvrDevice:
         for log in self._logs.values():
             log.collect()
         self._start_s = self.time_s
-        plugged = all(part.is_plugged for part in self._pluggable)
+        plugged = all(part.is_plugged for part in self._partners)
         self._power_on(eeprom)
         if not plugged:
             self.unplug()

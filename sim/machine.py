@@ -253,7 +253,7 @@ class Machine:
         if ended == lib.HW_FEED:
             device.listen()
         elif ended == lib.HW_WAKE and wake is not None:
-            device.run_to(wake)
+            device.avr.run_to(wake)
             device.hear()
         elif ended == lib.HW_NEWS:
             device.hear()

@@ -1,7 +1,14 @@
-"""Algorithms: from the error of the temperature to the heater's duty."""
+"""Algorithms: from the error of the temperature to the heater's duty.
+
+Other code uses these properties of a model, and never asks for its kind:
+continuous -- its duty may be anything between 0 % and 100 %; has_integral -- it removes a steady
+error; tunable -- commands set its gains, and its duty by hand; pid -- the gains themselves;
+limits_adjustable -- a host may narrow its limits; cools -- it has a cooler, too; those in % or K
+are duties and distances from the setpoint.
+"""
 
 import math
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, StrictBool
 
@@ -55,12 +62,54 @@ _LeadFilter = Annotated[
 ]
 
 
-class OnOff(Model):
-    """On-off control, with a hysteresis and with a lead (it looks ahead along the slope)."""
+class Lie(NamedTuple):
+    """How a loop asks for heat while its reading is wrong.
 
+    first_percent, per_s -- the duty at the beginning, and its growth, up to most_percent.
+    """
+
+    first_percent: float
+    per_s: float
+    most_percent: float
+
+    def reaches_s(self, percent: float) -> float:
+        """Return when the duty reaches this value, s; infinite if never."""
+        if self.first_percent >= percent:
+            return 0.0
+        if self.per_s <= 0 or self.most_percent < percent:
+            return math.inf
+        return (percent - self.first_percent) / self.per_s
+
+    def percent(self, time_s: float) -> float:
+        """Return the duty at a time after the reading became wrong."""
+        return min(self.most_percent, self.first_percent + self.per_s * time_s)
+
+
+class _Switching(Model):
+    """What is common to algorithms that know only full power and none."""
+
+    continuous: ClassVar[bool] = False
+    has_integral: ClassVar[bool] = False
+    tunable: ClassVar[bool] = False
     pid: ClassVar[None] = None
     full_percent: ClassVar[float] = 100.0
+    full_beyond_k: ClassVar[float] = 0.0
     limits_adjustable: ClassVar[bool] = False
+
+    @property
+    def steady_percent(self) -> tuple[float, float]:
+        """Lowest and highest duty at a constant reading, %."""
+        return 0.0, self.full_percent
+
+    def stuck(self, below_k: float, integral_percent: float) -> Lie:
+        """Return the duty while the reading is stuck below the setpoint: full power at once."""
+        del below_k, integral_percent
+        return Lie(self.full_percent, 0.0, self.full_percent)
+
+
+class OnOff(_Switching):
+    """On-off control, with a hysteresis and with a lead (it looks ahead along the slope)."""
+
     cools: ClassVar[bool] = False
     warm_within_k: ClassVar[None] = None
 
@@ -73,6 +122,11 @@ class OnOff(Model):
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
     least: ClassVar[Least] = Least(940, 37)
+
+    def dose(self, step_k: float, over_s: float) -> tuple[float, float]:
+        """Return the duty, %, that a step of the reading causes, and for how long, s."""
+        del step_k
+        return (self.full_percent if self.lead_s else 0.0), over_s
 
     @property
     def off_at_k(self) -> float:
@@ -95,12 +149,9 @@ class OnOff(Model):
         return self.hysteresis_k
 
 
-class ThreePosition(Model):
+class ThreePosition(_Switching):
     """Heating below a dead band, cooling above it, neither of them in between."""
 
-    pid: ClassVar[None] = None
-    full_percent: ClassVar[float] = 100.0
-    limits_adjustable: ClassVar[bool] = False
     cools: ClassVar[bool] = True
 
     kind: Literal["three_position"]
@@ -116,6 +167,11 @@ class ThreePosition(Model):
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
     least: ClassVar[Least] = Least(1270, 41)
+
+    def dose(self, step_k: float, over_s: float) -> tuple[float, float]:
+        """Return the duty, %, that a step of the reading causes, and for how long, s."""
+        del step_k
+        return (self.full_percent if self.lead_s else 0.0), over_s
 
     @property
     def off_at_k(self) -> float:
@@ -164,6 +220,8 @@ class OutputLimits(Model):
 class Pid(Model):
     """Proportional, integral and derivative control; a gain of 0 leaves its term out."""
 
+    continuous: ClassVar[bool] = True
+    tunable: ClassVar[bool] = True
     lead_s: ClassVar[float] = 0.0
     cools: ClassVar[bool] = False
     off_at_k: ClassVar[float] = 0.0
@@ -221,6 +279,11 @@ class Pid(Model):
         return self
 
     @property
+    def has_integral(self) -> bool:
+        """Whether the integral removes a steady error."""
+        return self.ki > 0
+
+    @property
     def full_percent(self) -> float:
         """Highest duty that the algorithm asks for, %."""
         return self.output.maximum_percent
@@ -234,6 +297,36 @@ class Pid(Model):
     def rests_within_k(self) -> float:
         """Largest steady deviation of a healthy loop above the setpoint, K."""
         return self.dead_band_k
+
+    @property
+    def full_beyond_k(self) -> float:
+        """Error beyond which the duty is full while the integral is 0, K."""
+        return min(self.full_percent / self.kp if self.kp else math.inf, self.on_at_k)
+
+    @property
+    def steady_percent(self) -> tuple[float, float]:
+        """Lowest and highest duty at a constant reading, %."""
+        integral = self.integral
+        least = max(0.0, integral.minimum_percent)
+        return least, min(self.full_percent, integral.maximum_percent)
+
+    def dose(self, step_k: float, over_s: float) -> tuple[float, float]:
+        """Return the duty, %, that a step of the reading causes, and for how long, s."""
+        over_s += self.derivative_filter_s
+        return min(self.kd * step_k / over_s, self.full_percent), over_s
+
+    def stuck(self, below_k: float, integral_percent: float) -> Lie:
+        """Return the duty while the reading is stuck below the setpoint."""
+        full = self.full_percent
+        kept = self.keeps_output and below_k <= self.dead_band_k  # the output, which may be full
+        if kept or below_k > self.on_at_k:
+            return Lie(full, 0.0, full)
+        error_k = below_k if below_k > self.dead_band_k else 0.0
+        proportional, most = self.kp * error_k, self.integral.maximum_percent
+        if not self.ki:
+            integral_percent = most = 0.0
+        first = min(full, proportional + integral_percent)
+        return Lie(first, self.ki * error_k, max(first, min(full, proportional + most)))
 
     @property
     def keeps_output(self) -> bool:

@@ -10,7 +10,8 @@ from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.self_checks import self_check_rules
 
 _OF_ALL = (1, 2, 3, 4, 5, 6, 7, 8, 14, 15, 16, 29)
-"""Codes of the rules on sensors, limits and processor, which can trip in every controller."""
+"""Codes of the rules on limits and processor, which can trip in every controller, and of the rules
+on sensors that every firmware names."""
 
 _OF_LOOPS = {
     "frozen": (9,),
@@ -47,12 +48,10 @@ def _by_loops(controller: Controller) -> Iterator[int]:
 
 
 def _by_parts(controller: Controller) -> Iterator[int]:
-    if not all(each.on_one_wire for each in controller.thermometers.values()):
-        yield from (17, 18)
+    for sensor in controller.sensors.values():
+        yield from sensor.rules
     if gcode_of(controller) is not None:
         yield 19
-    if controller.ammeters:
-        yield from (20, 21, 22)
     if controller.programs is not None and controller.programs.hold_back is not None:
         yield 24
     if controller.safety.relay_feedback is not None:

@@ -1,5 +1,6 @@
 """The interfaces of a controller, the loops that they serve, and the commands that they give."""
 
+from collections.abc import Callable
 from typing import TypeVar
 
 from heatwright.spec.base import Model
@@ -23,23 +24,16 @@ def placed(controller: Controller, kind: type[Kind]) -> dict[int, Kind]:
     return {n: each for n, each in enumerate(controller.interfaces) if isinstance(each, kind)}
 
 
-def _first(controller: Controller, kind: type[Kind]) -> Kind | None:
-    return next(iter(placed(controller, kind).values()), None)
+def _first(kind: type[Kind]) -> Callable[[Controller], Kind | None]:
+    """Return a function that finds the first interface of a kind, if a controller has one."""
+    return lambda controller: next(iter(placed(controller, kind).values()), None)
 
 
-def gcode_of(controller: Controller) -> Gcode | None:
-    """Find the G-code interface of a controller, if it has one."""
-    return _first(controller, Gcode)
-
-
-def modbus_of(controller: Controller) -> ModbusRtu | None:
-    """Find the Modbus interface of a controller, if it has one."""
-    return _first(controller, ModbusRtu)
-
-
-def nextion_of(controller: Controller) -> Nextion | None:
-    """Find the touch display of a controller, if it has one."""
-    return _first(controller, Nextion)
+gcode_of = _first(Gcode)
+keypad_of = _first(LcdKeypad)
+log_of = _first(SerialLog)
+modbus_of = _first(ModbusRtu)
+nextion_of = _first(Nextion)
 
 
 def for_display(controller: Controller, line: str) -> bool:
@@ -47,16 +41,6 @@ def for_display(controller: Controller, line: str) -> bool:
     if nextion_of(controller) is None:
         return False
     return gcode_of(controller) is None or line.startswith("#")
-
-
-def keypad_of(controller: Controller) -> LcdKeypad | None:
-    """Find the keypad of a controller, if it has one."""
-    return _first(controller, LcdKeypad)
-
-
-def log_of(controller: Controller) -> SerialLog | None:
-    """Find the log of a controller, if it has one."""
-    return _first(controller, SerialLog)
 
 
 def commanded(controller: Controller, loop_name: str) -> bool:
@@ -162,22 +146,12 @@ def tunable(controller: Controller, loop_name: str) -> bool:
         or touched(controller, loop_name)
         or programmed(controller, loop_name)
     )
-    return has_commands and controller.loops[loop_name].algorithm.pid is not None
-
-
-def limits_adjustable(controller: Controller, loop_name: str) -> bool:
-    """Return whether a host may narrow the limits of a loop's integral and output."""
-    return bool(getattr(controller.loops[loop_name].algorithm, "limits_adjustable", False))
+    return has_commands and controller.loops[loop_name].algorithm.tunable
 
 
 def shown_loop(controller: Controller, indicators: Indicators) -> str:
     """Name the loop that LEDs show: the loop of their key `loop`, otherwise the only loop."""
     return next(iter(controller.loops)) if indicators.loop is None else indicators.loop
-
-
-def indicated(controller: Controller, loop_name: str) -> bool:
-    """Return whether LEDs show a loop."""
-    return bool(shown_meanings(controller, loop_name))
 
 
 def shown_meanings(controller: Controller, loop_name: str) -> frozenset[str]:

@@ -214,14 +214,12 @@ class Controller(Model):
     @property
     def switches(self) -> Mapping[str, Switch]:
         """The outputs that drive a load at one pin, by name."""
-        return {
-            name: output for name, output in self.outputs.items() if not isinstance(output, Stepper)
-        }
+        return {name: output for name, output in self.outputs.items() if not output.feeds}
 
     @property
     def steppers(self) -> Mapping[str, Stepper]:
         """The stepper outputs, which feed material, by name."""
-        return {name: each for name, each in self.outputs.items() if isinstance(each, Stepper)}
+        return {name: each for name, each in self.outputs.items() if each.feeds}
 
     @property
     def simulated(self) -> Simulation:
@@ -236,7 +234,7 @@ class Controller(Model):
         Raises TypeError: it is of another kind, which `check` refuses.
         """
         output = self.outputs[name]
-        if not isinstance(output, DigitalOutput):
+        if not output.is_on_off:
             message = f"{name} is of the kind {output.kind}, and not digital"
             raise TypeError(message)
         return output

@@ -11,7 +11,6 @@ from weakref import finalize
 
 from heatwright.spec import commands
 from heatwright.spec.adjusted import Number, numbers_of
-from heatwright.spec.commands import indicated
 from heatwright.spec.controller import Controller
 from heatwright.spec.monitors import monitors_of, tripping
 from heatwright.spec.proofs import proofs, proven_in
@@ -134,11 +133,11 @@ def _found(controller: Controller, name: str) -> LoopFacts:
         touched=commands.touched(controller, name),
         plotted=commands.plotted(controller, name),
         countdown=commands.countdown_of(controller, name) is not None,
-        has_state=switched or indicated(controller, name),
+        has_state=switched or bool(commands.shown_meanings(controller, name)),
         stored=loop.setpoint.stored,
         lasting=commanded and not switched and tunable and loop.setpoint.stored,
         adjustable=loop.protection.maximum_adjustable,
-        limits_adjustable=commands.limits_adjustable(controller, name),
+        limits_adjustable=loop.algorithm.limits_adjustable,
         keyed_numbers=numbers_of(controller, name),
         readings=controller.thermometers[loop.sensor].moving_average,
         inputs=bool(controller.safety.inputs),

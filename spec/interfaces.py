@@ -54,15 +54,15 @@ NamedPins = tuple[tuple[Path, str, str], ...]
 class Line(NamedTuple):
     """A serial line of an interface."""
 
-    port: int
-    can_move: bool
-    """Whether the spec may choose the serial port."""
     baud: int
     usual_bauds: tuple[int, ...]
     """Baud rates that the other end of the line may offer."""
-    receives: bool
     called: str | None
     """Name in a list of level converters; None if the line's other end has the pins' levels."""
+    receives: bool = True
+    port: int = 0
+    can_move: bool = False
+    """Whether the spec may choose the serial port."""
     parity: Literal["even", "odd", "none"] = "none"
     stop_bits: int = 1
 
@@ -196,25 +196,7 @@ class Adjust(Model):
     kd: GainRange | None = Field(None, description="For pid, %·s/K.")
 
 
-class _Interface(Model):
-    """Defaults of most interfaces: no shield, no host, no serial line and no pins."""
-
-    shield: ClassVar[Shield | None] = None
-    is_host: ClassVar[bool] = False
-    acknowledges: ClassVar[bool] = False
-
-    @property
-    def line(self) -> Line | None:
-        """The interface's serial line."""
-        return None
-
-    @property
-    def named_pins(self) -> NamedPins:
-        """The pins that the spec names for it."""
-        return ()
-
-
-class _OfOneLoop(_Interface):
+class _OfOneLoop(Model):
     """An interface that shows or sets one loop."""
 
     kind: str
@@ -241,8 +223,11 @@ class LcdKeypad(_OfOneLoop):
         None, description="Numbers of the algorithm that the operator may set. Default: none."
     )
     least: ClassVar[Least] = Least(1080, 60)
-    shield: ClassVar[Shield | None] = LCD_KEYPAD
+    shield: ClassVar[Shield] = LCD_KEYPAD
+    is_host: ClassVar[bool] = False
     acknowledges: ClassVar[bool] = True
+    line: ClassVar[None] = None
+    named_pins: ClassVar[NamedPins] = ()
 
 
 class SerialPlotter(_OfOneLoop):
@@ -258,17 +243,18 @@ class SerialPlotter(_OfOneLoop):
         "LF", description="What ends a line; `CR LF` is what Arduino's println sends."
     )
     least: ClassVar[Least] = Least(340, 15)
+    shield: ClassVar[None] = None
+    is_host: ClassVar[bool] = False
+    acknowledges: ClassVar[bool] = False
+    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            0, can_move=False, baud=self.baud, usual_bauds=USUAL_BAUDS, receives=False,
-            called="serial plotter",
-        )  # fmt: skip
+        return Line(self.baud, USUAL_BAUDS, "serial plotter", receives=False)
 
 
-class ModbusRtu(_Interface):
+class ModbusRtu(Model):
     """A slave on a Modbus serial line; its master sets and switches every loop."""
 
     kind: Literal["modbus_rtu"]
@@ -291,6 +277,7 @@ class ModbusRtu(_Interface):
         False, description="Generate the LinuxCNC side too: HAL, panel, mb2hal."
     )
     least: ClassVar[Least] = Least(2770, 245)
+    shield: ClassVar[None] = None
     is_host: ClassVar[bool] = True
     acknowledges: ClassVar[bool] = True
     named_loops: ClassVar[Mapping[Path, str]] = {}
@@ -298,10 +285,8 @@ class ModbusRtu(_Interface):
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            0, can_move=False, baud=self.baud, usual_bauds=BUS_BAUDS, receives=True,
-            called="Modbus", parity=self.parity, stop_bits=self.stop_bits,
-        )  # fmt: skip
+        line = Line(self.baud, BUS_BAUDS, "Modbus")
+        return line._replace(parity=self.parity, stop_bits=self.stop_bits)
 
     @property
     def named_pins(self) -> NamedPins:
@@ -349,6 +334,10 @@ class Indicators(_OfOneLoop):
     )
     active: Literal["high", "low"] = Field("high", description="Level at which an LED lights.")
     least: ClassVar[Least] = Least(50, 0)
+    shield: ClassVar[None] = None
+    is_host: ClassVar[bool] = False
+    acknowledges: ClassVar[bool] = False
+    line: ClassVar[None] = None
 
     @property
     def named_pins(self) -> NamedPins:
@@ -370,15 +359,15 @@ class Nextion(_OfOneLoop):
     )
     port: _Port = Field(0, description=_PORT)
     least: ClassVar[Least] = Least(5300, 1460)
+    shield: ClassVar[None] = None
+    is_host: ClassVar[bool] = False
     acknowledges: ClassVar[bool] = True
+    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            self.port, can_move=True, baud=self.baud, usual_bauds=DISPLAY_BAUDS, receives=True,
-            called=None,
-        )  # fmt: skip
+        return Line(self.baud, DISPLAY_BAUDS, None, port=self.port, can_move=True)
 
 
 class SerialLog(_OfOneLoop):
@@ -398,17 +387,18 @@ class SerialLog(_OfOneLoop):
         "ram", description="Where the ring buffer is; `eeprom` survives a loss of power."
     )
     least: ClassVar[Least] = Least(1800, 70)
+    shield: ClassVar[None] = None
+    is_host: ClassVar[bool] = False
+    acknowledges: ClassVar[bool] = False
+    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            self.port, can_move=True, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
-            called="serial log",
-        )  # fmt: skip
+        return Line(self.baud, HOST_BAUDS, "serial log", port=self.port, can_move=True)
 
 
-class Gcode(_Interface):
+class Gcode(Model):
     """A host program of 3D printers, or a person, over the serial line."""
 
     kind: Literal["gcode"]
@@ -429,16 +419,15 @@ class Gcode(_Interface):
         Mapping[Annotated[str, Address("E", "a stepper", "E")], Reference], ReadOnly
     ] = Field({}, description="The stepper that feeds, E.", validate_default=True)
     least: ClassVar[Least] = Least(6050, 480)
+    shield: ClassVar[None] = None
     is_host: ClassVar[bool] = True
     acknowledges: ClassVar[bool] = True
+    named_pins: ClassVar[NamedPins] = ()
 
     @property
     def line(self) -> Line:
         """The serial line that the interface talks on."""
-        return Line(
-            0, can_move=False, baud=self.baud, usual_bauds=HOST_BAUDS, receives=True,
-            called="G-code",
-        )  # fmt: skip
+        return Line(self.baud, HOST_BAUDS, "G-code")
 
     @property
     def named_loops(self) -> dict[Path, str]:

@@ -346,6 +346,11 @@ class Loop(Model):
         """Largest change of a reading from one step to the next that rule `rise_rate` allows, K."""
         return self.protection.rise_rate_k_per_s * self.period_s
 
+    @property
+    def settles_below(self) -> bool:
+        """Whether the temperature may settle below the setpoint, where part of the power holds."""
+        return self.algorithm.continuous and not self.algorithm.has_integral
+
     def periods_s(self, count: float) -> float:
         """Return the time of `count` periods, s."""
         return count * self.period_s

@@ -102,9 +102,9 @@ class Proof(Model):
 class DigitalOutput(Model):
     """Switched on and off: a relay, or a fan."""
 
-    is_on_off: ClassVar[bool] = True
+    is_on_off: ClassVar[Literal[True]] = True
     is_windowed: ClassVar[bool] = False
-    feeds: ClassVar[bool] = False
+    feeds: ClassVar[Literal[False]] = False
     frequency_hz: ClassVar[float] = 0.0
     shortest_pulse_s: ClassVar[float] = 0.0
     shortest_level_s: ClassVar[float] = 0.0
@@ -141,11 +141,6 @@ class DigitalOutput(Model):
         return self.runs == "always"
 
     @property
-    def is_held(self) -> bool:
-        """Whether the output has minimum times."""
-        return self.stays_on_s > 0 or self.stays_off_s > 0
-
-    @property
     def stays_on_s(self) -> float:
         """Shortest time on, s."""
         return self.minimum_on_s
@@ -165,22 +160,16 @@ class DigitalOutput(Model):
         return share * self.cycle_s
 
 
-class _Metered(Model):
-    """Common keys of outputs that set a share of the power, or a speed, and not only on and off."""
+class PwmOutput(Model):
+    """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
 
-    is_on_off: ClassVar[bool] = False
+    is_on_off: ClassVar[Literal[False]] = False
     always_runs: ClassVar[bool] = False
-    is_held: ClassVar[bool] = False
     stays_on_s: ClassVar[float] = 0.0
     stays_off_s: ClassVar[float] = 0.0
     proof: ClassVar[None] = None
-
-
-class PwmOutput(_Metered):
-    """Pulse width by a timer of the chip; tens of Hz to tens of kHz."""
-
     is_windowed: ClassVar[bool] = False
-    feeds: ClassVar[bool] = False
+    feeds: ClassVar[Literal[False]] = False
     shortest_pulse_s: ClassVar[float] = 0.0
     shortest_level_s: ClassVar[float] = 0.0
 
@@ -221,11 +210,16 @@ class PwmOutput(_Metered):
         return self.rated_v / self.supply_v
 
 
-class TimeProportionalOutput(_Metered):
+class TimeProportionalOutput(Model):
     """On for a part of each window, switched by the tick: for relays and slow loads; no whine."""
 
+    is_on_off: ClassVar[Literal[False]] = False
+    always_runs: ClassVar[bool] = False
+    stays_on_s: ClassVar[float] = 0.0
+    stays_off_s: ClassVar[float] = 0.0
+    proof: ClassVar[None] = None
     is_windowed: ClassVar[bool] = True
-    feeds: ClassVar[bool] = False
+    feeds: ClassVar[Literal[False]] = False
     frequency_hz: ClassVar[float] = 0.0
     full_share: ClassVar[float] = 1.0
     mean_of_rms: ClassVar[float] = 1.0
@@ -278,11 +272,17 @@ class TimeProportionalOutput(_Metered):
         return self.resolution_s if self.distribution == "spread" else share * self.cycle_s
 
 
-class Stepper(_Metered):
+class Stepper(Model):
     """A stepper motor that feeds material, behind a driver with step, direction and enable."""
 
+    is_on_off: ClassVar[Literal[False]] = False
+    always_runs: ClassVar[bool] = False
+    stays_on_s: ClassVar[float] = 0.0
+    stays_off_s: ClassVar[float] = 0.0
+    proof: ClassVar[None] = None
     is_windowed: ClassVar[bool] = False
-    feeds: ClassVar[bool] = True
+    feeds: ClassVar[Literal[True]] = True
+    full_share: ClassVar[float] = 1.0
     power_w: ClassVar[None] = None
     frequency_hz: ClassVar[float] = 0.0
     supply_v: ClassVar[None] = None
@@ -325,6 +325,11 @@ Output = Annotated[
 ]
 if not TYPE_CHECKING:  # mypy knows only heatwright's own kinds
     Output = with_brought("output", Output)
+
+
+def is_held(output: Output) -> bool:
+    """Return whether an output has minimum times."""
+    return output.stays_on_s > 0 or output.stays_off_s > 0
 
 
 def always_running(outputs: Mapping[str, Output]) -> list[str]:

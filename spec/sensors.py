@@ -1,7 +1,8 @@
 """Sensors: one model for each kind.
 
 Other code uses these properties of a model, and never asks for its kind:
-on_adc, on_one_wire, measures_current -- where it is and what it measures. Thermometers also have
+on_adc, on_one_wire, measures_current -- where it is and what it measures; rules -- the codes of
+the rules that its readings can break. Thermometers also have
 reading_bits -- bits of the signed number of a reading; clips_c -- lowest and highest
 temperature that a reading can show, None if no reading beyond its range is valid; selectable --
 types of thermocouple that the operator may choose; fitting -- settings of its own with which it
@@ -55,6 +56,7 @@ class Ds18b20(Started):
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = True
     measures_current: ClassVar[Literal[False]] = False
+    rules: ClassVar[tuple[int, ...]] = (1, 2, 3, 4, 5)
     reading_bits: ClassVar[int] = 16
     clips_c: ClassVar[tuple[float, float] | None] = (-55.0, 125.0)
     selectable: ClassVar[tuple[str, ...]] = ()

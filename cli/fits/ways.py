@@ -11,8 +11,9 @@ from pydantic import ValidationError
 from heatwright.generator import plan_firmware
 from heatwright.generator.toolchain import BuildResult
 from heatwright.generator.toolchain.taken import NONE, Bytes
-from heatwright.spec import BOARDS, Board, Controller, SerialLog, Spec, placed
-from heatwright.spec.board.eeprom import layout, log_entry_bytes
+from heatwright.spec import BOARDS, Board, Controller, Spec
+from heatwright.spec.board.eeprom import layout
+from heatwright.spec.board.serial_log import log_entry_bytes, logs_in_ram
 from heatwright.spec.checks import check
 from heatwright.spec.checks.board.eeprom import on_board
 from heatwright.spec.checks.board.memory import POINT_BYTES
@@ -150,11 +151,9 @@ def ways(controller: Controller, found: tuple[Share, ...], built: BuildResult) -
 
 def _fewer(controller: Controller, built: BuildResult) -> Iterator[Way]:
     """List the numbers of the spec that decide the use of RAM, each with a value that fits."""
-    for index, each in placed(controller, SerialLog).items():
-        if each.keep == "ram":
-            key = f"interfaces[{index}].entries"
-            bytes_each = log_entry_bytes(controller, each)
-            yield from _at_most(key, each.entries, 1, bytes_each, built)
+    for index, each in logs_in_ram(controller).items():
+        bytes_each = log_entry_bytes(controller, each)
+        yield from _at_most(f"interfaces[{index}].entries", each.entries, 1, bytes_each, built)
     if controller.programs is not None:
         stored = max((len(each.segments) for each in controller.programs.stored), default=1)
         points = controller.programs.points

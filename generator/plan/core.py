@@ -13,6 +13,7 @@ from heatwright.generator.plan.timers import compare_match, registers
 from heatwright.spec import Controller, Loop, Rule, keypad_of, modbus_of, proofs, rules_of
 from heatwright.spec.board.timers import looks, tick_interval
 from heatwright.spec.monitors import tripping
+from heatwright.spec.outputs import is_held
 from heatwright.spec.rules import NO_LOCKOUT
 from heatwright.spec.self_checks import proves_watchdog, self_checked
 
@@ -157,7 +158,7 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
         plain=[
             name
             for name, each in root.controller.switches.items()
-            if each.is_on_off and not each.is_held
+            if each.is_on_off and not is_held(each)
         ],
         inputs=list(root.controller.safety.inputs),
         inputs_where=root.at("safety", "inputs").where,

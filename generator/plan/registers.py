@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.spec import Controller, Spec, facts_of
 from heatwright.spec.algorithms import LARGEST_GAIN
 
@@ -269,7 +268,7 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
     )  # fmt: skip
     tuning = facts_of(controller, name).tunable and loop.autotune is not None
     measured = loop.response is not None
-    if current_sensor(controller, loop) is not None:
+    if controller.outputs[loop.heater].current is not None:
         yield Register(
             "inputs", block + 5, f"{name}.current", "u16", "Mean current of the heater.",
             Stored("MAP_HUNDREDTHS", f"&current_{loop.heater}.amperes"), scale=0.01, unit="A",

@@ -146,7 +146,7 @@ def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float
         site.loop.setpoint.maximum_c + _beyond_k(site.loop),
         steady_c(site, asked_share(site, site.loop.algorithm.full_percent), ambient_c=ambient_c),
     )
-    if site.loop.algorithm.pid and frozen is not None and frozen.holding_percent > 0:
+    if site.loop.algorithm.continuous and frozen is not None and frozen.holding_percent > 0:
         held = plant_of(site.controller, network, ambient_c=ambient_c, step_s=FOREVER_S)
         held.step(_powered(site, asked_share(site, frozen.holding_percent)))
         highest_c = min(highest_c, held.sensed_c()[site.loop.sensor])

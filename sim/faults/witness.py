@@ -128,7 +128,7 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
     A step takes the last complete sum of one code per tick, which began in the period before.
     """
     controller, loop = world.site.controller, world.site.controller.loops[name]
-    current = getattr(controller.outputs[loop.heater], "current", None)
+    current = controller.outputs[loop.heater].current
     if current is None:
         return
     sensor = controller.ammeters[current.sensor]

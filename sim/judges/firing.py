@@ -77,9 +77,8 @@ def _direction(part: StepLog) -> float:
 
 
 def _judged(ramp: StepLog, loop: Loop) -> StepLog:
-    limits = getattr(loop.algorithm, "output", None)
-    top_percent = 100.0 if limits is None else limits.maximum_percent
-    free = (ramp["duty_percent"] > 0) & (ramp["duty_percent"] < top_percent)
+    duty_percent = ramp["duty_percent"]
+    free = (duty_percent > 0) & (duty_percent < loop.algorithm.full_percent)
     clock = ramp["program.segment_clock"].astype(np.int64)
     begun = (clock - clock[0] + 1) * loop.period_s > FIRST_S
     judged: StepLog = ramp[free & begun]

@@ -180,9 +180,9 @@ def supplied(controller: Controller, share: float) -> Controller:
     """Multiply the supply voltage of all loads; without a rated voltage, their power follows it."""
     outputs = dict(controller.outputs)
     for name, output in controller.outputs.items():
-        volts, watts = getattr(output, "supply_v", None), getattr(output, "power_w", None)
+        volts, watts = output.supply_v, output.power_w
         changes = {} if volts is None else {"supply_v": volts * share}
-        if watts is not None and getattr(output, "rated_v", None) is None:
+        if watts is not None and output.rated_v is None:
             changes["power_w"] = watts * share**2
         outputs[name] = output.model_copy(update=changes)
     return controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
@@ -194,6 +194,6 @@ def powers_of(controller: Controller) -> dict[str, float]:
     A heater with a rated voltage below its supply takes more than its rated power while it is on.
     """
     return {
-        name: (getattr(output, "power_w", None) or 0.0) / getattr(output, "full_share", 1.0)
+        name: (output.power_w or 0.0) / output.full_share
         for name, output in controller.outputs.items()
     }

@@ -6,15 +6,14 @@ from typing import NamedTuple, Protocol
 
 from heatwright.sim.reference.algorithms.autotune import SLOPE, Moment, Tuner
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
-from heatwright.sim.reference.algorithms.pid import PidControl, TunablePid
+from heatwright.sim.reference.algorithms.pid import PidControl, gains_of, tunable_pid
 from heatwright.sim.reference.algorithms.three_position import ThreePositionControl
-from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Limits, Orders
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Limits, Orders
 from heatwright.sim.reference.interfaces.keyed import in_range
 from heatwright.sim.reference.numbers import ZERO, Member, Single, Value, prefixed
 from heatwright.sim.reference.protection.rules import Look
 from heatwright.spec import Controller, Loop, facts_of
 from heatwright.spec.adjusted import Number
-from heatwright.spec.algorithms import Algorithm
 from heatwright.spec.registry import module_of
 
 ENABLED: Member = ("enabled", "u1")
@@ -65,12 +64,11 @@ class Steering:
         self._facts = facts = facts_of(controller, loop)
         self._gains = gains_of(spec.algorithm)
         sets_gains = bool(self._gains and facts.keyed_numbers)
-        self._pid = _tunable_pid(spec) if facts.tunable or sets_gains else None
-        if self._pid and spec.algorithm.pid and facts.programmed:
-            self._pid.feed_forward = Single(spec.algorithm.pid.feed_forward)
+        self._pid = tunable_pid(spec, facts) if facts.tunable or sets_gains else None
         self._limited = self._pid is not None and facts.limits_adjustable
         self._control: Control = self._pid or _constant(spec, facts.keyed_numbers)
-        self.tuner = _tuner(spec) if facts.tunable else None
+        pid, experiment = spec.algorithm.pid, spec.autotune
+        self.tuner = Tuner(spec, experiment, pid) if facts.tunable and experiment and pid else None
         self.inputs: tuple[Member, ...] = (
             *((ENABLED,) if facts.switched else ()),
             *(INPUTS if facts.tunable else ()),
@@ -182,20 +180,3 @@ def _constant(spec: Loop, numbers: tuple[Number, ...]) -> Control:
     keyed = [tuple(each.kind.field for each in numbers)] if numbers else []
     control: Control = module.Control(spec.algorithm, spec.period_s, *keyed)
     return control
-
-
-def gains_of(algorithm: Algorithm) -> Gains | None:
-    """Return the gains of an algorithm in the spec; None if it has none."""
-    pid = algorithm.pid
-    return None if pid is None else Gains(Single(pid.kp), Single(pid.ki), Single(pid.kd))
-
-
-def _tunable_pid(spec: Loop) -> TunablePid | None:
-    pid = spec.algorithm.pid
-    return None if pid is None else TunablePid(pid, spec.period_s)
-
-
-def _tuner(spec: Loop) -> Tuner | None:
-    if spec.autotune is None or spec.algorithm.pid is None:
-        return None
-    return Tuner(spec, spec.autotune, spec.algorithm.pid)

@@ -216,7 +216,7 @@ def _countdown(controller: Controller, name: str, operator: Operator) -> Countdo
 
 def _ammeter(controller: Controller, heater: str) -> tuple[str, IdealSensor] | None:
     """Return the sensor of a heater's current, and its name; None if it is not measured."""
-    current = getattr(controller.outputs[heater], "current", None)
+    current = controller.outputs[heater].current
     if current is None:
         return None
     return current.sensor, IdealSensor(controller.ammeters[current.sensor], controller.board)

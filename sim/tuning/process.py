@@ -88,7 +88,7 @@ def _times(roots: list[float]) -> list[float]:
 
 def power_of(controller: Controller, loop: str) -> float | None:
     """Return the power of a loop's heater at full duty, W; None if the spec does not give it."""
-    return getattr(controller.outputs[controller.loops[loop].heater], "power_w", None)
+    return controller.outputs[controller.loops[loop].heater].power_w
 
 
 def process_of(controller: Controller, loop: str, at_c: float | None = None) -> Process:
@@ -135,9 +135,8 @@ def at_full_power(
     spec, simulation = controller.loops[loop], controller.simulated
     network = simulation.plant.model_copy(update={"initial_c": None})
     plant = Plant(network, powers_of(controller), ambient_c=simulation.ambient_c, step_s=step_s)
-    limits = getattr(spec.algorithm, "output", None)
     active = {name: float(_runs(controller, name)) for name in controller.outputs}
-    active[spec.heater] = 1.0 if limits is None else limits.maximum_percent / 100
+    active[spec.heater] = spec.algorithm.full_percent / 100
     state, steps = plant.state_of(spec.sensor), 0
     while True:
         plant.step(active)

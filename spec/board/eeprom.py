@@ -8,9 +8,9 @@ import math
 from typing import NamedTuple
 
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import limits_adjustable, placed, programmed, tunable
+from heatwright.spec.board.serial_log import log_entry_bytes, log_in_eeprom
+from heatwright.spec.commands import tunable
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import SerialLog
 
 CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
@@ -82,24 +82,13 @@ class Layout(NamedTuple):
         return self.history.end
 
 
-def log_in_eeprom(controller: Controller) -> SerialLog | None:
-    """Find the log that is kept in the EEPROM, if there is one."""
-    logs = placed(controller, SerialLog).values()
-    return next((each for each in logs if each.keep == "eeprom"), None)
-
-
-def log_entry_bytes(controller: Controller, log: SerialLog) -> int:
-    """Count the bytes of an entry: temperature, setpoint, duty; one for program and segment."""
-    return 2 + 2 + 1 + programmed(controller, log.loop)
-
-
 def settings_bytes(controller: Controller) -> int:
     """Count the bytes of a record of settings: setpoints, maxima, gains, limits, numbers, types."""
     kept = sum(
         4 * loop.setpoint.stored
         + 4 * loop.protection.maximum_adjustable
         + 12 * tunable(controller, name)
-        + 12 * limits_adjustable(controller, name)
+        + 12 * loop.algorithm.limits_adjustable
         + 4 * len(numbers_of(controller, name))
         for name, loop in controller.loops.items()
     )

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from heatwright.spec.board.pwm_timers import LATEST_INTERRUPT_S, share_pwm
 from heatwright.spec.controller import Controller
+from heatwright.spec.outputs import is_held
 
 ANY_S = 100e-6
 """Longest delay of an interrupt if no part needs less: a hundredth of the tick."""
@@ -82,9 +83,9 @@ def longest_tick_s(controller: Controller) -> float:
     for loop in controller.loops.values():
         cycles += LOOP_CYCLES + FAN_CYCLES * (loop.fan is not None)
         cycles += COOLER_CYCLES * (loop.cooler is not None)
-        cycles += WINDOW_CYCLES * getattr(outputs.get(loop.heater), "is_windowed", False)
+        cycles += WINDOW_CYCLES * (loop.heater in outputs and outputs[loop.heater].is_windowed)
         for name in filter(None, (loop.heater, loop.cooler)):
-            cycles += HELD_CYCLES * getattr(outputs.get(name), "is_held", False)
+            cycles += HELD_CYCLES * (name in outputs and is_held(outputs[name]))
         channel = channels.get(loop.heater)
         cycles += BY_INTERRUPTS_CYCLES * (channel is not None and channel.by_interrupts)
     return cycles / controller.board.clock_hz

@@ -8,7 +8,7 @@ from heatwright.spec.adjusted import extremes, with_setting
 from heatwright.spec.checks import references
 from heatwright.spec.checks.comparison import row_controller, row_path, rows_have_loops
 from heatwright.spec.checks.finding import Check, Finding, Findings, PlantCheck
-from heatwright.spec.checks.loops import adjusted, cooling, monitors
+from heatwright.spec.checks.loops import adjusted, monitors, three_position
 from heatwright.spec.checks.physics import plant
 from heatwright.spec.checks.physics.thermal import thermal
 from heatwright.spec.controller import Controller
@@ -35,7 +35,7 @@ SIMULATION_CHECKS: tuple[PlantCheck, ...] = (
     plant.senses_fit,
     plant.currents_are_sensed,
     plant.heat_arrives,
-    cooling.coolers_cool,
+    three_position.coolers_cool,
 )
 
 

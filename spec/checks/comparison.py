@@ -46,7 +46,7 @@ def row_controller(controller: Controller, row: ComparisonRow) -> Controller:
             "algorithm": row.algorithm,
             "setpoint": setpoint,
             "protection": protection,
-            "autotune": loop.autotune if row.algorithm.pid else None,
+            "autotune": loop.autotune if row.algorithm.tunable else None,
             "starts": "enabled" if switched(controller, name) else None,
         }
     )

@@ -106,7 +106,7 @@ def fans_run(controller: Controller) -> Findings:
 def proofs_are_of_fans(controller: Controller) -> Findings:
     """Find proofs that no loop uses, and proofs so late that `heating_failed` trips before."""
     for name, output in controller.outputs.items():
-        proof = getattr(output, "proof", None)
+        proof = output.proof
         if proof is None:
             continue
         path: Path = ("outputs", name, "proof")

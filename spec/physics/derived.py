@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+from heatwright.spec.algorithms import Lie
 from heatwright.spec.base import ReadOnlyDict
 from heatwright.spec.loops import Effort, Frozen, Heating, Limits, Loop, RisingWhileOff, Runaway
 from heatwright.spec.physics.effort import effort_of
@@ -18,7 +19,7 @@ from heatwright.spec.physics.heated_loop import (
     most_borne,
 )
 from heatwright.spec.physics.stand import Stand, counted_for_s, times_of
-from heatwright.spec.physics.stuck import BELOW_K, Lie, Spell, Times, ends_s, fallen, peaks_k, still
+from heatwright.spec.physics.stuck import BELOW_K, Spell, Times, ends_s, fallen, peaks_k
 from heatwright.spec.quantity import about, celsius, duration, number
 
 if TYPE_CHECKING:
@@ -413,8 +414,7 @@ class _Rules:
         heated = self._heated
         held_percent = 100 * heated.hold_w / heated.power_w
         lies = [
-            still(self._loop.algorithm, share * held_percent, below_k)
-            for below_k, share in STANDING
+            self._loop.algorithm.stuck(below_k, share * held_percent) for below_k, share in STANDING
         ]
         return all(self._bears(lie, within_s, for_s) for lie in lies)
 

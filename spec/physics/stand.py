@@ -9,13 +9,13 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from heatwright.spec.algorithms import Lie
 from heatwright.spec.loops import Loop
 from heatwright.spec.physics.heated_loop import HeatedLoop
 from heatwright.spec.physics.matrices import Vector
 from heatwright.spec.physics.stuck import (
     BELOW_K,
     Fall,
-    Lie,
     Spell,
     Times,
     ends_s,
@@ -24,7 +24,6 @@ from heatwright.spec.physics.stuck import (
     insisted,
     peaks_k,
     slow_fall_k,
-    still,
 )
 
 MANY = 20
@@ -70,7 +69,7 @@ class Stand:
         self._fallen = list(self._fallen_out(low_k - BELOW_K, max(0.0, high_k - below_k), below_k))
         self._cases = [each for each in self._fallen if each.else_s > 0]
         if below_k > 0:
-            start, lie = heated.plant.rest(high_k - below_k), still(loop.algorithm, 0.0, below_k)
+            start, lie = heated.plant.rest(high_k - below_k), loop.algorithm.stuck(below_k, 0.0)
             self._cases.insert(0, _Case("whose reading is stuck", start, lie))
 
     def _fallen_out(self, low_k: float, high_k: float, below_k: float) -> Iterator[_Case]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import NamedTuple
 
-from heatwright.spec.algorithms import Algorithm
+from heatwright.spec.algorithms import Algorithm, Lie
 from heatwright.spec.loops import Loop
 from heatwright.spec.physics.heated_loop import HeatedLoop
 from heatwright.spec.physics.matrices import Vector, apply
@@ -42,47 +42,8 @@ class Times(NamedTuple):
     holding_percent: float
 
 
-class Lie(NamedTuple):
-    """How a loop asks for heat while its reading is wrong.
-
-    first_percent, per_s -- the duty at the beginning, and its growth, up to most_percent.
-    """
-
-    first_percent: float
-    per_s: float
-    most_percent: float
-
-    def reaches_s(self, percent: float) -> float:
-        """Return when the duty reaches this value, s; infinite if never."""
-        if self.first_percent >= percent:
-            return 0.0
-        if self.per_s <= 0 or self.most_percent < percent:
-            return math.inf
-        return (percent - self.first_percent) / self.per_s
-
-    def percent(self, time_s: float) -> float:
-        """Return the duty at a time after the reading became wrong."""
-        return min(self.most_percent, self.first_percent + self.per_s * time_s)
-
-
 OFF = Lie(0.0, 0.0, 0.0)
 """No power."""
-
-
-def still(algorithm: Algorithm, integral_percent: float, below_k: float = BELOW_K) -> Lie:
-    """Return the duty that a loop asks for while its reading is stuck below the setpoint."""
-    full = algorithm.full_percent
-    pid = algorithm.pid
-    if pid is None or below_k > pid.on_at_k:
-        return Lie(full, 0.0, full)
-    if pid.keeps_output and below_k <= pid.dead_band_k:
-        return Lie(full, 0.0, full)  # the band keeps the output as it was, which may be full
-    error_k = below_k if below_k > pid.dead_band_k else 0.0
-    proportional, most = pid.kp * error_k, pid.integral.maximum_percent
-    if not pid.ki:
-        integral_percent = most = 0.0
-    first = min(full, proportional + integral_percent)
-    return Lie(first, pid.ki * error_k, max(first, min(full, proportional + most)))
 
 
 def fallen(algorithm: Algorithm) -> Lie:

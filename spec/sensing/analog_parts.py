@@ -87,6 +87,7 @@ class AnalogSensor(Started):
     on_adc: ClassVar[Literal[True]] = True
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
+    rules: ClassVar[tuple[int, ...]] = (2, 4, 17, 18)
     reading_bits: ClassVar[int] = 16
     clips_c: ClassVar[tuple[float, float] | None] = None
     selectable: ClassVar[tuple[str, ...]] = ()

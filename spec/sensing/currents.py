@@ -50,6 +50,7 @@ class CurrentSensor(Model):
     on_adc: ClassVar[Literal[True]] = True
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[True]] = True
+    rules: ClassVar[tuple[int, ...]] = (4, 20, 21, 22)
     unit: ClassVar[str] = "A"
 
     def shown_range(self, mcu: str) -> tuple[float, float]:

@@ -77,6 +77,7 @@ class Max31856(Converter):
         1, description="Samples that the chip averages: 1, 2, 4, 8 or 16."
     )
     least: ClassVar[Least] = Least(630, 30)
+    rules: ClassVar[tuple[int, ...]] = (1, 2, 3, 4, 5, 17, 18)
     reading_bits: ClassVar[int] = 32
     step_k: ClassVar[float] = 2.0**-7  # 19 bits
     clips_c: ClassVar[tuple[float, float] | None] = None

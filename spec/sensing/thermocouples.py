@@ -29,6 +29,7 @@ class Converter(Averaged):
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
+    rules: ClassVar[tuple[int, ...]] = (1, 2, 3, 4, 17)
     step_k: ClassVar[float]
     """Smallest difference the converter resolves (data sheets)."""
 

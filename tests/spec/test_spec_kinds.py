@@ -13,36 +13,62 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from typing import Any, get_type_hints
 
 import pytest
-from rig.firmware import ROOT, finished
+from rig.firmware import EXAMPLES, ROOT, controller_of, finished, sources_of
 
 from heatwright.cli.contract import UNIONS, lacking
+from heatwright.generator.plan.core import rule_macro
 from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
-from heatwright.spec.registry import KindIncomplete, module_of
+from heatwright.spec.base import Model
+from heatwright.spec.breakable import rules_of
+from heatwright.spec.registry import KindIncomplete, brought, module_of
+from heatwright.spec.rules import RULES
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
-ASKED = 15
+ASKED = 36
 """Places that ask elsewhere: whoever takes one away lowers it."""
 READ = 30
 """Files that read a loop's period; `Loop` says what follows from it, as `periods_s`."""
-CLASSES = {
-    model.__name__: kind
-    for union in (Sensor, Output, Algorithm, Interface)
-    for kind, model in kinds(union).items()
-} | {AnalogSensor.__name__: "analog"}
+ROLES = {"sensor": Sensor, "output": Output, "algorithm": Algorithm, "interface": Interface}
+
+
+def classes() -> dict[str, str]:
+    """The kinds by the names of their models, simulations and algorithms' reference models."""
+    found = {AnalogSensor.__name__: "analog"}
+    for role, kind, model in (
+        (role, *each) for role, union in ROLES.items() for each in kinds(union).items()
+    ):
+        stem = "reference" if role == "algorithm" else "simulated"
+        module = import_module(module_of(role, stem, kind))
+        made = module.Control if stem == "reference" else get_type_hints(module.attach)["return"]
+        found[model.__name__] = kind
+        if made.__module__.startswith(module.__name__):  # it is not shared by several kinds
+            found[made.__name__] = kind
+    return found
+
+
+CLASSES = classes()
 
 
 def asked_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Yield the line and the kind of each question."""
+    """Yield the line and the kind of each question.
+
+    A question is a kind's class handed to a function, as to `isinstance` or `placed`, or matched; a
+    comparison with the kind's name; and an algorithm's `pid`, which only one kind has.
+    """
     for node in ast.walk(tree):
         match node:
-            case ast.Call(func=ast.Name("isinstance"), args=[_, classes]):
-                names = [each.id for each in ast.walk(classes) if isinstance(each, ast.Name)]
-                yield from ((node.lineno, CLASSES[name]) for name in names if name in CLASSES)
+            case ast.Call(args=[*given]):
+                handed = [each for one in given for each in _alternatives(one)]
+                yield from ((node.lineno, CLASSES[name]) for name in handed if name in CLASSES)
             case ast.MatchClass(cls=ast.Name(name)) if name in CLASSES:
                 yield node.lineno, CLASSES[name]
+            case ast.Attribute(value=of, attr="pid") if ast.unparse(of).endswith("algorithm"):
+                yield node.lineno, "pid"
             case ast.Compare(left=left, comparators=[*others]):
                 parts = [left, *others]
                 if any(isinstance(each, ast.Attribute) and each.attr == "kind" for each in parts):
@@ -51,9 +77,28 @@ def asked_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
                     yield from ((node.lineno, kind) for kind in CLASSES.values() if kind in strings)
 
 
+def _alternatives(given: ast.expr) -> list[str]:
+    """Return the names in an argument such as `Pid`, `Pid | OnOff` or `(Pid, OnOff)`."""
+    if isinstance(given, ast.Name | ast.BinOp | ast.Tuple):
+        return [each.id for each in ast.walk(given) if isinstance(each, ast.Name)]
+    return []
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        "isinstance(x, Pid)", "isinstance(x, Pid | OnOff)", "placed(controller, Pid)",
+        "device.parts(PidControl)", "loop.algorithm.pid", "x.kind == 'pid'",
+    ],
+)  # fmt: skip
+def test_a_question_is_seen(question: str) -> None:
+    assert (1, "pid") in set(asked_in(ast.parse(question)))
+
+
 def is_own(path: str, kind: str) -> bool:
     words = {word.removesuffix("s") for word in re.split(r"\W|_", path)}
-    return not words.isdisjoint(kind.split("_"))
+    own = (word.removesuffix("s") for word in kind.split("_"))
+    return not words.isdisjoint(own)
 
 
 def test_kinds_are_asked_for_in_their_own_files() -> None:
@@ -87,6 +132,28 @@ def test_nothing_is_missing(role: str, kind: str) -> None:
     assert list(lacking(role, kind)) == []
 
 
+@pytest.mark.parametrize("role", UNIONS)
+def test_no_kind_inherits_what_every_kind_must_say(role: str) -> None:
+    """What all kinds of a role inherit, a new one has without a word: mypy would not list it."""
+    models = [model for kind, model in kinds(UNIONS[role]).items() if kind not in brought(role)]
+    common = set.intersection(*(set(model.__mro__) for model in models))
+    assert common - {*models} == {*Model.__mro__}
+
+
+@pytest.mark.parametrize("example", [path.stem for path in EXAMPLES.glob("*.yaml")])
+def test_a_thermometer_says_which_rules_its_driver_can_report(example: str) -> None:
+    """And the firmware names these, with the rules that every firmware names."""
+    controller, texts = controller_of(example), sources_of(example)
+    codes = {rule_macro(rule): code for code, rule in RULES.items()}
+    for name, sensor in controller.thermometers.items():
+        driver = texts[f"sensor_{name}.c"] + texts.get(f"one_wire_{name}.c", "")
+        named = {codes[each] for each in re.findall(r"\bFAULT_\w+", driver) if each in codes}
+        assert named == {*sensor.rules}
+    own = {code for sensor in controller.sensors.values() for code in sensor.rules}
+    listed = {rule.code for rule in rules_of(controller)} & {17, 18, 20, 21, 22}
+    assert listed == own - {1, 2, 3, 4, 5}
+
+
 def test_a_module_that_is_missing_is_named() -> None:
     with pytest.raises(KindIncomplete, match=r"write .*/reference/sensors/spoon\.py, which"):
         module_of("sensor", "reference", "spoon")
@@ -94,18 +161,69 @@ def test_a_module_that_is_missing_is_named() -> None:
     assert list(lacking("sensor", "spoon")) == [told]
 
 
+def beside(home: Path, named: dict[str, str], *words: str, package: Path = OUTSIDE) -> Any:
+    """Run heatwright as if a package were installed beside it; tests/packaging installs one."""
+    lines = ["[heatwright.kinds]", *(f"{name} = {place}" for name, place in named.items())]
+    (home / "outside-1.dist-info").mkdir()
+    (home / "outside-1.dist-info" / "entry_points.txt").write_text("\n".join(lines))
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (home, package)))}
+    return finished([sys.executable, "-m", "heatwright.cli.start", *words], env=env)
+
+
 def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:
-    """As if it were installed; tests/packaging does so."""
     points = tomllib.loads((OUTSIDE / "pyproject.toml").read_text("utf-8"))["project"]
-    ((group, named),) = points["entry-points"].items()
-    lines = [f"[{group}]", *(f"{name} = {place}" for name, place in named.items())]
-    (tmp_path / "outside-1.dist-info").mkdir()
-    (tmp_path / "outside-1.dist-info" / "entry_points.txt").write_text("\n".join(lines))
-    paths = os.pathsep.join(map(str, (tmp_path, OUTSIDE)))
-    words = [sys.executable, "-m", "heatwright.cli.start", "kinds", "--json"]
-    env = {**os.environ, "PYTHONPATH": paths}
-    told = finished(words, env=env)
+    named = points["entry-points"]["heatwright.kinds"]
+    told = beside(tmp_path, named, "kinds", "--json")
     assert told.returncode == 0, told.stdout + told.stderr
     found = {f"{each['role']}.{each['kind']}": each for each in json.loads(told.stdout)["kinds"]}
     assert set(named) <= set(found)
     assert all(found[name]["package"] == "heatwright_max31865" for name in named)
+
+
+CASCADE = '''
+from typing import ClassVar, Literal
+from heatwright.spec.algorithms import Pid
+
+class Cascade(Pid):
+    """Any duty, and none of the gains that heatwright reads."""
+    pid: ClassVar[None] = None
+    tunable: ClassVar[bool] = False
+    kind: Literal["cascade"]
+'''
+OVEN = """
+heatwright: 1
+controller: {{name: oven, board: uno}}
+sensors: {{air: {{kind: ds18b20, pin: D2}}}}
+outputs: {{heater: {{kind: {output}, pin: D5}}}}
+loops:
+  air:
+    sensor: air
+    heater: heater
+    period: 1 s
+    setpoint: {{initial: 50 °C, minimum: 20 °C, maximum: 60 °C}}
+    algorithm: {{kind: {algorithm}, kp: 4, ki: 0.01}}
+    protection: {{maximum: 80 °C, minimum: 0 °C, rise_rate: 5 K/s, heating: off, runaway: off,
+                  frozen: off, stale_after: 5 s}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "output", "fits"),
+    [
+        ("pid", "digital", False),
+        ("cascade", "digital", False),
+        ("cascade", "time_proportional, window: 1 s", True),
+    ],
+)
+def test_a_duty_of_any_size_needs_an_output_that_can_make_it(
+    algorithm: str, output: str, fits: bool, tmp_path: Path
+) -> None:
+    (tmp_path / "lag").mkdir()
+    (tmp_path / "lag" / "__init__.py").write_text("import heatwright.spec\n")
+    (tmp_path / "lag" / "model.py").write_text(CASCADE)
+    (tmp_path / "oven.yaml").write_text(OVEN.format(algorithm=algorithm, output=output))
+    words = ("check", "--quick", str(tmp_path / "oven.yaml"))
+    told = beside(tmp_path, {"algorithm.cascade": "lag.model:Cascade"}, *words, package=tmp_path)
+    assert told.returncode == (0 if fits else 2), told
+    refusal = f"{algorithm} needs a duty between 0 % and 100 %, and heater of the kind digital is"
+    assert (refusal in told.stdout + told.stderr) != fits, told

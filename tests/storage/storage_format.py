@@ -8,7 +8,7 @@ from heatwright.sim.interfaces.modbus_rtu.frames import crc
 from heatwright.spec import Controller, digest
 from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.board.eeprom import layout
-from heatwright.spec.commands import limits_adjustable, tunable
+from heatwright.spec.commands import tunable
 
 BLANK = 0xFF
 SETTINGS_STRIDE = 64
@@ -100,7 +100,7 @@ class Memory:
         self.settings_slots = areas.settings.slots
         self.initial_c = loop.setpoint.initial_c
         self.has_setpoint, self.has_gains = loop.setpoint.stored, tunable(controller, name)
-        self.has_limits = limits_adjustable(controller, name)
+        self.has_limits = controller.loops[name].algorithm.limits_adjustable
         self.has_maximum = loop.protection.maximum_adjustable
         self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
         self.numbers = numbers_of(controller, name)

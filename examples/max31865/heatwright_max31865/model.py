@@ -43,6 +43,7 @@ class Max31865(Averaged):
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
+    rules: ClassVar[tuple[int, ...]] = (1, 2, 3, 4, 5, 17, 18)
     reading_bits: ClassVar[int] = 16
     clips_c: ClassVar[tuple[float, float] | None] = None
     selectable: ClassVar[tuple[str, ...]] = ()

@@ -16,7 +16,7 @@ from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid, facts_of
 from heatwright.spec.adjusted import GAINS, sets_gains
-from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, IntegralLimits, OutputLimits
+from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, Algorithm, IntegralLimits, OutputLimits
 
 
 def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
@@ -54,10 +54,10 @@ class LimitsInForce(NamedTuple):
     output_maximum: str
 
 
-def in_force(pid: Pid, prefix: str, state: str) -> LimitsInForce:
+def in_force(algorithm: Algorithm, prefix: str, state: str) -> LimitsInForce:
     """Name the limits of the loop whose state is called `state` in C."""
     names = LimitsInForce._fields
-    if pid.limits_adjustable:
+    if algorithm.limits_adjustable:
         return LimitsInForce(*(f"{state}.{name}_percent" for name in names))
     return LimitsInForce(*(f"{prefix}_{name.upper()}" for name in names))
 

@@ -114,7 +114,7 @@ def _pins(loop: str, interface: Indicators) -> dict[str, dict[str, str]]:
 
 
 def _limited(source: Source, loop: Loop) -> bool:
-    current = getattr(source.controller.outputs[loop.heater], "current", None)
+    current = source.controller.outputs[loop.heater].current
     return current is not None and current.limit_a is not None
 
 

@@ -234,7 +234,7 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
     yield Constant(
         "NEXTION_MINUTES_PER_STEP", c_float(loop.period_s / 60), "of the program's clocks"
     )
-    power_w = getattr(controller.outputs[loop.heater], "power_w", None)
+    power_w = controller.outputs[loop.heater].power_w
     if power_w is not None:
         joules = loop.integral(power_w) / PARTS_OF_DUTY
         yield Source(source.spec, ("outputs", loop.heater, "power")).number(

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from heatwright.generator.plan.linuxcnc.bus import answer_within_s, lost_after_s, rate_hz
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
-from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import ModbusRtu
 
@@ -60,7 +59,7 @@ def hal_names(source: Source, interface: ModbusRtu) -> HalNames:
                 name=names[loop],
                 where=Source(source.spec, ("loops", loop)).where,
                 initial=f"{control.setpoint.initial_c:g}",
-                current=current_sensor(controller, control) is not None,
+                current=controller.outputs[control.heater].current is not None,
             )
             for loop, control in controller.loops.items()
         ],

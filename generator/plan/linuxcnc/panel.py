@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
-from heatwright.generator.plan.sensors.common import current_sensor
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, rules_of
 
@@ -94,7 +93,7 @@ def _loop(source: Source, name: str, loop: Loop) -> PanelLoop:
         name=loop_names(source.controller)[name],
         title=_text(name),
         where=Source(source.spec, ("loops", name)).where,
-        current=current_sensor(source.controller, loop) is not None,
+        current=source.controller.outputs[loop.heater].current is not None,
         cooler=loop.cooler is not None,
         lights=[light for light in LIGHTS if light.pin != "cool" or loop.cooler],
         least=_number(min(setpoint.minimum_c, 0.0)),

@@ -7,6 +7,7 @@ from heatwright.generator.plan.numbers import quantity, told_period
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Autotune, Loop, Pid
+from heatwright.spec.algorithms import Algorithm
 
 FILTERS_AND_PERIODS = 1.35
 """Shortest time constant of the closed loop, in multiples of derivative filter plus period
@@ -75,11 +76,11 @@ class NamesInForce(NamedTuple):
     start: str
 
 
-def names_in_force(pid: Pid, prefix: str, state: str) -> NamesInForce:
+def names_in_force(algorithm: Algorithm, prefix: str, state: str) -> NamesInForce:
     """Name these numbers; `state` is the C name of the loop's state."""
-    if not pid.limits_adjustable:
+    if not algorithm.limits_adjustable:
         return NamesInForce(f"{prefix}_TUNING_SWING_PERCENT", f"{prefix}_TUNING_START_PERCENT")
-    limits = in_force(pid, prefix, state)
+    limits = in_force(algorithm, prefix, state)
     return NamesInForce(
         f"({limits.output_maximum} * {prefix}_TUNING_SWING_SHARE)",
         f"limit(0.0f, {limits.integral_minimum}, {limits.integral_maximum})",

@@ -1,5 +1,6 @@
 """A control loop: its step, its protections, its algorithm."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
@@ -136,9 +137,9 @@ def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterato
     yield from pair(f"guard_{name}", "protection/guard", guard, key=("protection",))
     own = (told, algorithm.told)
     yield from pair(f"algorithm_{name}", algorithm.template, own, key=("algorithm",))
-    if told.autotune and loop.algorithm.pid:
-        swing, start = autotune.names_in_force(loop.algorithm.pid, told.prefix, f"loop_{name}")
-        where, band = source.at("autotune").where, loop.algorithm.pid.band_k is not None
+    if told.autotune:
+        swing, start = autotune.names_in_force(loop.algorithm, told.prefix, f"loop_{name}")
+        where, band = source.at("autotune").where, math.isfinite(loop.algorithm.on_at_k)
         tuning = (told, TuningNames(where, band, swing, start))
         yield from pair(f"autotune_{name}", "algorithms/autotune", tuning, key=("autotune",))
     if told.response:
@@ -148,17 +149,18 @@ def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterato
 
 
 def _guard_names(source: Source, loop: Loop, told: LoopNames) -> GuardNames:
-    at, rules, pid = source.at("protection"), loop.protection, loop.algorithm.pid
+    at, rules, state = source.at("protection"), loop.protection, f"loop_{told.name}"
+    swing = autotune.names_in_force(loop.algorithm, told.prefix, state).swing
     experiment = loop.autotune if told.autotune else None
     return GuardNames(
         where=at.where,
         where_of={rule: at.at(rule).where for rule in RULES_OF_LOOP},
-        t=f"loop_{told.name}.{'reading_c' if told.averaged else 'temperature_c'}",
+        t=f"{state}.{'reading_c' if told.averaged else 'temperature_c'}",
         runaway=rules.runaway is not None,
         runaway_below=rules.runaway is not None and rules.runaway.below_k is not None,
         heating=rules.heating is not None,
         full=_full_duty(loop, told.name, told.prefix),
-        swing=autotune.names_in_force(pid, told.prefix, f"loop_{told.name}").swing if pid else "",
+        swing=swing if loop.algorithm.tunable else "",
         other_full=experiment is not None and experiment.swing_percent < FULL_PERCENT,
         frozen=rules.frozen is not None,
         holding=bool(rules.frozen and rules.frozen.holding_percent),
@@ -169,8 +171,8 @@ def _guard_names(source: Source, loop: Loop, told: LoopNames) -> GuardNames:
 
 def _full_duty(loop: Loop, name: str, prefix: str) -> str:
     """Return the C expression of the duty that is full power."""
-    if loop.algorithm.pid and loop.algorithm.limits_adjustable:
-        return in_force(loop.algorithm.pid, prefix, f"loop_{name}").output_maximum
+    if loop.algorithm.limits_adjustable:
+        return in_force(loop.algorithm, prefix, f"loop_{name}").output_maximum
     return f"{prefix}_FULL_DUTY_PERCENT"
 
 

@@ -116,7 +116,7 @@ def _known(source: Source, interface: Nextion) -> list[What]:
     if facts_of(source.controller, interface.loop).programmed:
         known += _program()
         heater = source.controller.outputs[source.controller.loops[interface.loop].heater]
-        if getattr(heater, "power_w", None) is not None:
+        if heater.power_w is not None:
             known.append(What("SHOWS_ENERGY", "AS_ENERGY", ENERGY))
     return known
 

@@ -5,13 +5,14 @@ from heatwright.generator.plan.outputs.common import UseOfOutput, output_part
 from heatwright.generator.plan.parts import Call, Part, Stage
 from heatwright.generator.plan.source import Source
 from heatwright.spec import DigitalOutput
+from heatwright.spec.outputs import is_held
 
 
 def plan(source: Source, name: str, output: DigitalOutput, use: UseOfOutput) -> Part:
     """Plan a heater, a cooler, a fan that always runs, or one that the host commands."""
     start = Call(Stage.SENSE, f"output_{name}.h", f"output_{name}_start();")
     starts = () if use.gated else (start,)
-    if output.is_held:
+    if is_held(output):
         return _held(source, name, output, use, starts)
     return output_part(source, name, output, use, "outputs/digital", start_calls=starts)
 

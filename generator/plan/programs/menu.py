@@ -56,7 +56,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     name = interface.loop
     loop = controller.loops[name]
     sensor = controller.thermometers[loop.sensor]
-    power_w = getattr(controller.outputs[loop.heater], "power_w", None)
+    power_w = controller.outputs[loop.heater].power_w
     context = MenuNames(
         where=source.where,
         loop_name=name,

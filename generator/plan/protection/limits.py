@@ -105,7 +105,7 @@ def _of_monitors(controller: Controller) -> dict[str, str]:
 
 def _of_current(spec: Spec, heater: str) -> dict[str, str]:
     """The conditions of the rules for a heater's current, by the rule's id."""
-    current = getattr(spec.controller.outputs[heater], "current", None)
+    current = spec.controller.outputs[heater].current
     if current is None:
         return {}
     return {

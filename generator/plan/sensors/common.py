@@ -34,18 +34,13 @@ def raw_type(sensor: Thermometer) -> str:
     return f"int{sensor.reading_bits}_t"
 
 
-def current_sensor(controller: Controller, loop: Loop) -> str | None:
-    """Name the sensor of the current of a loop's heater, if it has one."""
-    current = getattr(controller.outputs[loop.heater], "current", None)
-    return None if current is None else str(current.sensor)
-
-
 def use_of(controller: Controller, name: str, timer: int | None) -> UseOfSensor:
     """Find the loop that reads a sensor most often; `timer` is the sensor's own timer."""
     loops = (
         loop
         for loop_name, loop in controller.loops.items()
-        if name in {loop.sensor, current_sensor(controller, loop)}
+        if name == loop.sensor
+        or ((current := controller.outputs[loop.heater].current) and name == current.sensor)
         or any(name == each.sensor for each in monitors_of(controller, loop_name).values())
     )
     return UseOfSensor(min(loops, key=lambda loop: loop.period_ticks), timer)

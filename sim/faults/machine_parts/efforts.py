@@ -34,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
     if effort is None or site.loop.cooler is not None:
         return
     watch_s = FILTERS * effort.band.filter_s + TIMES * effort.for_s
-    if site.loop.algorithm.pid:  # an on-off loop asks for full power: rule 10 sees it
+    if site.loop.algorithm.continuous:  # a switching loop asks for full power: rule 10 sees it
         yield from _aged(site, effort, watch_s)
     yield from _drifting(site, effort, watch_s)
     yield from _standing_high(site, effort, watch_s)
@@ -51,23 +51,15 @@ def _held(site: Site, setpoint_c: float) -> World:
 def _setpoints_c(site: Site) -> list[float]:
     """List the setpoints that need more than the loop's least duty, the highest setpoint first."""
     highest_c, ambient_c = starts.highest_c(site), site.ambient_c
-    least_c = steady_c(site, asked_share(site, _duties(site)[0]), ambient_c=ambient_c)
+    least, _ = site.loop.algorithm.steady_percent
+    least_c = steady_c(site, asked_share(site, least), ambient_c=ambient_c)
     reached = [each for each in starts.setpoints_c(site) if each <= highest_c]
     return [each for each in reversed(reached) if each > max(ambient_c, least_c)]
 
 
-def _duties(site: Site) -> tuple[float, float]:
-    """Return the lowest and the highest duty of the loop at a constant reading, %."""
-    pid, full = site.loop.algorithm.pid, site.loop.algorithm.full_percent
-    if pid is None:
-        return 0.0, full
-    integral = pid.integral
-    return max(0.0, integral.minimum_percent), min(full, integral.maximum_percent)
-
-
 def _aged(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     """Yield an aged heater, or a low supply: holding the setpoint needs nearly full duty."""
-    full = _duties(site)[1]
+    _, full = site.loop.algorithm.steady_percent
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[0] < SEEN * full]
     if not seen_c:
         return
@@ -83,7 +75,7 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
         return
     takes = BEYOND * effort.band.at(setpoint_c)[0]
     ambient_c = site.ambient_c
-    if not takes < _duties(site)[1]:
+    if not takes < site.loop.algorithm.steady_percent[1]:
         return
     true_c = steady_c(site, asked_share(site, takes), ambient_c=ambient_c)
     bears = bears_c(site.controller, site.network)

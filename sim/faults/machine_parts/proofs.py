@@ -52,7 +52,7 @@ def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
     """
     proof = _proof(site, fan)
     counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0
-    measured = getattr(site.controller.outputs[site.loop.heater], "current", None)
+    measured = site.controller.outputs[site.loop.heater].current
     rules = ("fan_stopped", *(CURRENT_RULES if measured else ()))
     trip = Trip(rules, site.loop.next_step_s(counting_s + proof.within_s) + TICK_S)
     found = tripping(site, name, cause, trip, _mend(fan))

@@ -48,9 +48,10 @@ class LcdKeypad:
             yield f"display: {limit} was below the data sheet {count} times"
 
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
-        """Process the processor's pin changes."""
+        """Process the processor's pin changes, and move the keys."""
         del sent
         self.lcd.feed(pins)
+        self.keypad.advance(self._avr.cycle)
         self.fingers.move(self._avr.cycle)
 
 

@@ -13,10 +13,10 @@ from heatwright.sim.interfaces.look import Look
 from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.interfaces.modbus_rtu.bus import Bus, Frame
 from heatwright.sim.interfaces.modbus_rtu.frames import TO_ALL, Exchange
-from heatwright.sim.interfaces.modbus_rtu.registers import Register
+from heatwright.sim.interfaces.modbus_rtu.registers import Register, registers
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
-from heatwright.spec import Board
+from heatwright.spec import Board, Controller
 from heatwright.spec import ModbusRtu as Spec
 from heatwright.spec.interfaces import Line
 
@@ -74,11 +74,15 @@ class ModbusMaster:
 
     # -- operation -----------------------------------------------------------------------------
 
-    def serve(self, registers: Mapping[str, Register]) -> None:
+    def learn(self, controller: Controller) -> None:
+        """Learn the registers of a controller, its slave."""
+        self.serve(registers(controller))
+
+    def serve(self, known: Mapping[str, Register]) -> None:
         """Learn the slave's registers; poll its input registers from now on."""
-        self._registers = registers
+        self._registers = known
         blocks: dict[int, list[Register]] = {}
-        for register in registers.values():
+        for register in known.values():
             if register.table == "input_register":
                 blocks.setdefault(register.address // 100, []).append(register)
         self._blocks = [(block[0].address, block) for block in blocks.values()]

@@ -89,8 +89,7 @@ def _loop(controller: Controller, name: str) -> Iterator[Register]:
     is_tunable = facts_of(controller, name).tunable
     has_autotune = is_tunable and loop.autotune is not None
     is_measured = loop.response is not None
-    has_current = bool(getattr(controller.outputs[loop.heater], "current", None))
-    if has_current or has_autotune or is_measured:
+    if controller.outputs[loop.heater].current or has_autotune or is_measured:
         yield Register("input_register", 5, "current", "u16", HUNDREDTH)
     if is_tunable:
         yield from _tunable()

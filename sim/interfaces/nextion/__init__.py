@@ -13,9 +13,9 @@ from heatwright.sim.interfaces.nextion.codes import END, Code
 from heatwright.sim.interfaces.nextion.display import Display
 from heatwright.sim.interfaces.nextion.line import Line
 from heatwright.sim.interfaces.nextion.syntax import Value
-from heatwright.spec import Board
+from heatwright.spec import Board, Controller
 from heatwright.spec import Nextion as Spec
-from heatwright.spec.nextion import Page
+from heatwright.spec.nextion import Page, display_pages
 from heatwright.spec.scenario.program_orders import Order
 
 START_S = 0.5
@@ -66,10 +66,10 @@ class Nextion:
         self._starts_s = avr.time_s + START_S
         self._look_cycles = round(LOOK_S * avr.clock_hz)
 
-    def serve(self, pages: Sequence[Page]) -> None:
-        """Load the pages, as from the editor's file."""
+    def learn(self, controller: Controller) -> None:
+        """Load the controller's pages, as from the editor's file."""
         baud = self.line.baud
-        self.display = Display(pages)
+        self.display = Display(display_pages(controller))
         self.set_speed(baud)
 
     def set_speed(self, baud: int) -> None:

@@ -4,7 +4,9 @@ from collections.abc import Iterator
 
 from heatwright.sim.reference.inputs import Gains, Limits
 from heatwright.sim.reference.numbers import ZERO, Kept, Single, Value, clamp, faded, filter_share
-from heatwright.spec import Pid
+from heatwright.spec import Loop, Pid
+from heatwright.spec.algorithms import Algorithm
+from heatwright.spec.facts import LoopFacts
 
 LEAST_RANGE = 1.0
 """Smallest range of the output that may be set, %."""
@@ -19,9 +21,22 @@ def limits_of(algorithm: Pid) -> Limits:
     )
 
 
-def may_limit(algorithm: Pid, limits: Limits) -> bool:
+def limits_given(algorithm: Algorithm) -> Limits | None:
+    """Return the limits of an algorithm in the spec; None if none can be set."""
+    pid = algorithm.pid
+    return limits_of(pid) if pid and pid.limits_adjustable else None
+
+
+def gains_of(algorithm: Algorithm) -> Gains | None:
+    """Return the gains of an algorithm in the spec; None if it has none."""
+    pid = algorithm.pid
+    return None if pid is None else Gains(Single(pid.kp), Single(pid.ki), Single(pid.kd))
+
+
+def may_limit(algorithm: Algorithm, limits: Limits) -> bool:
     """Return whether limits are in order, and within those of the spec."""
-    return in_order(limits, limits_of(algorithm), least_maximum_of(algorithm))
+    pid = algorithm.pid
+    return pid is not None and in_order(limits, limits_of(pid), least_maximum_of(pid))
 
 
 def least_maximum_of(algorithm: Pid) -> Single:
@@ -231,3 +246,14 @@ class TunablePid(PidControl):
             )
         if self._adjustable:
             self._integral = clamp(self._integral, *self._integral_limits)
+
+
+def tunable_pid(spec: Loop, facts: LoopFacts) -> TunablePid | None:
+    """Return the control of a loop whose gains change; None if its algorithm has none."""
+    pid = spec.algorithm.pid
+    if pid is None:
+        return None
+    control = TunablePid(pid, spec.period_s)
+    if facts.programmed:
+        control.feed_forward = Single(pid.feed_forward)
+    return control

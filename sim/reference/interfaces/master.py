@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from heatwright.sim.reference.control import gains_of
+from heatwright.sim.reference.algorithms.pid import gains_of
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.spec import Controller, Write
 

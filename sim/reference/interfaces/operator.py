@@ -1,15 +1,13 @@
 """Commands to a loop, by keypad or interface (docs/control.md, "Commands" and "Keys")."""
 
 from heatwright.sim.reference.algorithms.autotune import DONE, RUNNING, STOPPED
-from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
-from heatwright.sim.reference.control import gains_of
+from heatwright.sim.reference.algorithms.pid import gains_of, limits_given, may_limit
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Limits, Orders
 from heatwright.sim.reference.interfaces.keyed import Numbers, given
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.programs.state import NO_ORDER
 from heatwright.spec import Controller, facts_of, numbers_of
-from heatwright.spec.algorithms import Algorithm
 
 LARGEST_GAIN = 1e6
 NO_LIMITS = (None, None, None)
@@ -118,7 +116,7 @@ class Operator:
             return False
         given = zip((integral_minimum, integral_maximum, output_maximum), self.limits, strict=True)
         wanted = Limits(*(old if new is None else Single(new) for new, old in given))
-        if self._algorithm.pid is None or not may_limit(self._algorithm.pid, wanted):
+        if not may_limit(self._algorithm, wanted):
             return False
         self.limits = wanted
         return True
@@ -174,9 +172,3 @@ class Operator:
     def _go_off(self) -> None:
         self._mode = AUTOMATIC
         self.setpoint_c = ZERO
-
-
-def limits_given(algorithm: Algorithm) -> Limits | None:
-    """Return the limits of an algorithm in the spec; None if none can be set."""
-    pid = algorithm.pid
-    return limits_of(pid) if pid and pid.limits_adjustable else None

@@ -5,8 +5,9 @@ from typing import Protocol
 
 from heatwright.sim.reference.numbers import TICK_US
 from heatwright.sim.reference.outputs.output import pwm_period
-from heatwright.spec import Controller, DigitalOutput, PwmOutput, TimeProportionalOutput
+from heatwright.spec import Controller, Output, PwmOutput, TimeProportionalOutput
 from heatwright.spec.board.timers import TICK_S
+from heatwright.spec.outputs import is_held
 
 
 class Held:
@@ -76,14 +77,9 @@ class HeldCourse:
         return float(on_us)
 
 
-def has_minimum(output: DigitalOutput) -> bool:
-    """Return whether an output has minimum times."""
-    return output.minimum_on_s > 0 or output.minimum_off_s > 0
-
-
-def held_of(output: DigitalOutput) -> Held:
+def held_of(output: Output) -> Held:
     """Return the minimum-time model of an output."""
-    on_us, off_us = (round(each * 1e6) for each in (output.minimum_on_s, output.minimum_off_s))
+    on_us, off_us = (round(each * 1e6) for each in (output.stays_on_s, output.stays_off_s))
     return Held(on_us // TICK_US, off_us // TICK_US)
 
 
@@ -214,6 +210,6 @@ def course_of(controller: Controller, name: str) -> Course:
         if output.cycle_s <= TICK_S:
             return SteadyCourse(counts)
         return WindowCourse(output.cycle_s * 1e6, output.cycle_s * 1e6 / counts)
-    if isinstance(output, DigitalOutput) and has_minimum(output):
+    if is_held(output):
         return HeldCourse(held_of(output))
     return SteadyCourse(1)

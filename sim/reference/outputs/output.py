@@ -120,7 +120,7 @@ def pwm_period(controller: Controller, name: str) -> PwmPeriod:
     if not channel.by_interrupts and timer.bits == 8:
         return PwmPeriod(256, 0)
     neighbours = [each for each in made if made[each].timer == channel.timer]
-    wanted_hz = {each: _frequency_hz(controller, each) for each in neighbours}
+    wanted_hz = {each: controller.outputs[each].frequency_hz for each in neighbours}
     limit = 1 << (15 if channel.by_interrupts else 16)
     for prescaler in timer.prescalers:
         counts = {
@@ -130,9 +130,3 @@ def pwm_period(controller: Controller, name: str) -> PwmPeriod:
             fewest = math.ceil(LATEST_S * board.clock_hz / prescaler)
             return PwmPeriod(counts[name], fewest if channel.by_interrupts else 0)
     raise ValueError(f"{wanted_hz[name]:g} Hz is too slow for timer {channel.timer}")
-
-
-def _frequency_hz(controller: Controller, name: str) -> float:
-    output = controller.outputs[name]
-    assert isinstance(output, PwmOutput)  # noqa: S101 - only these have a channel
-    return output.frequency_hz

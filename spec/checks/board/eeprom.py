@@ -10,11 +10,11 @@ from heatwright.spec.board.eeprom import (
     Area,
     Layout,
     layout,
-    log_in_eeprom,
     settings_bytes,
     slowest_s,
     start_s,
 )
+from heatwright.spec.board.serial_log import log_in_eeprom
 from heatwright.spec.boards import BOARDS
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.loops.timing import WATCHDOG_TOLERANCE

@@ -4,12 +4,11 @@
 """
 
 from heatwright.spec.base import Least
-from heatwright.spec.board.eeprom import log_entry_bytes
+from heatwright.spec.board.serial_log import log_entry_bytes, logs_in_ram
 from heatwright.spec.boards import Board
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.commands import keypad_of, log_of, nextion_of, placed, tunable
+from heatwright.spec.commands import keypad_of, log_of, nextion_of, tunable
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import LcdKeypad, SerialLog
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
 from heatwright.spec.self_checks import self_checked
@@ -41,7 +40,7 @@ def least_bytes(controller: Controller) -> int:
 def ram_suffices(controller: Controller) -> Findings:
     """Find logs, displays and programs that the chip has no RAM for."""
     board, least = controller.board, least_bytes(controller)
-    logs = {n: each for n, each in placed(controller, SerialLog).items() if each.keep == "ram"}
+    logs = logs_in_ram(controller)
     entry_bytes = {index: log_entry_bytes(controller, each) for index, each in logs.items()}
     rings = {index: each.entries * entry_bytes[index] for index, each in logs.items()}
     because_of: tuple[Path, ...] = (("controller", "board"), ("programs",), ("interfaces",))
@@ -93,7 +92,7 @@ def least(controller: Controller) -> Least:
         *controller.interfaces,
     )
     parts = [EVERY, *(each.least for each in whole)]
-    for keypad in placed(controller, LcdKeypad).values():
+    if (keypad := keypad_of(controller)) is not None:
         parts += [MENU] * (controller.programs is not None)
         parts += [COUNTDOWN] * (keypad.countdown is not None)
     parts += [TUNABLE for name in controller.loops if tunable(controller, name)]
@@ -106,8 +105,8 @@ def least(controller: Controller) -> Least:
 
 def _rings(controller: Controller) -> int:
     """Count the bytes of the logs' entries that are kept in RAM."""
-    kept = (each for each in placed(controller, SerialLog).values() if each.keep == "ram")
-    return sum(each.entries * log_entry_bytes(controller, each) for each in kept)
+    logs = logs_in_ram(controller).values()
+    return sum(each.entries * log_entry_bytes(controller, each) for each in logs)
 
 
 def rooms(board: Board) -> Least:

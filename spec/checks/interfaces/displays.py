@@ -1,12 +1,9 @@
-"""Displays and logs: at most one of each, menus for settings, intervals between entries."""
+"""Displays and logs: at most one of each, menus for settings."""
 
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.loops.timing import lasts_a_period
 from heatwright.spec.checks.programs.programs import has_an_operator
-from heatwright.spec.commands import gcode_of, nextion_of, placed
+from heatwright.spec.commands import gcode_of, nextion_of
 from heatwright.spec.controller import Controller
-from heatwright.spec.interfaces import SerialLog
-from heatwright.spec.quantity import duration
 
 NO_MENU = "the loop has no nextion interface, and no lcd_keypad with programs"
 
@@ -50,25 +47,4 @@ def maximum_has_an_operator(controller: Controller) -> Findings:
                 f"nobody could lower the maximum: {NO_MENU}",
                 "Delete it",
                 (("interfaces",), ("programs",)),
-            )
-
-
-def entries_are_new(controller: Controller) -> Findings:
-    """Find logs that record each control step more than once."""
-    for index, interface in placed(controller, SerialLog).items():
-        if interface.loop not in controller.loops:
-            continue
-        name, loop = interface.loop, controller.loops[interface.loop]
-        so, path = ", so entries would repeat themselves", ("interfaces", index, "every")
-        yield from lasts_a_period(path, interface.every_s, name, loop, so)
-
-
-def entries_have_a_time(controller: Controller) -> Findings:
-    """Find logs whose interval is no whole number of seconds: a log counts whole seconds."""
-    for index, interface in placed(controller, SerialLog).items():
-        if not interface.every_s.is_integer():
-            yield Finding(
-                ("interfaces", index, "every"),
-                f"{duration(interface.every_s)} is no whole number of seconds",
-                f"Use {duration(round(interface.every_s))}",
             )

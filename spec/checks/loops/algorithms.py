@@ -1,9 +1,8 @@
-"""Algorithms: limits and bands in order, outputs that can make the duty, a use of autotune."""
+"""Algorithms: outputs that can make the duty, rules that they do not trip, a use of autotune."""
 
-from heatwright.spec.algorithms import LEAST_RANGE_PERCENT
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
-from heatwright.spec.checks.interfaces.host import host_loops
-from heatwright.spec.commands import by_host, modbus_of
+from heatwright.spec.checks.interfaces.gcode import host_loops
+from heatwright.spec.commands import modbus_of
 from heatwright.spec.controller import Controller
 from heatwright.spec.quantity import about, number, rounded_up
 
@@ -11,100 +10,13 @@ from heatwright.spec.quantity import about, number, rounded_up
 def duty_can_be_made(controller: Controller) -> Findings:
     """Find an algorithm with a duty between 0 % and 100 % on an output that is only on or off."""
     for name, loop, heater in loop_heaters(controller):
-        if loop.algorithm.pid and heater.is_on_off:
+        if loop.algorithm.continuous and heater.is_on_off:
             yield Finding(
                 ("loops", name, "algorithm", "kind"),
-                f"pid needs a duty between 0 % and 100 %, and {loop.heater} of the kind digital is "
-                "only on or off",
+                f"{loop.algorithm.kind} needs a duty between 0 % and 100 %, and {loop.heater} of "
+                f"the kind {heater.kind} is only on or off",
                 "Make the output pwm or time_proportional, or use on_off",
                 (("outputs", loop.heater),),
-            )
-
-
-def limits_in_order(controller: Controller) -> Findings:
-    """Check that minimum < maximum, for the limits of the integral and of the output."""
-    for name, loop in controller.loops.items():
-        algorithm = loop.algorithm.pid
-        if algorithm is None:
-            continue
-        for key in ("integral", "output"):
-            limits = getattr(algorithm, key)
-            if limits.minimum_percent >= limits.maximum_percent:
-                yield Finding(
-                    ("loops", name, "algorithm", key, "minimum"),
-                    f"{number(limits.minimum_percent)} % is not below the maximum of "
-                    f"{number(limits.maximum_percent)} %",
-                    "Use a minimum below the maximum",
-                    (("loops", name, "algorithm", key, "maximum"),),
-                )
-
-
-def integral_leaves_room(controller: Controller) -> Findings:
-    """Find integrals whose minimum alone reaches the output's maximum."""
-    for name, loop in controller.loops.items():
-        algorithm = loop.algorithm.pid
-        if algorithm is None:
-            continue
-        if algorithm.ki == 0 and not algorithm.limits_adjustable:
-            continue
-        least, most = algorithm.integral.minimum_percent, algorithm.output.maximum_percent
-        if most <= least < algorithm.integral.maximum_percent:
-            yield Finding(
-                ("loops", name, "algorithm", "integral", "minimum"),
-                f"{number(least)} % is not below the output's maximum of {number(most)} %, so the "
-                "integral alone would be full power",
-                f"Use less than {number(most)} %",
-                (("loops", name, "algorithm", "output"),),
-            )
-
-
-def adjustable_limits_have_a_use(controller: Controller) -> Findings:
-    """Find adjustable limits that no host can set, that leave no range, or that hide a fault.
-
-    With little integral a loop may never ask for full power, which `heating_failed` needs to see.
-    """
-    for name, loop in controller.loops.items():
-        algorithm, runaway = loop.algorithm.pid, loop.protection.runaway
-        if algorithm is None or not algorithm.limits_adjustable:
-            continue
-        path = ("loops", name, "algorithm", "limits_adjustable")
-        if not by_host(controller, name):
-            yield Finding(
-                path,
-                "nobody could set the limits: no gcode interface serves this loop",
-                "Delete it, or name the loop in a gcode interface",
-                (("interfaces",),),
-            )
-        if runaway is None or runaway.below_k is None:
-            yield Finding(
-                path,
-                "with little integral the loop may never ask for full power, so heating_failed "
-                "could miss a dead heater, and no other rule detects it",
-                "Write runaway: {below: …} in protection",
-                (("loops", name, "protection", "runaway"),),
-            )
-        output = algorithm.output
-        least = output.minimum_percent + LEAST_RANGE_PERCENT
-        if output.minimum_percent < output.maximum_percent < least:
-            yield Finding(
-                ("loops", name, "algorithm", "output", "maximum"),
-                f"{number(output.maximum_percent)} % leaves a host no range for its maximum, "
-                f"which must be at least {number(least)} %, {number(LEAST_RANGE_PERCENT)} % above "
-                "the minimum",
-                f"Use at least {number(least)} %, or delete limits_adjustable",
-                (path,),
-            )
-
-
-def something_acts(controller: Controller) -> Findings:
-    """Find loops whose kp and ki are both 0."""
-    for name, loop in controller.loops.items():
-        algorithm = loop.algorithm.pid
-        if algorithm and algorithm.kp == 0 and algorithm.ki == 0:
-            yield Finding(
-                ("loops", name, "algorithm", "kp"),
-                "with kp and ki both 0 nothing brings the temperature to the setpoint",
-                "Give kp a value above 0",
             )
 
 
@@ -116,10 +28,8 @@ def rest_is_not_frozen(controller: Controller) -> Findings:
     such a reading.
     """
     for name, loop in controller.loops.items():
-        algorithm, rule = loop.algorithm.pid, loop.protection.frozen
-        if algorithm is None or algorithm.ki != 0 or rule is None:
-            continue
-        if rule.holding_percent == 0:
+        rule = loop.protection.frozen
+        if loop.settles_below and rule is not None and rule.holding_percent == 0:
             yield Finding(
                 ("loops", name, "algorithm", "ki"),
                 "without an integral the temperature may settle below the setpoint, and "
@@ -127,33 +37,6 @@ def rest_is_not_frozen(controller: Controller) -> Findings:
                 "Give ki a value above 0, or write frozen: {holding: …} or frozen: off in "
                 "protection",
                 (("loops", name, "protection", "frozen"),),
-            )
-
-
-def bands_in_order(controller: Controller) -> Findings:
-    """Check that the dead band is inside the band, and the band wider than a step of the sensor."""
-    for name, loop, sensor in loop_sensors(controller):
-        algorithm = loop.algorithm.pid
-        if algorithm is None or algorithm.band_k is None:
-            continue
-        path = ("loops", name, "algorithm")
-        step_k = sensor.step_at_k(loop.setpoint.maximum_c, controller.board.mcu)
-        if algorithm.band_k <= algorithm.dead_band_k:
-            yield Finding(
-                (*path, "band"),
-                f"{number(algorithm.band_k)} K is not above the dead band of "
-                f"{number(algorithm.dead_band_k)} K, so there is no room between them",
-                "Use a wider band, or a narrower dead band",
-                ((*path, "dead_band"),),
-            )
-        elif algorithm.band_k <= step_k:
-            yield Finding(
-                (*path, "band"),
-                f"{number(algorithm.band_k)} K is not above the sensor's step of "
-                f"{about(step_k)} K at the highest setpoint, so the heater is only switched on and "
-                "off",
-                "Use a wider band; 10 K is usual",
-                (("sensors", loop.sensor), ("loops", name, "setpoint", "maximum")),
             )
 
 
@@ -187,7 +70,7 @@ def autotune_has_a_use(controller: Controller) -> Findings:
         if loop.autotune is None:
             continue
         path = ("loops", name, "autotune")
-        if loop.algorithm.pid is None:
+        if not loop.algorithm.tunable:
             yield Finding(
                 path,
                 f"{loop.algorithm.kind} has no gains to find",

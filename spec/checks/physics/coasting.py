@@ -13,7 +13,7 @@ FASTER = 2.0
 def overshoot_stays_below_maximum(machine: Machine) -> Findings:
     """Find a maximum that plain on-off control reaches by coasting from the highest setpoint."""
     algorithm = machine.loop.algorithm
-    if not machine.course or algorithm.pid or algorithm.lead_s > 0:
+    if not machine.course or algorithm.continuous or algorithm.lead_s > 0:
         return
     coasts_to_k = max(sensed_k for _, sensed_k in machine.coasting())
     peak_c = machine.ambient_c + coasts_to_k + algorithm.off_at_k
@@ -53,7 +53,7 @@ def falling_stays_above_below(machine: Machine) -> Findings:
     A machine may fall twice as fast as its plant: capacities and resistances 30 % smaller.
     """
     algorithm, rule = machine.loop.algorithm, machine.loop.protection.runaway
-    if rule is None or rule.below_k is None or not machine.course or algorithm.pid:
+    if rule is None or rule.below_k is None or not machine.course or algorithm.continuous:
         return
     below_k = algorithm.on_at_k
     course = list(machine.falling(machine.target_k - below_k, algorithm.lead_s))

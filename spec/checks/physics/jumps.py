@@ -64,21 +64,18 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
     """Yield times, s, and the rise that the heat for one falling step of the reading causes, K."""
     algorithm, output = machine.loop.algorithm, machine.output
     # The slope is computed from averaged readings, and decays with the derivative's filter.
-    on_s, share = machine.loop.periods_s(machine.readings), 0.0
-    if algorithm.pid:
-        on_s += algorithm.pid.derivative_filter_s
-        share = min(algorithm.pid.kd * step_k / on_s, algorithm.full_percent) / 100
-    elif algorithm.lead_s:
-        on_s, share = on_s + machine.held_on_s, 1.0
-    if not share:
+    over_s = machine.loop.periods_s(machine.readings) + machine.held_on_s
+    percent, on_s = algorithm.dose(step_k, over_s)
+    if not percent:
         return
+    share = percent / 100
     power_w = min(share * machine.power_w, machine.full_power_w)
     if output.cycle_s > on_s:
         on_s, power_w = min(share * output.full_share * output.cycle_s, on_s), machine.pulse_w
     plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
     held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
     # Meanwhile the integral still asks for its power.
-    held_w = plant.power_w(held_k) if algorithm.pid and algorithm.pid.ki else 0.0
+    held_w = plant.power_w(held_k) if algorithm.has_integral else 0.0
     warmed = plant.advance(plant.rest(held_k), held_w + power_w, on_s)
     for time_s, state in plant.course(warmed, held_w, quick_s, 64 * quick_s):
         yield time_s, plant.sensed_k(state) - held_k
@@ -87,7 +84,7 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
 def _pulse_k(machine: Machine) -> float:
     """Rise between two readings during a pulse, beyond the rise at the mean power, K."""
     output, algorithm = machine.output, machine.loop.algorithm
-    if algorithm.pid is None or output.cycle_s <= TICK_S:
+    if not algorithm.continuous or output.cycle_s <= TICK_S:
         return 0.0
     beyond_w = machine.pulse_w - machine.full_power_w
     if beyond_w <= 0:

@@ -100,7 +100,7 @@ class Machine:
     @property
     def limit_a(self) -> float:
         """Limit of the heater's current, A; infinite if there is none."""
-        current = getattr(self.output, "current", None)
+        current = self.output.current
         return math.inf if current is None or current.limit_a is None else float(current.limit_a)
 
     @property

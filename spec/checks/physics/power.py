@@ -60,43 +60,6 @@ def _limit_suffices(machine: Machine, highest_c: float) -> Finding:
     )
 
 
-def integral_suffices(machine: Machine) -> Findings:
-    """Check that the integral's maximum covers the losses at the highest setpoint by itself."""
-    algorithm = machine.loop.algorithm.pid
-    if algorithm is None or algorithm.ki == 0 or not machine.reaches:
-        return
-    most = algorithm.integral.maximum_percent
-    ends_k = machine.plant.steady_k(machine.power_w * most / 100)
-    if 0 < ends_k < machine.target_k:
-        needed_w = machine.plant.power_w(machine.target_k)
-        yield machine.finding(
-            ("algorithm", "integral", "maximum"),
-            f"{number(most)} % holds {about(machine.ambient_c + ends_k)} °C in this plant, not "
-            f"the highest setpoint of {celsius(machine.loop.setpoint.maximum_c)}",
-            f"Use at least {rounded_up(100 * needed_w / machine.power_w)} %",
-        )
-
-
-def integral_cools(machine: Machine) -> Findings:
-    """Find a minimum of the integral that alone heats above the highest setpoint.
-
-    If the reading were stuck just above the setpoint, the loop would overheat and no rule trip.
-    """
-    algorithm = machine.loop.algorithm.pid
-    if algorithm is None or algorithm.ki == 0:
-        return
-    least = algorithm.integral.minimum_percent
-    ends_c = machine.ambient_c + machine.plant.steady_k(machine.power_w * least / 100)
-    highest_c = machine.loop.setpoint.maximum_c
-    if least > 0 and ends_c > highest_c:
-        yield machine.finding(
-            ("algorithm", "integral", "minimum"),
-            f"{number(least)} % alone heats to {about(ends_c)} °C in this plant, above the highest "
-            f"setpoint of {celsius(highest_c)}",
-            "Use a smaller minimum",
-        )
-
-
 def autotune_has_time(machine: Machine) -> Findings:
     """Find autotune experiments whose time is over before the machine is warm."""
     autotune = machine.loop.autotune
@@ -109,21 +72,4 @@ def autotune_has_time(machine: Machine) -> Findings:
             f"at full power this plant needs {duration(round(warm_s))} only to reach the highest "
             "setpoint",
             f"Use several times {duration(round(warm_s))}",
-        )
-
-
-def least_duty_cools(machine: Machine) -> Findings:
-    """Find a minimum duty that alone heats above the lowest setpoint."""
-    algorithm = machine.loop.algorithm.pid
-    if algorithm is None or algorithm.output.minimum_percent == 0:
-        return
-    least_w = machine.power_w * algorithm.output.minimum_percent / 100
-    ends_c = machine.ambient_c + machine.plant.steady_k(least_w)
-    lowest_c = machine.loop.setpoint.minimum_c
-    if ends_c > lowest_c:
-        yield machine.finding(
-            ("algorithm", "output", "minimum"),
-            f"{number(algorithm.output.minimum_percent)} % alone heats to {about(ends_c)} °C, "
-            f"above the lowest setpoint of {celsius(lowest_c)}",
-            "Use a smaller minimum, or raise the lowest setpoint",
         )

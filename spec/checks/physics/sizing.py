@@ -11,7 +11,7 @@ from heatwright.spec.quantity import celsius
 
 def wire_voltage_v(wire: Wire, heater: Switch) -> float | None:
     """Return the voltage at which a wire gives the heater's power, V; None if none is given."""
-    own = (wire.voltage_v, getattr(heater, "rated_v", None), getattr(heater, "supply_v", None))
+    own = (wire.voltage_v, heater.rated_v, heater.supply_v)
     return next((float(each) for each in own if each is not None), None)
 
 

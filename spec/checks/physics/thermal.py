@@ -5,8 +5,8 @@ case of a healthy machine for the rules that watch its heating. Then the heater 
 heat that it has already stored still reaches the sensor.
 """
 
-from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings, loop_heaters, loop_sensors
+from heatwright.spec.checks.physics import pid
 from heatwright.spec.checks.physics.coasting import (
     coasting_settles,
     cooling_is_slow_enough,
@@ -17,13 +17,7 @@ from heatwright.spec.checks.physics.coasting import (
 from heatwright.spec.checks.physics.jumps import doses_do_not_run_away, readings_do_not_jump
 from heatwright.spec.checks.physics.machine import Machine
 from heatwright.spec.checks.physics.peaks import lying_sensors_are_borne, nodes_bear_the_maximum
-from heatwright.spec.checks.physics.power import (
-    autotune_has_time,
-    heater_suffices,
-    integral_cools,
-    integral_suffices,
-    least_duty_cools,
-)
+from heatwright.spec.checks.physics.power import autotune_has_time, heater_suffices
 from heatwright.spec.checks.physics.warm import frozen_rule_holds, heating_rule_holds_warm
 from heatwright.spec.checks.programs.firing import ramps_can_be_followed
 from heatwright.spec.commands import commanded
@@ -34,7 +28,6 @@ from heatwright.spec.physics.heated_loop import heated_loop
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
 from heatwright.spec.simulation import Simulation
 
-HALVINGS = 40
 BRIEF_S = 60.0
 """Shorter feeds may need more heat than the heater gives, if no rule `heating` sets a time."""
 
@@ -55,7 +48,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
         found = [*_heating_holds(controller, machine, plant)]
         yield from found or _fed_holds(controller, name, heater, plant)
         for check in (
-            least_duty_cools,
+            pid.least_duty_cools,
             autotune_has_time,
             rise_rate_holds,
             overshoot_stays_below_maximum,
@@ -63,10 +56,10 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             cooling_is_slow_enough,
             falling_stays_above_below,
             dead_band_holds,
-            window_is_smoothed,
+            pid.window_is_smoothed,
             readings_do_not_jump,
             doses_do_not_run_away,
-            rest_is_not_below,
+            pid.rest_is_not_below,
         ):
             yield from check(machine)
         if machine.course:
@@ -78,8 +71,8 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
                 yield from lying_sensors_are_borne(controller, machine, heated)
         if any_setpoint:
             yield from _heats_at_all(controller, machine, plant.ambient_c)
-            yield from integral_suffices(machine)
-            yield from integral_cools(machine)
+            yield from pid.integral_suffices(machine)
+            yield from pid.integral_cools(machine)
             if controller.programs is not None and controller.programs.loop == name:
                 yield from ramps_can_be_followed(machine, controller.programs)
 
@@ -156,45 +149,6 @@ def heating_rule_holds(machine: Machine) -> Findings:
         )
 
 
-def rest_is_not_below(machine: Machine) -> Findings:
-    """Find a `runaway.below` that trips where a loop without an integral settles."""
-    algorithm, rule = machine.loop.algorithm.pid, machine.loop.protection.runaway
-    if algorithm is None or algorithm.ki or not algorithm.kp or not machine.reaches:
-        return
-    if rule is None or rule.below_k is None:
-        return
-    lowest_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
-    targets_k = {machine.target_k, min(lowest_k, machine.target_k)}
-    step_k = machine.step_k(machine.target_k)
-    held_k = max(rule.below_k - step_k, 0.0)
-    if all(_is_held(machine, algorithm, target_k, held_k) for target_k in targets_k):
-        return
-    deepest_k = machine.target_k
-    for _ in range(HALVINGS):
-        middle_k = (held_k + deepest_k) / 2
-        if all(_is_held(machine, algorithm, target_k, middle_k) for target_k in targets_k):
-            deepest_k = middle_k
-        else:
-            held_k = middle_k
-    yield machine.finding(
-        ("protection", "runaway", "below"),
-        f"without ki this loop settles up to {about(deepest_k)} K below its setpoint",
-        f"Use more than {rounded_up(deepest_k + step_k)} K, or write ki",
-    )
-
-
-def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) -> bool:
-    """Return whether the duty at `below_k` below a setpoint holds the machine there, or nearer."""
-    percent = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
-    if algorithm.band_k is not None and below_k >= algorithm.band_k:
-        percent = algorithm.output.maximum_percent
-    percent = max(percent, algorithm.output.minimum_percent)
-    output = machine.output
-    percent *= percent / 100 * output.cycle_s >= output.shortest_pulse_s
-    power_w = min(machine.power_w * percent / 100, machine.full_power_w)
-    return machine.plant.steady_k(power_w) >= target_k - below_k
-
-
 def rise_rate_holds(machine: Machine) -> Findings:
     """Find a rule `rise_rate` that trips on a healthy machine at full power."""
     limit = machine.loop.protection.rise_rate_k_per_s
@@ -212,27 +166,4 @@ def rise_rate_holds(machine: Machine) -> Findings:
             f"the sensor, {about(step_k)} K, may add "
             f"{about(machine.loop.rate_k_per_s(step_k))} K/s between two readings",
             f"Use at least {rounded_up(needed)} K/s",
-        )
-
-
-def window_is_smoothed(machine: Machine) -> Findings:
-    """Find windows so long that the reading follows each switching of the heater.
-
-    A swing as wide as the proportional band (100 %/kp) changes the duty from 0 % to 100 %: the loop
-    would then react to its own window instead of to the machine.
-    """
-    algorithm, output = machine.loop.algorithm.pid, machine.output
-    if algorithm is None or not algorithm.kp or not output.cycle_s:
-        return
-    windowed = output.is_windowed
-    swing_k = machine.plant.swing_k(machine.pulse_w, output.cycle_s)
-    band_k = 100.0 / algorithm.kp
-    if swing_k >= band_k:
-        yield Finding(
-            ("outputs", machine.loop.heater, "window" if windowed else "frequency"),
-            f"the temperature swings by {about(swing_k)} K in a "
-            f"{'window' if windowed else 'cycle'} of {duration(output.cycle_s)}, more than the "
-            f"proportional band of {about(band_k)} K",
-            f"Use a {'shorter window' if windowed else 'higher frequency'}, or a smaller kp",
-            machine.because_of,
         )

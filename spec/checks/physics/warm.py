@@ -1,8 +1,5 @@
 """Rules that trip on a healthy machine while it is warm: in steady state, or after a power cut."""
 
-import math
-
-from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.physics.machine import Machine
 from heatwright.spec.physics.heated_loop import HeatedLoop
@@ -20,7 +17,7 @@ def frozen_rule_holds(machine: Machine, heated: HeatedLoop) -> Findings:
         return
     path = (*machine.path, "protection", "frozen")
     power_w, heat = heated.full_w, "full power"
-    if machine.loop.algorithm.pid:
+    if machine.loop.algorithm.continuous:
         takes_percent = 100 * heated.hold_w / heated.power_w
         if rule.holding_percent < takes_percent:
             yield Finding(
@@ -56,7 +53,7 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
     rule = machine.loop.protection.heating
     if rule is None:
         return
-    longest_s, from_c = heated.slowest_rise(rule.rise_k, _not_full_k(machine.loop.algorithm.pid))
+    longest_s, from_c = heated.slowest_rise(rule.rise_k, machine.loop.algorithm.full_beyond_k)
     longest_s += heated.late_s
     if longest_s > rule.within_s:
         yield machine.finding(
@@ -66,12 +63,3 @@ def heating_rule_holds_warm(machine: Machine, heated: HeatedLoop) -> Findings:
             f"{number(rule.rise_k)} K",
             f"Use more than {duration(round(longest_s))}, or a smaller rise",
         )
-
-
-def _not_full_k(algorithm: Pid | None) -> float:
-    """Return the error, K, below which the duty is less than full power, if the integral is 0."""
-    if algorithm is None:
-        return 0.0
-    most_percent = algorithm.full_percent
-    proportional_k = most_percent / algorithm.kp if algorithm.kp else math.inf
-    return min(proportional_k, algorithm.on_at_k)

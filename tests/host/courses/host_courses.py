@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from heatwright.spec import Controller, commanded, programmed
 from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import limits_adjustable, switched
+from heatwright.spec.commands import switched
 
 KINDS = (
     "hold", "drift", "reach", "rise_by", "jump", "miss", "lose", "noise", "wild", "setpoint",
@@ -182,5 +182,5 @@ def kinds_of(controller: Controller) -> tuple[str, ...]:
     kinds += walks.PROGRAM_KINDS * (3 * programmed(controller, name))
     kinds += NUMBER_KINDS * (2 * bool(numbers_of(controller, name)))
     kinds += ADJUSTING_KINDS * (2 * loop.protection.maximum_adjustable)
-    kinds += LIMITING_KINDS * (2 * limits_adjustable(controller, name))
+    kinds += LIMITING_KINDS * (2 * controller.loops[name].algorithm.limits_adjustable)
     return kinds + CURRENT_KINDS * (2 * (walks.current_of(controller) is not None))

@@ -13,12 +13,13 @@ from heatwright.sim.host.parts import monitor_readings
 from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.inputs import Gains, Orders
 from heatwright.sim.reference.numbers import Single
-from heatwright.sim.reference.outputs.course import SteadyCourse, course_of, has_minimum
+from heatwright.sim.reference.outputs.course import SteadyCourse, course_of
 from heatwright.sim.reference.outputs.output import pwm_period
 from heatwright.sim.reference.programs.state import ProgramState
 from heatwright.sim.reference.protection.latch import Lockout
 from heatwright.sim.reference.sensors.current import IdealSensor
-from heatwright.spec import Controller, DigitalOutput, monitors_of
+from heatwright.spec import Controller, monitors_of
+from heatwright.spec.outputs import is_held
 
 TICK_US = 10_000
 HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64
@@ -79,10 +80,10 @@ class Way:
         self._record: Record | None = None
         self._takes_turn = self._closed = False
         self.now_us, self.on_counts, self.cooled_us = 0, 0.0, 0.0
-        self._holds = isinstance(output, DigitalOutput) and has_minimum(output)
+        self._holds = is_held(output)
         self._holds = self._holds or controller.safety.relay is not None
         cooler = controller.outputs[self._loop.cooler] if self._loop.cooler else None
-        self._cooler_holds = isinstance(cooler, DigitalOutput) and has_minimum(cooler)
+        self._cooler_holds = cooler is not None and is_held(cooler)
         self._holds = self._holds or self._cooler_holds  # the heater waits for it
         lost_s = self._loop.protection.master_lost_after_s
         self._silence_ticks = None if lost_s is None else round(lost_s * 100)

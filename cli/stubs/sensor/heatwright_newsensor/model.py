@@ -17,6 +17,7 @@ class Newsensor(Averaged):
     on_adc: ClassVar[Literal[False]] = False
     on_one_wire: ClassVar[bool] = False
     measures_current: ClassVar[Literal[False]] = False
+    rules: ClassVar[tuple[int, ...]] = (1, 4)  # codes of the rules that its readings can break
     reading_bits: ClassVar[int] = 16  # bits of the signed number that holds a reading
     clips_c: ClassVar[tuple[float, float] | None] = None  # lowest and highest reading it can show
     selectable: ClassVar[tuple[str, ...]] = ()

@@ -63,18 +63,13 @@ def countdowns_have_a_use(controller: Controller) -> Findings:
                 f"Delete it, or delete starts: enabled of the loop {name}",
                 (("loops", name, "starts"),),
             )
-        elif interface.countdown.counts == "from setpoint" and _rests_anywhere(controller, name):
+        elif interface.countdown.counts == "from setpoint" and controller.loops[name].settles_below:
             yield Finding(
                 (*path, "counts"),
                 "without ki the loop may settle below its setpoint, and the countdown never start",
                 "Write counts: at once, or give the algorithm a ki",
                 (("loops", name, "algorithm"),),
             )
-
-
-def _rests_anywhere(controller: Controller, name: str) -> bool:
-    algorithm = controller.loops[name].algorithm.pid
-    return algorithm is not None and algorithm.ki == 0
 
 
 def countdowns_count_minutes(controller: Controller) -> Findings:
