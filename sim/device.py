@@ -126,8 +126,8 @@ class AvrDevice:
     -- the outputs whose changes are logged; crystal_hz -- the crystal's frequency from the next
     power-up on.
 
-    Raises StaleBinary when the binary was generated from another spec, ElfError when it is no AVR
-    program or lacks what the simulation reads, SimulatorMissing when there is no simulator.
+    Raises StaleBinary: the binary was generated from another spec; ElfError: it is no AVR program
+    or lacks what the simulation reads; SimulatorMissing: there is no simulator.
     """
 
     def __init__(self, controller: Controller, elf: Path | str | Elf) -> None:
@@ -323,7 +323,7 @@ class AvrDevice:
         """Time since the device was made, s."""
         return self._start_s + self.avr.time_s
 
-    # Each raises LookupError when the spec has no such interface.
+    # Each raises LookupError: the spec has no such interface.
     shield = _The(LcdKeypad)
     plotter = _The(SerialPlotter)
     log_reader = _The(SerialLog)

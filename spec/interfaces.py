@@ -189,7 +189,7 @@ class GainRange(Model):
 class Adjust(Model):
     """Numbers of the loop's algorithm that the operator sets at the keypad."""
 
-    hysteresis: DifferenceRange | None = Field(None, description="Of on_off, three_position.")
+    hysteresis: DifferenceRange | None = Field(None, description="For on_off, three_position.")
     lead: DurationRange | None = Field(None, description="For on_off, three_position.")
     kp: GainRange | None = Field(None, description="For pid, %/K.")
     ki: GainRange | None = Field(None, description="For pid, %/(K·s).")

@@ -25,13 +25,13 @@ def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
     """Plan the sensor and the wires to its registers."""
     pins = source.controller.board.pins
     names = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
-    select, clock, told, data = (pins[each] for each in names)
+    select, clock, data_in, data = (pins[each] for each in names)
     context = {
         "name": name,
         "NAME": name.upper(),
         "select": label(select),
         "clock": label(clock),
-        "told": label(told),
+        "data_in": label(data_in),
         "data": label(data),
         "where": source.where,
     }
@@ -47,7 +47,7 @@ def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
         pins=(
             driven(source.at("chip_select"), f"sensor_{name}_select", select, f"CS {of_sensor}"),
             driven(source.at("clock"), f"sensor_{name}_clock", clock, f"SCLK {of_sensor}"),
-            driven(source.at("data_in"), f"sensor_{name}_told", told, f"SDI {of_sensor}"),
+            driven(source.at("data_in"), f"sensor_{name}_data_in", data_in, f"SDI {of_sensor}"),
             lifted(source.at("data_out"), f"sensor_{name}_data", data, f"SDO {of_sensor}"),
         ),
         start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
@@ -61,7 +61,7 @@ def plan(source: Source, name: str, sensor: Max31865, use: UseOfSensor) -> Part:
                 "CS",
             ),
             Wiring(label(clock), what, f"SCLK{SHIFT}", shifted(SHIFT), "SCLK"),
-            Wiring(label(told), what, f"SDI{SHIFT}", shifted(SHIFT), "SDI"),
+            Wiring(label(data_in), what, f"SDI{SHIFT}", shifted(SHIFT), "SDI"),
             Wiring(label(data), what, "SDO; nothing else may drive or pull this line", end="SDO"),
             Wiring("–", what, f"3.3 V, with 100 nF; the {sensor.element} on {sensor.wires} wires"),
             Wiring(

@@ -130,17 +130,17 @@ static inline void pin_sensor_chamber_clock_drive(void)
 }
 
 /* D51 = PB2: SDI of sensor chamber (kiln.yaml:14 sensors.chamber.data_in) */
-static inline void pin_sensor_chamber_told_high(void)
+static inline void pin_sensor_chamber_data_in_high(void)
 {
     PORTB |= (1u << 2);
 }
 
-static inline void pin_sensor_chamber_told_low(void)
+static inline void pin_sensor_chamber_data_in_low(void)
 {
     PORTB &= (uint8_t)~(1u << 2);
 }
 
-static inline void pin_sensor_chamber_told_drive(void)
+static inline void pin_sensor_chamber_data_in_drive(void)
 {
     DDRB |= (1u << 2);
 }

@@ -24,7 +24,7 @@ void spi_chamber_start(void)
     pin_sensor_chamber_select_high();
     pin_sensor_chamber_select_drive();
     pin_sensor_chamber_clock_drive();
-    pin_sensor_chamber_told_drive();
+    pin_sensor_chamber_data_in_drive();
     pin_sensor_chamber_data_pull_up();
 }
 
@@ -37,9 +37,9 @@ void spi_chamber_send(uint8_t bits)
 {
     for (uint8_t bit = 0; bit < 8; bit++) {
         if (bits & 0x80u) {
-            pin_sensor_chamber_told_high();
+            pin_sensor_chamber_data_in_high();
         } else {
-            pin_sensor_chamber_told_low();
+            pin_sensor_chamber_data_in_low();
         }
         pin_sensor_chamber_clock_high();
         bits = (uint8_t)(bits << 1);

@@ -27,7 +27,7 @@ SUPPLY = "3.3 V, with 100 nF; T+ and T- with 100 nF between them and 10 nF each 
 class RegisterNames:
     """Further values for the templates of a MAX31856."""
 
-    told: str
+    data_in: str
     selectable: bool
     selectable_where: str
     users: list[str]
@@ -38,14 +38,14 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
     """Plan the sensor and the wires to its registers."""
     pins = source.controller.board.pins
     wires = sensor.chip_select, sensor.clock, sensor.data_in, sensor.data_out
-    select, clock, told, data = (pins[each] for each in wires)
-    terminals = {"CS": select, "SCK": clock, "SDI": told, "SDO": data}
+    select, clock, data_in, data = (pins[each] for each in wires)
+    terminals = {"CS": select, "SCK": clock, "SDI": data_in, "SDO": data}
     loops = source.controller.loops
     users = [user for user, loop in loops.items() if loop.sensor == name]
     names = label(select), label(clock), label(data)
     chip = ConverterNames("MAX31856", *names, quantity(sensor.step_k, "K"), raw_type(sensor))
     registers = RegisterNames(
-        told=label(told),
+        data_in=label(data_in),
         selectable=bool(sensor.selectable),
         selectable_where=source.at("selectable").where,
         users=users,
@@ -62,7 +62,7 @@ def plan(source: Source, name: str, sensor: Max31856, use: UseOfSensor) -> Part:
         pins=(
             driven(source.at("chip_select"), f"sensor_{name}_select", select, f"CS {of_sensor}"),
             driven(source.at("clock"), f"sensor_{name}_clock", clock, f"SCK {of_sensor}"),
-            driven(source.at("data_in"), f"sensor_{name}_told", told, f"SDI {of_sensor}"),
+            driven(source.at("data_in"), f"sensor_{name}_data_in", data_in, f"SDI {of_sensor}"),
             lifted(source.at("data_out"), f"sensor_{name}_data", data, f"SDO {of_sensor}"),
         ),
         start_calls=(Call(Stage.SENSE, f"spi_{name}.h", f"spi_{name}_start();"),),
