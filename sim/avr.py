@@ -4,7 +4,7 @@ The run loop is in C and does not hold Python's lock, so processors run in threa
 each is independent and deterministic. See docs/simulator.md for what is and is not simulated.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
 
@@ -18,6 +18,7 @@ from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
 from heatwright.sim.native.eeprom import Eeprom
 from heatwright.sim.native.hw import Hw, Log, Range
+from heatwright.sim.native.master import callback
 from heatwright.sim.native.one_wire import Line, Slave, Timing, attach, install
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.native.pins import Pins
@@ -93,6 +94,7 @@ class Avr:
         shim = load()
         install(shim.ffi)
         spi.install(shim.ffi)
+        callback(shim.ffi, "hw_pin_edge", lambda heard, low, cycle: heard(low, cycle))
         hw = shim.lib.hw_new(mcu.encode(), self.clock_hz, round(1000 * supply_v))
         part = self.part
         shim.lib.hw_sleep_register(hw, part.sleep_register, part.sleep_enable, part.sleep_mode)
@@ -294,6 +296,13 @@ class Avr:
         names = wires.select, wires.clock, wires.data, wires.told
         pins = tuple(-1 if name is None else self.pins.watch(name, logged=False) for name in names)
         return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._slave_errors)
+
+    def wire(self, pin: str, heard: Callable[[int, int], None]) -> None:
+        """Put a chip on a line: ``heard(low, cycle)`` is called at each edge that no chip makes.
+
+        For a bus of which the simulator knows nothing. The chip holds the line with ``pins.hold``.
+        """
+        self.pins.listen(pin, heard, self._slave_errors)
 
     def snapshots(self, counter: Range, ram: Range) -> Log:
         """Record a range of RAM when the processor goes to sleep and the counter has changed.
