@@ -4,7 +4,7 @@ The run loop is in C and does not hold Python's lock, so processors run in threa
 each is independent and deterministic. See docs/simulator.md for what is and is not simulated.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
 
@@ -84,7 +84,6 @@ class Avr:
         self.eeprom = Eeprom(hw, self.part.eeprom_write_s)
         self._reset_log = Log(hw, hw.lib.HW_RESET_LOG, RESET_EVENT)
         self._logs: list[Log] = [self.pins.log, self.uarts.log, self._reset_log]
-        self._slave_errors: list[BaseException] = []
         self._stack_bottom = self.part.ram_start
         self.write_ram(self.part.ram_start, bytes([RAM_FILL]) * self.ram_size)
         if _core == "simavr":
@@ -180,8 +179,8 @@ class Avr:
 
     def raise_errors(self) -> None:
         """Raise the oldest exception, if any, that a chip on a bus has raised."""
-        if self._slave_errors:
-            raise self._slave_errors.pop(0)
+        if self._owner.errors:
+            raise self._owner.errors.pop(0)
 
     @property
     def pointer(self) -> Any:
@@ -289,20 +288,13 @@ class Avr:
         """Put a 1-Wire chip on a pin, with a pull-up resistor on the line."""
         self.pins.pull(pin, "high")
         number = self.pins.watch(pin, logged=False)
-        return attach(self._owner, number, slave, timing or Timing(), self._slave_errors)
+        return attach(self._owner, number, slave, timing or Timing(), self._owner.errors)
 
     def spi(self, wires: spi.Wires, slave: spi.Slave, timing: spi.Timing | None = None) -> spi.Port:
         """Put an SPI chip on its wires."""
         names = wires.select, wires.clock, wires.data, wires.told
         pins = tuple(-1 if name is None else self.pins.watch(name, logged=False) for name in names)
-        return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._slave_errors)
-
-    def wire(self, pin: str, heard: Callable[[int, int], None]) -> None:
-        """Put a chip on a line: ``heard(low, cycle)`` is called at each edge that no chip makes.
-
-        For a bus of which the simulator knows nothing. The chip holds the line with ``pins.hold``.
-        """
-        self.pins.listen(pin, heard, self._slave_errors)
+        return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._owner.errors)
 
     def snapshots(self, counter: Range, ram: Range) -> Log:
         """Record a range of RAM when the processor goes to sleep and the counter has changed.

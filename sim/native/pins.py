@@ -66,15 +66,15 @@ class Pins:
         """Put a resistor to supply or ground on a pin; None: remove it."""
         self._check(pin, self._lib.hw_pin_pull(self._hw, pin_number(pin), _LEVELS[level]))
 
-    def listen(self, pin: str, heard: Callable[[int, int], None], errors: list[Any]) -> None:
-        """Call ``heard(low, cycle)`` at each edge that no chip makes; its errors are collected."""
-        handle = self._owner.ffi.new_handle((heard, errors))
+    def listen(self, pin: str, heard: Callable[[int, int], None]) -> None:
+        """Call ``heard(low, cycle)`` at each edge that no chip makes: a bus unknown to C."""
+        handle = self._owner.ffi.new_handle((heard, self._owner.errors))
         self._owner.kept.append(handle)
         self._check(pin, self._lib.hw_pin_listen(self._hw, pin_number(pin), handle))
 
     def hold(self, pin: str, held: bool) -> None:
         """Hold a pin low as one more chip with an open drain, or let one of them release it."""
-        self._lib.hw_pin_hold(self._hw, pin_number(pin), held)
+        self._lib.hw_pin_hold(self._hw, self.watch(pin, logged=False), held)
 
     def level(self, pin: str) -> bool:
         """Return whether a watched pin is high."""

@@ -122,7 +122,7 @@ class Bus:
         """The cycle of each kind of event's last one."""
         for pin, heard in ((sda, self._on_sda), (scl, self._on_scl)):
             avr.pins.pull(pin, "high")
-            avr.wire(pin, heard)
+            avr.pins.listen(pin, heard)
 
     def forget(self) -> None:
         """Begin as after the power-up: wait for a start, and hold nothing."""
