@@ -100,7 +100,7 @@ class Bus:
     """An I²C slave's end of its two lines: it decodes the bits, and acknowledges bytes.
 
     shortest -- of each of the master's times so far, µs; violations -- how often each was too
-    short; silent -- it acknowledges nothing.
+    short; silent -- it acknowledges nothing; holds_sda -- it holds SDA low now.
     """
 
     def __init__(self, avr: Avr, sda: str, scl: str, taken: Taken) -> None:
@@ -115,7 +115,7 @@ class Bus:
         self._avr, self._sda, self._taken = avr, sda, taken
         self._us = 1e6 / avr.clock_hz
         self._limits = vars(Limits())
-        self._sda_low = self._scl_low = self._holds = False
+        self._sda_low = self._scl_low = self.holds_sda = False
         self._in_transfer = False
         self._byte = self._pulses = self._number = 0
         self._last: dict[str, int] = {}
@@ -130,8 +130,8 @@ class Bus:
         self._in_transfer = False
 
     def _hold(self, *, held: bool) -> None:
-        if held != self._holds:
-            self._holds = held
+        if held != self.holds_sda:
+            self.holds_sda = held
             self._avr.pins.hold(self._sda, held)
 
     def _judge(self, name: str, since: str, cycle: int) -> None:
