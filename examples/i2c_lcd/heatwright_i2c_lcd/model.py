@@ -20,7 +20,7 @@ def _address(value: Any) -> int:
     if isinstance(value, str) and re.fullmatch("0x[0-9a-fA-F]{2}", value):
         number = int(value, 16)
     if isinstance(number, bool) or number not in ADDRESSES:
-        said = shown(str(value)) if isinstance(value, str | int) else "this"
+        said = shown(value) if isinstance(value, str) else "this"
         raise refuse(
             f"{said} is no address of a PCF8574",
             "Use 0x20 to 0x27, or 0x38 to 0x3F for a PCF8574A",

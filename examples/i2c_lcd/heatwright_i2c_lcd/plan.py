@@ -99,7 +99,7 @@ def row_starts(interface: I2cLcd) -> tuple[int, ...]:
 def _name(source: Source, interface: I2cLcd) -> str:
     """Return the C name of a display: its kind, from the second one on with a number."""
     before = source.controller.interfaces[: int(source.path[-1])]
-    number = 1 + sum(each.kind == interface.kind for each in before)
+    number = 1 + sum(isinstance(each, I2cLcd) for each in before)
     return interface.kind if number == 1 else f"{interface.kind}_{number}"
 
 

@@ -204,7 +204,7 @@ class I2cLcd:
         self._address = interface.address
         self._outputs = POWER_ON
         self._plugged = True
-        self.pins = tuple(board.pins[name].port_name for name in (interface.sda, interface.scl))
+        self.pins = board.pins[interface.sda].port_name, board.pins[interface.scl].port_name
         self.bus = Bus(avr, *self.pins, self._take)
 
     @property
