@@ -77,7 +77,7 @@ def test_what_follows_from_a_period_is_said_once() -> None:
     assert len(found) <= READ, sorted(found)
 
 
-OUTSIDE = Path(__file__).parents[2] / "examples" / "max31865"
+OUTSIDE = sorted(each.parent for each in (ROOT / "examples").glob("*/pyproject.toml"))
 
 
 @pytest.mark.parametrize(
@@ -94,18 +94,19 @@ def test_a_module_that_is_missing_is_named() -> None:
     assert list(lacking("sensor", "spoon")) == [told]
 
 
-def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:
+@pytest.mark.parametrize("folder", OUTSIDE, ids=lambda each: each.name)
+def test_a_package_among_the_examples_is_whole(folder: Path, tmp_path: Path) -> None:
     """As if it were installed; tests/packaging does so."""
-    points = tomllib.loads((OUTSIDE / "pyproject.toml").read_text("utf-8"))["project"]
+    points = tomllib.loads((folder / "pyproject.toml").read_text("utf-8"))["project"]
     ((group, named),) = points["entry-points"].items()
     lines = [f"[{group}]", *(f"{name} = {place}" for name, place in named.items())]
     (tmp_path / "outside-1.dist-info").mkdir()
     (tmp_path / "outside-1.dist-info" / "entry_points.txt").write_text("\n".join(lines))
-    paths = os.pathsep.join(map(str, (tmp_path, OUTSIDE)))
+    paths = os.pathsep.join(map(str, (tmp_path, folder)))
     words = [sys.executable, "-m", "heatwright.cli.start", "kinds", "--json"]
     env = {**os.environ, "PYTHONPATH": paths}
     told = finished(words, env=env)
     assert told.returncode == 0, told.stdout + told.stderr
     found = {f"{each['role']}.{each['kind']}": each for each in json.loads(told.stdout)["kinds"]}
     assert set(named) <= set(found)
-    assert all(found[name]["package"] == "heatwright_max31865" for name in named)
+    assert all(found[name]["package"] == f"heatwright_{folder.name}" for name in named)
