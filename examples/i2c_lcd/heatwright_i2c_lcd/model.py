@@ -39,7 +39,7 @@ class I2cLcd(Model):
     address: Annotated[int, Checked(_address, enum=ADDRESSES)] = Field(
         0x27, description="Address that its jumpers set; 0x27 if all are open."
     )
-    least: ClassVar[Least] = Least(1500, 70)
+    least: ClassVar[Least] = Least(1400, 65)
     shield: ClassVar[None] = None
     is_host: ClassVar[bool] = False
     acknowledges: ClassVar[bool] = False
