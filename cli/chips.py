@@ -6,7 +6,6 @@ from heatwright.sim.avr import CAUSES
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.indicators import Indicators as Leds
-from heatwright.sim.interfaces.lcd_keypad import LcdKeypad
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.interfaces.nextion import Nextion
 from heatwright.sim.judges.interlock import overlaps
@@ -14,10 +13,10 @@ from heatwright.spec import Controller, Indicators, placed
 from heatwright.spec.commands import shown_loop
 
 
-def display(device: AvrDevice) -> tuple[str, str] | None:
-    """Return the two lines of the display; None if there is no display."""
-    shields = device.parts(LcdKeypad)
-    return shields[0].lcd.text if shields else None
+def display(device: AvrDevice) -> tuple[str, ...] | None:
+    """Return the rows of the first display of text; None if there is none."""
+    shown = (getattr(part, "text", None) for part in device.interfaces)
+    return next((rows for rows in shown if rows is not None), None)
 
 
 def screen(device: AvrDevice) -> bytes | None:

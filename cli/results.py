@@ -95,7 +95,7 @@ def print_run(run: Run, spec: Spec, device: str) -> None:
         for fault in tripped:
             out.print(f"  {loop}: {fault_text(fault)}", style="red", markup=False)
     if run.display is not None:
-        click.echo("  display  |{}|\n           |{}|".format(*run.display))
+        click.echo("  display  " + "\n           ".join(f"|{row}|" for row in run.display))
     for loop, shown in run.lights.items():
         click.echo(f"  LEDs of {loop}: {', '.join(' '.join(each) for each in shown.items())}")
     for time_s, text in run.not_done or ():

@@ -37,7 +37,7 @@ class Run:
     """Figures of merit, by loop."""
     faults: dict[str, tuple[Tripped, ...]]
     """Faults with their times, by loop."""
-    display: tuple[str, str] | None = None
+    display: tuple[str, ...] | None = None
     """Text of the display at the end; None without a display, or without a binary."""
     screen: bytes | None = None
     """Page of the touch display at the end, as a PNG."""

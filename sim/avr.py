@@ -18,6 +18,7 @@ from heatwright.sim.native import spi
 from heatwright.sim.native.analog import Adc
 from heatwright.sim.native.eeprom import Eeprom
 from heatwright.sim.native.hw import Hw, Log, Range
+from heatwright.sim.native.master import callback
 from heatwright.sim.native.one_wire import Line, Slave, Timing, attach, install
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.native.pins import Pins
@@ -82,7 +83,6 @@ class Avr:
         self.eeprom = Eeprom(hw, self.part.eeprom_write_s)
         self._reset_log = Log(hw, hw.lib.HW_RESET_LOG, RESET_EVENT)
         self._logs: list[Log] = [self.pins.log, self.uarts.log, self._reset_log]
-        self._slave_errors: list[BaseException] = []
         self._stack_bottom = self.part.ram_start
         self.write_ram(self.part.ram_start, bytes([RAM_FILL]) * self.ram_size)
         if _core == "simavr":
@@ -92,6 +92,7 @@ class Avr:
         shim = load()
         install(shim.ffi)
         spi.install(shim.ffi)
+        callback(shim.ffi, "hw_pin_edge", lambda heard, low, cycle: heard(low, cycle))
         hw = shim.lib.hw_new(mcu.encode(), self.clock_hz, round(1000 * supply_v))
         part = self.part
         shim.lib.hw_sleep_register(hw, part.sleep_register, part.sleep_enable, part.sleep_mode)
@@ -177,8 +178,8 @@ class Avr:
 
     def raise_errors(self) -> None:
         """Raise the oldest exception, if any, that a chip on a bus has raised."""
-        if self._slave_errors:
-            raise self._slave_errors.pop(0)
+        if self._owner.errors:
+            raise self._owner.errors.pop(0)
 
     @property
     def pointer(self) -> Any:
@@ -286,13 +287,13 @@ class Avr:
         """Put a 1-Wire chip on a pin, with a pull-up resistor on the line."""
         self.pins.pull(pin, "high")
         number = self.pins.watch(pin, logged=False)
-        return attach(self._owner, number, slave, timing or Timing(), self._slave_errors)
+        return attach(self._owner, number, slave, timing or Timing(), self._owner.errors)
 
     def spi(self, wires: spi.Wires, slave: spi.Slave, timing: spi.Timing | None = None) -> spi.Port:
         """Put an SPI chip on its wires."""
         names = wires.select, wires.clock, wires.data, wires.told
         pins = tuple(-1 if name is None else self.pins.watch(name, logged=False) for name in names)
-        return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._slave_errors)
+        return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._owner.errors)
 
     def snapshots(self, counter: Range, ram: Range) -> Log:
         """Record a range of RAM when the processor goes to sleep and the counter has changed.

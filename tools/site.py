@@ -25,8 +25,12 @@ ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "build" / "site-pages"
 EXAMPLES = ROOT / "spec" / "examples"
 WHOLE = ("docs", "LICENSES", "generated/kiln")
-SINGLE = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "examples/max31865/README.md")
-FOLDERS = re.compile(r"\]\(((?:\.\./)?(?:spec/examples|examples/max31865))\)")
+OUTSIDE = tuple(f"examples/{name}" for name in ("i2c_lcd", "max31865"))
+SINGLE = (
+    *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE"),
+    *(f"{folder}/README.md" for folder in OUTSIDE),
+)
+FOLDERS = re.compile(rf"\]\(((?:\.\./)?(?:spec/examples|{'|'.join(OUTSIDE)}))\)")
 """Links to a folder; a site has pages."""
 SCHEMA = "heatwright.schema.json"
 

@@ -36,7 +36,8 @@ FULL_S = 0.05
 MOST_STRETCH = 20_000
 """Maximum number of steps of time in a stretch."""
 FULL = math.inf
-ROUNDING_S = 1e-9
+ROUNDING_S = 1e-6
+"""More than the processor's cycle, to which the end of a step is rounded."""
 
 Answer = Callable[[str], None]
 """Called with an error message about a command, or ""."""

@@ -76,6 +76,8 @@ int hw_pin_state(hw *h, int pin);
 uint64_t hw_pin_high_cycles(hw *h, int pin);
 uint64_t hw_pin_rises(hw *h, int pin);
 uint64_t hw_pin_contention_cycles(hw *h, int pin);
+int hw_pin_listen(hw *h, int pin, void *handle);  /* to edges that no chip makes: hw_pin_edge */
+void hw_pin_hold(hw *h, int pin, int held);       /* low, as a chip with an open drain does */
 
 /* UART. A character to the UART: levels of its bits, the start bit lowest; times in cycles. */
 typedef struct {

@@ -1,5 +1,6 @@
 /* The Python functions that C calls. */
 void hw_onewire_received(void *handle, int first, const uint8_t *data, int bits, uint64_t cycle);
+void hw_pin_edge(void *handle, int low, uint64_t cycle);
 void hw_spi_selected(void *handle, uint64_t cycle);
 void hw_spi_released(void *handle, uint64_t cycle);
 void hw_spi_addressed(void *handle, uint8_t address, uint64_t cycle);

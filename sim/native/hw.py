@@ -14,7 +14,7 @@ Range = tuple[int, int]
 class Hw:
     """The shim's functions, cffi, the processor (freed with its last user) and its clock.
 
-    kept -- Python objects that C points to.
+    kept -- Python objects that C points to; errors -- what chips in Python have raised.
     """
 
     lib: Any
@@ -22,6 +22,7 @@ class Hw:
     pointer: Any
     clock_hz: int
     kept: list[Any] = field(default_factory=list)
+    errors: list[BaseException] = field(default_factory=list)
 
 
 class Log:

@@ -1,5 +1,6 @@
 """Pins of a simulated processor, by port and bit: ``"PD3"``."""
 
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Any, Literal
 
@@ -48,7 +49,7 @@ class Pins:
     """
 
     def __init__(self, hw: Hw) -> None:
-        self._lib, self._hw = hw.lib, hw.pointer
+        self._lib, self._hw, self._owner = hw.lib, hw.pointer, hw
         self.log = Log(hw, hw.lib.HW_PIN_LOG, PIN_EVENT)
 
     def watch(self, pin: str, *, logged: bool = True) -> int:
@@ -64,6 +65,16 @@ class Pins:
     def pull(self, pin: str, level: Level | None) -> None:
         """Put a resistor to supply or ground on a pin; None: remove it."""
         self._check(pin, self._lib.hw_pin_pull(self._hw, pin_number(pin), _LEVELS[level]))
+
+    def listen(self, pin: str, heard: Callable[[int, int], None]) -> None:
+        """Call ``heard(low, cycle)`` at each edge that no chip makes: a bus unknown to C."""
+        handle = self._owner.ffi.new_handle((heard, self._owner.errors))
+        self._owner.kept.append(handle)
+        self._check(pin, self._lib.hw_pin_listen(self._hw, pin_number(pin), handle))
+
+    def hold(self, pin: str, held: bool) -> None:
+        """Hold a pin low as one more chip with an open drain, or let one of them release it."""
+        self._lib.hw_pin_hold(self._hw, self.watch(pin, logged=False), held)
 
     def level(self, pin: str) -> bool:
         """Return whether a watched pin is high."""

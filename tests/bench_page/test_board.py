@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 import yaml
-from benches import Seated
+from benches import Seated, board_of
 from rig.firmware import EXAMPLES, changed, example
 from suite import amount
 
@@ -34,6 +34,26 @@ def test_there_is_a_seat_at_each_kind_of_interface() -> None:
 
 
 # ---- interfaces ----------------------------------------------------------------------------
+
+
+def test_in_real_time_a_step_ends_that_is_no_whole_number_of_cycles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A period of 250 ms has three steps: the board stood still at the end of the first."""
+    board = board_of("feeder")
+    through, slices = board._through, list[float]()
+
+    def run(end_s: float) -> None:
+        slices.append(end_s)
+        assert len(slices) < 100
+        through(end_s)
+
+    monkeypatch.setattr(board, "_through", run)
+    from_s, step_s = board.world.now_s, board.world.step_s
+    assert 0.1 < step_s * board.world.device.avr.clock_hz % 1 < 0.9
+    for _ in range(6):
+        board.world.act_within(board._slowly)
+    assert board.world.now_s == pytest.approx(from_s + 6 * step_s)
 
 
 def test_a_key_that_is_held_repeats_and_a_scenario_plays_it_again(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 from benches import Bench, running, serving
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
+from heatwright.cli.bench.parts.lcd_keypad import Shield
 from heatwright.cli.bench.server import Server
 from heatwright.cli.plot.hearing import Reading
 from heatwright.cli.plot.listener import Shown
@@ -90,6 +91,15 @@ def test_up_is_seen_on_the_display_and_in_the_chart(opened: Open, chamber: Bench
     page.keyboard.press("ArrowUp")
     expect(chart).to_have_attribute("aria-label", re.compile("setpoint 40.0 °C"))
     assert drawn.screenshot() != before
+
+
+def test_of_an_interface_from_outside_the_rows_are_shown(
+    opened: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Shield, "kind", "from_outside")
+    with serving("chamber") as bench:
+        panel = opened(bench.address).get_by_role("region", name="from_outside")
+        expect(panel.locator(".lcd")).to_contain_text("Set temp 20")
 
 
 def test_a_pulled_sensor_is_a_fault_and_no_heat_in_every_tab(opened: Open, chamber: Bench) -> None:

@@ -9,7 +9,8 @@ import subprocess
 import sys
 import sysconfig
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -113,72 +114,144 @@ def test_without_a_compiler_it_is_one_line_with_the_remedy(run: Any, command: st
     assert [line for line in said if "sudo apt-get install " in line] == said[-1:]
 
 
-# ---- a package installed beside it, which provides a kind of sensor ----
+# ---- packages installed beside it, each of which provides a kind ----
 
-OUTSIDE = ROOT / "examples" / "max31865"
-PACKAGE = "heatwright_max31865"
+
+@dataclass(frozen=True)
+class Outside:
+    """A package among the examples.
+
+    driver, said -- a file of its firmware, and words of it; faults -- some that `verify` must try;
+    pieces -- its files, each with what is told when it is missing.
+    """
+
+    role: str
+    kind: str
+    model: str
+    driver: str
+    said: str
+    faults: frozenset[str]
+    pieces: Mapping[str, str]
+
+    @property
+    def folder(self) -> Path:
+        return ROOT / "examples" / self.kind
+
+    @property
+    def package(self) -> str:
+        return f"heatwright_{self.kind}"
+
+
+MAX31865 = Outside(
+    "sensor",
+    "max31865",
+    "Max31865",
+    "sensor_air.c",
+    "MAX31865, CS D10",
+    frozenset({"element_broken", "element_shorted", "orders_shorted_to_supply"}),
+    {
+        "plan.py": "the plan of its firmware, which must define plan",
+        "simulated.py": "the simulation at its pins, which must define attach",
+        "reference.py": "the reference model, which must define IdealSensor and converter",
+        "faults.py": "the faults, which must define cut and faults and mend",
+        "example.yaml": "a spec that uses max31865",
+        "templates/max31865.c.j2": "",
+    },
+)
+I2C_LCD = Outside(
+    "interface",
+    "i2c_lcd",
+    "I2cLcd",
+    "i2c_lcd_bus.c",
+    "SDA A4 = PC4, SCL A5 = PC5",
+    frozenset({"power_cut", "reset_button"}),
+    {
+        "plan.py": "the plan of its firmware, which must define plan",
+        "simulated.py": "the simulation at its pins, which must define attach",
+        "seat.py": "the place at the bench, which must define take",
+        "example.yaml": "a spec that uses i2c_lcd",
+        "templates/i2c_lcd_bus.c.j2": "",
+    },
+)
+OUTSIDE = (I2C_LCD, MAX31865)
+each_outside = pytest.mark.parametrize("outside", OUTSIDE, ids=lambda each: each.kind)
+PACKAGE = MAX31865.package
 
 
 @pytest.fixture(scope="module")
 def beside(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Both wheels in an environment of their own."""
-    copy = tmp_path_factory.mktemp("outside") / "max31865"
-    shutil.copytree(OUTSIDE, copy, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
-    return environment(tmp_path_factory.mktemp("beside"), wheel, wheel_of(copy))
+    """All wheels in an environment of their own."""
+    copies = tmp_path_factory.mktemp("outside")
+    without = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    for each in OUTSIDE:
+        shutil.copytree(each.folder, copies / each.kind, ignore=without)
+    wheels = [wheel_of(copies / each.kind) for each in OUTSIDE]
+    return environment(tmp_path_factory.mktemp("beside"), wheel, *wheels)
 
 
 def heatwright(home: Path, *words: str, **given: Any) -> subprocess.CompletedProcess[str]:
     return finished([home / "bin" / "heatwright", *words], **given)
 
 
-def test_a_package_beside_it_brings_a_kind(beside: Path, tmp_path: Path) -> None:
+def test_the_packages_beside_it_bring_kinds(beside: Path) -> None:
     listed = json.loads(heatwright(beside, "kinds", "--json").stdout)
     others = [each for each in listed["kinds"] if each["package"] != "heatwright"]
-    assert others == [{"role": "sensor", "kind": "max31865", "package": PACKAGE, "lacks": []}]
+    due = [
+        {"role": each.role, "kind": each.kind, "package": each.package, "lacks": []}
+        for each in OUTSIDE
+    ]
+    assert sorted(others, key=lambda each: str(each["kind"])) == due
     assert listed["misnamed"] == []
+
+
+@each_outside
+def test_its_example_fits_the_schema_and_becomes_a_firmware(
+    beside: Path, tmp_path: Path, outside: Outside
+) -> None:
     schema = json.loads(heatwright(beside, "schema").stdout)
-    assert "Max31865" in schema["$defs"]
-    example = site_of(beside) / PACKAGE / "example.yaml"
+    assert outside.model in schema["$defs"]
+    example = site_of(beside) / outside.package / "example.yaml"
     jsonschema.Draft202012Validator(schema).validate(yaml.safe_load(example.read_text("utf-8")))
     for words in (("check",), ("generate", "-o", "firmware"), ("generate", "--check")):
         done = heatwright(beside, *words, str(example), cwd=tmp_path)
         assert done.returncode == (words[-1] == "--check"), done.stdout + done.stderr
-    driver = (tmp_path / "firmware" / "src" / "sensor_air.c").read_text("utf-8")
-    assert "MAX31865, CS D10" in driver
+    driver = (tmp_path / "firmware" / "src" / outside.driver).read_text("utf-8")
+    assert outside.said in driver
 
 
-def test_its_firmware_verifies_and_its_own_tests_pass(beside: Path, tmp_path: Path) -> None:
+@each_outside
+def test_its_firmware_verifies_and_its_own_tests_pass(
+    beside: Path, tmp_path: Path, outside: Outside
+) -> None:
     """All that heatwright proves of its own, and no line of heatwright is changed for it."""
-    example = site_of(beside) / PACKAGE / "example.yaml"
+    example = site_of(beside) / outside.package / "example.yaml"
     done = heatwright(beside, "verify", str(example), "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     faults = {each["fault"] for each in json.loads(done.stdout)["faults"]}
-    assert {"element_broken", "element_shorted", "orders_shorted_to_supply"} <= faults
-    words = [beside / "bin" / "python", "-m", "pytest", "-q", OUTSIDE / "tests", "--rootdir", "."]
+    assert outside.faults <= faults
+    tests = outside.folder / "tests"
+    words = [beside / "bin" / "python", "-m", "pytest", "-q", tests, "--rootdir", "."]
     own = finished([*words, "-p", "no:cacheprovider"], cwd=tmp_path)
     assert own.returncode == 0, own.stdout
 
 
-PIECES = {
-    "plan.py": "the plan of its firmware, which must define plan",
-    "simulated.py": "the simulation at its pins, which must define attach",
-    "reference.py": "the reference model, which must define IdealSensor and converter",
-    "faults.py": "the faults, which must define cut and faults and mend",
-    "example.yaml": "a spec that uses max31865",
-    "templates/max31865.c.j2": "",
-}
-
-
-@pytest.mark.parametrize("piece", PIECES)
-def test_each_missing_piece_is_told_with_its_file(beside: Path, piece: str) -> None:
-    file = site_of(beside) / PACKAGE / piece
+@pytest.mark.parametrize(
+    ("outside", "piece"),
+    [(each, piece) for each in OUTSIDE for piece in each.pieces],
+    ids=lambda each: each.kind if isinstance(each, Outside) else each,
+)
+def test_each_missing_piece_is_told_with_its_file(
+    beside: Path, outside: Outside, piece: str
+) -> None:
+    file = site_of(beside) / outside.package / piece
     away = file.rename(file.with_suffix(".away"))
     try:
         told = heatwright(beside, "kinds")
     finally:
         away.rename(file)
-    named = f"{PACKAGE}/{piece}"
-    assert (told.returncode, named in told.stdout, PIECES[piece] in told.stdout) == (1, True, True)
+    assert told.returncode == 1
+    assert f"{outside.package}/{piece}" in told.stdout
+    assert outside.pieces[piece] in told.stdout
 
 
 @pytest.mark.parametrize(

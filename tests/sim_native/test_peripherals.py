@@ -248,6 +248,46 @@ def test_high_time_is_exact() -> None:
     assert avr.pins.rises(number) == is_high.sum()
 
 
+OPEN_DRAIN = """
+volatile uint8_t released, answered;
+int main(void) {
+    DDRB = 1; DDRB = 0; _delay_us(1); released = PINB & 1;
+    DDRB = 1; DDRB = 0; _delay_us(1); answered = PINB & 1;
+    for (;;) {}
+}
+"""
+
+
+def test_a_chip_in_python_hears_all_edges_but_its_own_and_may_hold_the_line() -> None:
+    master = Small(OPEN_DRAIN)
+    pins, heard = master.avr.pins, list[tuple[int, int]]()
+
+    def hear(low: int, cycle: int) -> None:
+        heard.append((low, cycle))
+        if len(heard) == 4:
+            pins.hold("PB0", True)
+
+    pins.pull("PB0", "high")
+    pins.listen("PB0", hear)
+    master.avr.run(0.001)
+    assert [low for low, _ in heard] == [1, 0, 1, 0]
+    assert heard[1][1] - heard[0][1] == 1  # an OUT takes a cycle
+    assert (master["released"], master["answered"]) == (1, 0)
+    assert (pins.level("PB0"), pins.source("PB0")) == (False, Source.OTHERS)
+    pins.hold("PB0", False)
+    assert pins.level("PB0")
+    assert len(heard) == 4
+
+
+def test_what_such_a_chip_raises_ends_the_run() -> None:
+    master = Small(OPEN_DRAIN)
+    master.avr.pins.listen("PB0", lambda low, cycle: [].pop(low and cycle))
+    with pytest.raises(IndexError):
+        master.avr.run(0.001)
+    with pytest.raises(ValueError, match="no pin PA0"):
+        master.avr.pins.listen("PA0", print)
+
+
 def test_a_reset_lets_go_of_the_pins_at_once() -> None:
     avr = running("_delay_ms(1); DDRD = 8; PORTD = 8; wdt_enable(WDTO_30MS);")
     avr.pins.pull("PD3", "low")

@@ -122,7 +122,7 @@ def test_what_follows_from_a_period_is_said_once() -> None:
     assert len(found) <= READ, sorted(found)
 
 
-OUTSIDE = Path(__file__).parents[2] / "examples" / "max31865"
+OUTSIDE = sorted(each.parent for each in (ROOT / "examples").glob("*/pyproject.toml"))
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_a_module_that_is_missing_is_named() -> None:
     assert list(lacking("sensor", "spoon")) == [told]
 
 
-def beside(home: Path, named: dict[str, str], *words: str, package: Path = OUTSIDE) -> Any:
+def beside(home: Path, named: dict[str, str], *words: str, package: Path) -> Any:
     """Run heatwright as if a package were installed beside it; tests/packaging installs one."""
     lines = ["[heatwright.kinds]", *(f"{name} = {place}" for name, place in named.items())]
     (home / "outside-1.dist-info").mkdir()
@@ -170,14 +170,15 @@ def beside(home: Path, named: dict[str, str], *words: str, package: Path = OUTSI
     return finished([sys.executable, "-m", "heatwright.cli.start", *words], env=env)
 
 
-def test_the_package_among_the_examples_is_whole(tmp_path: Path) -> None:
-    points = tomllib.loads((OUTSIDE / "pyproject.toml").read_text("utf-8"))["project"]
+@pytest.mark.parametrize("folder", OUTSIDE, ids=lambda each: each.name)
+def test_a_package_among_the_examples_is_whole(folder: Path, tmp_path: Path) -> None:
+    points = tomllib.loads((folder / "pyproject.toml").read_text("utf-8"))["project"]
     named = points["entry-points"]["heatwright.kinds"]
-    told = beside(tmp_path, named, "kinds", "--json")
+    told = beside(tmp_path, named, "kinds", "--json", package=folder)
     assert told.returncode == 0, told.stdout + told.stderr
     found = {f"{each['role']}.{each['kind']}": each for each in json.loads(told.stdout)["kinds"]}
     assert set(named) <= set(found)
-    assert all(found[name]["package"] == "heatwright_max31865" for name in named)
+    assert all(found[name]["package"] == f"heatwright_{folder.name}" for name in named)
 
 
 CASCADE = '''

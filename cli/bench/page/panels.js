@@ -83,6 +83,19 @@ const KEYS = { ArrowUp: "up", ArrowDown: "down", ArrowLeft: "left", ArrowRight: 
 const KEY_ORDER = ["left", "up", "down", "right", "select"];
 const KEY_TEXTS = { left: "◀ LEFT", up: "▲ UP", down: "▼ DOWN", right: "RIGHT ▶", select: "SELECT" };
 
+function showRows(lcd, rows) {
+  const text = rows.join("\n");
+  if (lcd.textContent === text) return;
+  lcd.textContent = text;
+  lcd.setAttribute("aria-label", `Display: ${rows.map((row) => row.trim()).join(", ")}`);
+}
+
+// Of a kind from outside, only the rows of text are shown.
+function outside(about) {
+  const lcd = element("pre", { class: "lcd", role: "img" });
+  return { panel: section(about.kind, lcd), show(state) { showRows(lcd, state.rows ?? []); } };
+}
+
 function lcdKeypad(about, order) {
   const lcd = element("pre", { class: "lcd", role: "img" });
   const buttons = {};
@@ -114,11 +127,7 @@ function lcdKeypad(about, order) {
   return {
     panel,
     show(state) {
-      const text = state.rows.join("\n");
-      if (lcd.textContent !== text) {
-        lcd.textContent = text;
-        lcd.setAttribute("aria-label", `Display: ${state.rows.map((row) => row.trim()).join(", ")}`);
-      }
+      showRows(lcd, state.rows);
       for (const [key, button] of Object.entries(buttons)) button.classList.toggle("on", state.held === key);
     },
   };
@@ -307,5 +316,5 @@ const KINDS = {
 
 // The panel of an interface: {panel, show(state)}; some kinds also have took(lines), pictured(version).
 export function panelOf(about, order) {
-  return KINDS[about.kind](about, order);
+  return (KINDS[about.kind] ?? outside)(about, order);
 }

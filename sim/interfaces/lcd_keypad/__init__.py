@@ -32,6 +32,11 @@ class LcdKeypad:
         self.fingers = Fingers(self.keypad, avr.clock_hz)
 
     @property
+    def text(self) -> tuple[str, str]:
+        """The rows of its display."""
+        return self.lcd.text
+
+    @property
     def wake_cycle(self) -> int | None:
         """The cycle of the next press, release or bounce of a key; None: there is none."""
         wakes = (self.fingers.wake_cycle, self.keypad.wake_cycle)

@@ -5,6 +5,7 @@
    write of PORT, DDR or PIN, and given to simavr so that the program can read it. */
 #include "parts.h"
 #include "pins.h"
+#include "callbacks.h"
 
 static int level_of(uint8_t drive) { return drive == HW_HIGH; }
 
@@ -252,6 +253,16 @@ int pin_listen(hw *h, int pin, struct wire_listener listener) {
     p->sampled |= (uint8_t)(1 << pin % 8);
     return 0;
 }
+
+/* A chip whose bus only Python knows: it hears each edge. */
+static void on_edge(void *param, int low, uint64_t now) { hw_pin_edge(param, low, now); }
+static void on_sampled(void *param, uint64_t now) { (void)param, (void)now; }
+
+int hw_pin_listen(hw *h, int pin, void *handle) {
+    return pin_listen(h, pin, (struct wire_listener){on_edge, on_sampled, handle});
+}
+
+void hw_pin_hold(hw *h, int pin, int held) { pin_hold(h, pin, 0, held); }
 
 void pin_follow(hw *h, int pin, struct pin_follower follower) {
     h->pins[pin].followers[h->pins[pin].follower_count++] = follower;
