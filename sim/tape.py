@@ -18,6 +18,8 @@ from heatwright.spec.adjusted import KINDS
 ACKNOWLEDGEMENTS = "fault.acknowledgements"
 STARTS = "autotune.starts"
 """Columns of a log with counts that wrap around at 256."""
+MOST_AT_ONCE = 20_000
+"""Longest series of rows; longer ones would need too much memory."""
 
 
 class Tape:
@@ -44,7 +46,7 @@ class Tape:
         return list(map(Orders, *(usual | given).values()))
 
     def usual(self) -> list[tuple[int, int]]:
-        """Return the longest series of rows in which only readings and commands are new.
+        """Return series of rows in which only readings and commands are new.
 
         Each is a first row, and the row behind its last: without a reset, an acknowledgement, a
         start of a tuning, a command to a program or another state of it, and without a fault that
@@ -58,7 +60,11 @@ class Tape:
         for state in {"fault.code", "program.state"}.intersection(names):
             special[1:] |= log[state][1:] != log[state][:-1]
         edges = np.flatnonzero(np.diff(special, prepend=True, append=True))
-        return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+        return [
+            (begin, min(begin + MOST_AT_ONCE, end))
+            for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+            for begin in range(first, end, MOST_AT_ONCE)
+        ]
 
 
 def count_in(row: np.void, count: str) -> int:

@@ -95,11 +95,18 @@ class _Switching(Model):
     full_percent: ClassVar[float] = 100.0
     full_beyond_k: ClassVar[float] = 0.0
     limits_adjustable: ClassVar[bool] = False
+    if TYPE_CHECKING:
+        lead_s: float
 
     @property
     def steady_percent(self) -> tuple[float, float]:
         """Lowest and highest duty at a constant reading, %."""
         return 0.0, self.full_percent
+
+    def dose(self, step_k: float, over_s: float) -> tuple[float, float]:
+        """Return the duty, %, that a step of the reading causes, and for how long, s."""
+        del step_k
+        return (self.full_percent if self.lead_s else 0.0), over_s
 
     def stuck(self, below_k: float, integral_percent: float) -> Lie:
         """Return the duty while the reading is stuck below the setpoint: full power at once."""
@@ -122,11 +129,6 @@ class OnOff(_Switching):
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
     least: ClassVar[Least] = Least(940, 37)
-
-    def dose(self, step_k: float, over_s: float) -> tuple[float, float]:
-        """Return the duty, %, that a step of the reading causes, and for how long, s."""
-        del step_k
-        return (self.full_percent if self.lead_s else 0.0), over_s
 
     @property
     def off_at_k(self) -> float:
@@ -167,11 +169,6 @@ class ThreePosition(_Switching):
     lead_s: _Lead = 0.0
     lead_filter_s: _LeadFilter = 0.0
     least: ClassVar[Least] = Least(1270, 41)
-
-    def dose(self, step_k: float, over_s: float) -> tuple[float, float]:
-        """Return the duty, %, that a step of the reading causes, and for how long, s."""
-        del step_k
-        return (self.full_percent if self.lead_s else 0.0), over_s
 
     @property
     def off_at_k(self) -> float:

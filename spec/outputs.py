@@ -104,6 +104,7 @@ class DigitalOutput(Model):
 
     is_on_off: ClassVar[Literal[True]] = True
     is_windowed: ClassVar[bool] = False
+    cycle_s: ClassVar[float] = 0.0
     feeds: ClassVar[Literal[False]] = False
     frequency_hz: ClassVar[float] = 0.0
     shortest_pulse_s: ClassVar[float] = 0.0
@@ -149,11 +150,6 @@ class DigitalOutput(Model):
     def stays_off_s(self) -> float:
         """Shortest time off, s."""
         return self.minimum_off_s
-
-    @property
-    def cycle_s(self) -> float:
-        """Time from one pulse to the next, s: 0, as it is only on or off."""
-        return 0.0
 
     def pulse_s(self, share: float) -> float:
         """Return the length of a pulse at a share of the time, s: 0, as it has no pulses."""

@@ -18,26 +18,35 @@ from heatwright.sim.tape import commands_in, numbers_in
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 
-MOST_LANES = 20_000
-"""More steps are repeated in several parts, which takes less memory."""
-
 
 def are_repeated(controller: Controller, loop: str, log: StepLog, since: Reference) -> bool:
     """Return whether the model repeats each row of a log, the first one left out, bit for bit.
 
     Return False also if the steps cannot be repeated side by side, as an outside package's model
-    may need.
-
-    controller -- the specification; loop -- the name of the loop; log -- rows between which only
-    readings and commands are new, as `Tape.usual` finds them; since -- the model after the first
-    row, which has the copy of a program; it `is_shown`.
+    may need. log -- rows between which only readings and commands are new, as `Tape.usual` finds
+    them; since -- the model after the first row, which has the copy of a program; it `is_shown`.
     """
-    states = _states(log, since)
-    parts = [slice(first, first + MOST_LANES) for first in range(0, len(log) - 1, MOST_LANES)]
+    after = log[1:]
     try:
-        return all(_are_repeated(controller, loop, log, each, states, since) for each in parts)
+        with afresh():
+            model = on_arrays("heatwright.sim.reference.loop").Reference(controller, loop)
+            if since.program:
+                part = on_arrays("heatwright.sim.reference.programs.copies").Part
+                copy = tuple(part(*each) for each in since.program.copy)
+                model.program.load(since.program.now.number, copy)
+            _take(model, _states(log, since), slice(-1))
+            found = model.stepped(
+                numbers_in(after, "reading_status"),
+                numbers_in(after, "reading_raw"),
+                numbers_in(after, "setpoint_c"),
+                orders=Orders(**commands_in(after)),
+            )
     except Exception:
         return False
+    return all(
+        np.array_equal(_bits(np.full(len(after), value, width)), _bits(after[name]))
+        for (name, width), value in zip(since.members, found, strict=True)
+    )
 
 
 def resume(model: Reference, log: StepLog) -> None:
@@ -78,34 +87,6 @@ def _take(model: Reference, states: _States, rows: int | slice) -> None:
         average = model.averages[prefix]
         average.window, average.turn = [each[rows] for each in window], turns[rows]
         average.is_empty = False
-
-
-def _are_repeated(  # noqa: PLR0913, PLR0917 - what is repeated, and from which state
-    controller: Controller,
-    loop: str,
-    log: StepLog,
-    rows: slice,
-    states: _States,
-    since: Reference,
-) -> bool:
-    after = log[1:][rows]
-    with afresh():
-        model = on_arrays("heatwright.sim.reference.loop").Reference(controller, loop)
-        if since.program:
-            part = on_arrays("heatwright.sim.reference.programs.copies").Part
-            copy = tuple(part(*each) for each in since.program.copy)
-            model.program.load(since.program.now.number, copy)
-        _take(model, states, slice(rows.start, rows.start + len(after)))
-        found = model.stepped(
-            numbers_in(after, "reading_status"),
-            numbers_in(after, "reading_raw"),
-            numbers_in(after, "setpoint_c"),
-            orders=Orders(**commands_in(after)),
-        )
-    return all(
-        np.array_equal(_bits(np.full(len(after), value, width)), _bits(after[name]))
-        for (name, width), value in zip(since.members, found, strict=True)
-    )
 
 
 def _bits(values: NDArray[Any]) -> NDArray[Any]:
