@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.interfaces.look import Look
-from heatwright.sim.interfaces.modbus_rtu import frames
+from heatwright.sim.interfaces.modbus_rtu import frames, registers
 from heatwright.sim.interfaces.modbus_rtu.bus import Bus, Frame
 from heatwright.sim.interfaces.modbus_rtu.frames import TO_ALL, Exchange
-from heatwright.sim.interfaces.modbus_rtu.registers import Register, registers
+from heatwright.sim.interfaces.modbus_rtu.registers import Register
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
 from heatwright.spec import Board, Controller
@@ -76,7 +76,7 @@ class ModbusMaster:
 
     def learn(self, controller: Controller) -> None:
         """Learn the registers of a controller, its slave."""
-        self.serve(registers(controller))
+        self.serve(registers.registers(controller))
 
     def serve(self, known: Mapping[str, Register]) -> None:
         """Learn the slave's registers; poll its input registers from now on."""
