@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from heatwright.generator.plan.numbers import TICK_MS, quantity, ticks
 from heatwright.generator.plan.parts import (
     Call,
@@ -9,14 +11,17 @@ from heatwright.generator.plan.parts import (
     File,
     Group,
     Part,
+    PinFunction,
+    PinPlan,
     Stage,
     Wiring,
     pair,
     pulled,
 )
-from heatwright.generator.plan.pins import label, open_drain
+from heatwright.generator.plan.pins import FAR_PORTS, label, open_drain
 from heatwright.generator.plan.source import Source
 from heatwright.spec import facts_of, rules_of
+from heatwright.spec.boards import Pin
 from heatwright_i2c_lcd.model import I2cLcd
 
 POWER_UP_S = 0.05
@@ -68,8 +73,8 @@ def plan(source: Source, interface: I2cLcd) -> Part:
         ),
         groups=(Group(what, _constants(source, name, interface)),),
         pins=(
-            open_drain(source.at("sda"), f"{name}_sda", sda, "SDA of the display"),
-            open_drain(source.at("scl"), f"{name}_scl", scl, "SCL of the display"),
+            _line(source.at("sda"), f"{name}_sda", sda, "SDA of the display"),
+            _line(source.at("scl"), f"{name}_scl", scl, "SCL of the display"),
         ),
         tick_calls=(
             Call(Stage.SHOW, f"{name}_page.h", f"{name}_page_tick();"),
@@ -89,6 +94,14 @@ def plan(source: Source, interface: I2cLcd) -> Part:
             Wiring("–", what, f"5 V; the jumpers set the address 0x{interface.address:02X}"),
         ),
     )
+
+
+def _line(source: Source, name: str, pin: Pin, purpose: str) -> PinPlan:
+    """Plan a line that is pulled low or released; were its pull-up on, low would be high."""
+    line = open_drain(source, name, pin, purpose)
+    off = f"PORT{pin.port} &= (uint8_t)~(1u << {pin.bit});"
+    added = PinFunction("pull_up_off", "void", (off,), pin.port in FAR_PORTS)
+    return replace(line, functions=(*line.functions, added))
 
 
 def row_starts(interface: I2cLcd) -> tuple[int, ...]:

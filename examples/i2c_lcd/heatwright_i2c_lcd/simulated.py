@@ -34,7 +34,7 @@ KEPT = 500
 
 @dataclass(frozen=True)
 class Limits:
-    """Shortest times of the bus's master, µs (PCF8574, table 9), with RISE_US where a line rises.
+    """Shortest times of the master, µs (UM10204, standard mode), and RISE_US where a line rises.
 
     period -- from one rise of SCL to the next: 100 kHz at most; low, high -- of SCL; setup -- from
     a change of SDA to the rise of SCL; start_setup -- from the rise of SCL to a start; start_hold

@@ -86,9 +86,14 @@ class Bench:
         """What it must show: the page was written a tick after the step before the last one."""
         return page_of(self.device.steps("air")[-2], len(self.screen.text))
 
-    @property
-    def is_right(self) -> bool:
-        return bool(self.screen.text == self.page())
+    def comes_right(self) -> bool:
+        """Return whether it shows the page of one of the latest steps, within 0.3 s."""
+        for _ in range(30):
+            latest = self.device.steps("air")[-4:]
+            if self.screen.text in [page_of(step, len(self.screen.text)) for step in latest]:
+                return True
+            self.run(0.01)
+        return False
 
 
 @cache
@@ -184,7 +189,7 @@ def test_of_two_displays_each_shows_its_own() -> None:
     bench = Bench(EXAMPLE.replace("\n\nsimulation", more))
     for screen in bench.device.interfaces:
         bench.screen = screen
-        assert bench.is_right
+        assert bench.comes_right()
 
 
 def test_the_bench_and_a_run_show_its_text() -> None:
@@ -248,7 +253,7 @@ def test_the_bus_keeps_to_the_data_sheet(name: str) -> None:
     assert (found["low"], found["high"]) == pytest.approx((lows, highs))
     assert complaints(bench.device) == ()
     assert bench.screen.glass.lost == 0
-    assert bench.is_right
+    assert bench.comes_right()
 
 
 MISTAKES: dict[str, tuple[str, Change]] = {
@@ -330,10 +335,10 @@ def test_control_does_not_notice_that_it_is_away(name: str, in_transfer: bool) -
     gone = bench.screen.transfers
     assert bench.play() == twin.play()
     assert bench.screen.transfers - gone <= (9 if name == "no acknowledgement" else 1)
-    assert not bench.is_right
+    assert not bench.comes_right()
     repair()
     bench.run(5 * REFRESH_S)
-    assert bench.is_right
+    assert bench.comes_right()
     assert bench.screen.glass.lost == 0
 
 
@@ -370,9 +375,9 @@ def test_a_display_that_has_forgotten_is_started_again() -> None:
     bench = Bench()
     bench.screen.glass.power_on(0)
     bench.run(2 * REFRESH_S)
-    assert not bench.is_right
+    assert not bench.comes_right()
     bench.run(RESYNC_S)
-    assert bench.is_right
+    assert bench.comes_right()
 
 
 def test_a_nibble_too_many_is_put_right() -> None:
@@ -380,9 +385,9 @@ def test_a_nibble_too_many_is_put_right() -> None:
     bench = Bench()
     bench.screen.glass.write(int(1e9 * bench.device.time_s), 0, 0)
     bench.play()
-    assert not bench.is_right
+    assert not bench.comes_right()
     bench.run(RESYNC_S)
-    assert bench.is_right
+    assert bench.comes_right()
 
 
 @pytest.mark.parametrize("frees", [True, False])
@@ -396,7 +401,7 @@ def test_a_reset_within_a_byte_leaves_no_line_held(frees: bool) -> None:
         bench.device.avr.run(1e-6)
     bench.device.avr.reset()
     bench.run(5 * REFRESH_S)
-    assert bench.is_right == frees
+    assert bench.comes_right() == frees
     told = [each for each in complaints(bench.device) if "reset" not in each]
     assert told == []
 
@@ -408,7 +413,7 @@ def test_it_shows_its_page_again_after_a_loss_of_power() -> None:
     bench.device.sense("air", COURSE_C[0])
     assert bench.screen.text == (" " * 16,) * 2
     bench.run(BEFORE_STEP_S)
-    assert bench.is_right
+    assert bench.comes_right()
 
 
 # ---- flipped bits ----
@@ -426,15 +431,22 @@ def _flips() -> list[tuple[str, int, int]]:
     ]
 
 
+REGISTERS = [
+    (f"{register} bit {bit}", address, bit)
+    for register, address in (("DDRC", 0x27), ("PORTC", 0x28))
+    for bit in (4, 5)  # SDA and SCL
+]
+
+
 def test_a_flipped_bit_is_put_right_and_reaches_nothing_else() -> None:
-    flips = _flips()
+    flips = _flips() + REGISTERS
     assert len(flips) > 100
     for name, address, bit in flips:
         bench = Bench()
         bench.device.avr.flip(address, bit)
         assert bench.play() == undisturbed(), name
         bench.run(RESYNC_S)
-        assert bench.is_right, name
+        assert bench.comes_right(), name
         assert list(bench.device.take_resets()) == [], name
 
 
