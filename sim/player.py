@@ -90,7 +90,7 @@ class Player:
             return first
         for name in names:
             states[name][first:end] = log[name][1:]
-        resume(self._reference, log)
+        resume(self._reference, log, self._reference, -1)
         return end
 
     def _played(self, number: int) -> tuple[object, ...]:

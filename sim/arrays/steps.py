@@ -4,7 +4,7 @@ If each step, repeated so, ends in the state that the log has after it, then the
 through all steps, one after the other, has every one of these states, too.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ def are_repeated(controller: Controller, loop: str, log: StepLog, since: Referen
                 part = on_arrays("heatwright.sim.reference.programs.copies").Part
                 copy = tuple(part(*each) for each in since.program.copy)
                 model.program.load(since.program.now.number, copy)
-            _take(model, _states(log, since), slice(-1))
+            resume(model, log, since, slice(-1))
             found = model.stepped(
                 numbers_in(after, "reading_status"),
                 numbers_in(after, "reading_raw"),
@@ -49,23 +49,18 @@ def are_repeated(controller: Controller, loop: str, log: StepLog, since: Referen
     )
 
 
-def resume(model: Reference, log: StepLog) -> None:
-    """Continue as after the last row of a log; the model's last step was its first row."""
-    _take(model, _states(log, model), len(log) - 1)
+def resume(model: Reference, log: StepLog, since: Reference, rows: int | slice) -> None:
+    """Let a model continue from its state after these rows of a log.
 
-
-class _States(NamedTuple):
-    """The model's state after each row of a log, a column for each number."""
-
-    members: list[NDArray[Any]]
-    windows: dict[str, tuple[list[NDArray[Any]], NDArray[Any]]]
-    """Readings and turn of each average."""
-
-
-def _states(log: StepLog, since: Reference) -> _States:
-    members = [numbers_in(log, name) for name, _ in since.members]
-    averages = since.averages.items()
-    return _States(members, {prefix: _windows(log, prefix, each) for prefix, each in averages})
+    model -- also the translated one, with a lane for each row; since -- the model after the first
+    row of the log.
+    """
+    model.resume([numbers_in(log, name)[rows] for name, _ in since.members])
+    for prefix, first in since.averages.items():
+        window, turns = _windows(log, prefix, first)
+        average = model.averages[prefix]
+        average.window, average.turn = [each[rows] for each in window], turns[rows]
+        average.is_empty = False
 
 
 def _windows(log: StepLog, prefix: str, first: Average) -> tuple[list[NDArray[Any]], NDArray[Any]]:
@@ -78,15 +73,6 @@ def _windows(log: StepLog, prefix: str, first: Average) -> tuple[list[NDArray[An
     series = np.concatenate((np.roll(np.array(first.window), -first.turn), readings))
     turns = (first.turn + count) % size
     return [series[count + (place - turns) % size] for place in places], turns
-
-
-def _take(model: Reference, states: _States, rows: int | slice) -> None:
-    """Let a model, or the translated one, continue from the states after these rows."""
-    model.resume([column[rows] for column in states.members])
-    for prefix, (window, turns) in states.windows.items():
-        average = model.averages[prefix]
-        average.window, average.turn = [each[rows] for each in window], turns[rows]
-        average.is_empty = False
 
 
 def _bits(values: NDArray[Any]) -> NDArray[Any]:
