@@ -66,7 +66,7 @@ class Player:
             if end - first >= FEWEST_AT_ONCE:
                 self._play_singly(states, done, first)
                 done = self._play_until_shown(states, first, end)
-                done = self._play_at_once(states, done, end)
+                done = self._play_at_once(states, done, end) if done < end else end
         self._play_singly(states, done, len(log))
         return states
 

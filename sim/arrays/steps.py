@@ -17,16 +17,20 @@ from heatwright.sim.reference.sensors.reading import Average
 from heatwright.sim.tape import commands_in, numbers_in
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
+from heatwright.spec.registry import brought
 
 
 def are_repeated(controller: Controller, loop: str, log: StepLog, since: Reference) -> bool:
     """Return whether the model repeats each row of a log, the first one left out, bit for bit.
 
-    Return False also if the steps cannot be repeated side by side, as an outside package's model
-    may need. log -- rows between which only readings and commands are new, as `Tape.usual` finds
-    them; since -- the model after the first row, which has the copy of a program; it `is_shown`.
+    Return False also if the steps cannot be repeated side by side, and for a sensor or an algorithm
+    from outside, whose model may have a state that the log does not have. log -- rows between which
+    only readings and commands are new, as `Tape.usual` finds them; since -- the model after the
+    first row, which has the copy of a program; it `is_shown`.
     """
     after = log[1:]
+    if _is_from_outside(controller, loop):
+        return False
     try:
         with afresh():
             model = on_arrays("heatwright.sim.reference.loop").Reference(controller, loop)
@@ -55,11 +59,11 @@ def resume(model: Reference, log: StepLog, since: Reference, rows: int | slice) 
     model -- also the translated one, with a lane for each row; since -- the model after the first
     row of the log.
     """
-    model.resume([numbers_in(log, name)[rows] for name, _ in since.members])
+    model.resume([_at(rows, numbers_in(log, name)) for name, _ in since.members])
     for prefix, first in since.averages.items():
         window, turns = _windows(log, prefix, first)
         average = model.averages[prefix]
-        average.window, average.turn = [each[rows] for each in window], turns[rows]
+        average.window, average.turn = [each[rows] for each in window], _at(rows, turns)
         average.is_empty = False
 
 
@@ -73,6 +77,18 @@ def _windows(log: StepLog, prefix: str, first: Average) -> tuple[list[NDArray[An
     series = np.concatenate((np.roll(np.array(first.window), -first.turn), readings))
     turns = (first.turn + count) % size
     return [series[count + (place - turns) % size] for place in places], turns
+
+
+def _is_from_outside(controller: Controller, loop: str) -> bool:
+    sensors = {each.kind for each in controller.sensors.values()}
+    own = sensors.isdisjoint(brought("sensor"))
+    return not own or controller.loops[loop].algorithm.kind in brought("algorithm")
+
+
+def _at(rows: int | slice, column: NDArray[Any]) -> Any:
+    """Return the numbers of these rows; of a single row a number as the model has it."""
+    found = column[rows]
+    return int(found) if isinstance(found, np.integer) else found
 
 
 def _bits(values: NDArray[Any]) -> NDArray[Any]:

@@ -15,7 +15,7 @@ from rig.firmware import example
 from suite import SEED, amount
 
 from heatwright.sim import player
-from heatwright.sim.arrays import masks
+from heatwright.sim.arrays import masks, steps
 from heatwright.sim.arrays.masks import AllLanesError, only
 from heatwright.sim.arrays.modules import on_arrays
 from heatwright.sim.arrays.stack import UnlikeError, stacked
@@ -275,6 +275,22 @@ def test_all_steps_at_once_are_the_model(damaged: bool) -> None:
             states |= set(log["program.state"].tolist())
     assert damaged or at_once > rows / 2, "hardly any step is done at once"
     assert states >= {IDLE, RUNNING, PAUSED, RETURNING}
+
+
+@pytest.mark.parametrize("role", ["algorithm", "sensor"])
+def test_a_model_from_outside_is_repeated_row_by_row(
+    role: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may remember what is no member of the log: side by side that would begin anew."""
+    case = cases()[0]
+    controller, log = case.lanes[0], log_of(case)
+    kinds = {
+        "algorithm": controller.loops[case.loop].algorithm.kind,
+        "sensor": controller.thermometers[controller.loops[case.loop].sensor].kind,
+    }
+    assert played(controller, case.loop, log, at_once=True)[2]
+    monkeypatch.setattr(steps, "brought", lambda of: {kinds[role]} if of == role else set())
+    assert not played(controller, case.loop, log, at_once=True)[2]
 
 
 # ---- devices on machines ----
