@@ -1,9 +1,7 @@
 """On-off control with hysteresis and lead (docs/control.md, "on_off")."""
 
-from collections.abc import Iterator
-
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
-from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.spec import OnOff
 
 
@@ -15,18 +13,16 @@ class OnOffControl(KeyedSwitch):
 
     def __init__(self, algorithm: OnOff, period_s: float, keyed: tuple[str, ...] = ()) -> None:
         """Derive the constants; keyed -- the fields that the keypad sets."""
-        super().__init__(algorithm, period_s, keyed)
-        self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"))
-        self.reset()
+        super().__init__(algorithm, period_s, keyed, ("heating", "u1", "_heating"))
 
     def reset(self) -> None:
         """Start again after a fault."""
-        self._lead.reset()
+        super().reset()
         self._heating = 0
 
     def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Return the duty in percent."""
-        expected_c = self._lead.expected_c(temperature_c, last_c, gap)
+        expected_c = self.expected_c(temperature_c, last_c, gap)
         if self._has_width:
             if expected_c >= setpoint_c + self._hysteresis:
                 self._heating = 0
@@ -35,15 +31,6 @@ class OnOffControl(KeyedSwitch):
         else:
             self._heating = 0 if expected_c >= setpoint_c else 1
         return FULL if self._heating else ZERO
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (*self._values(), self._heating)
-
-    def resume(self, values: Iterator[Value]) -> None:
-        """Take over the next values, one for each of `members`."""
-        super().resume(values)
-        self._heating = next(values)
 
 
 Control = OnOffControl

@@ -1,10 +1,8 @@
 """Heater below a dead band, cooler above it (docs/control.md, "three_position")."""
 
-from collections.abc import Iterator
-
 from heatwright.sim.reference.algorithms.keyed_switch import KeyedSwitch
 from heatwright.sim.reference.interfaces.keyed import Numbers
-from heatwright.sim.reference.numbers import FULL, ZERO, Member, Single, Value
+from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.spec import ThreePosition
 
 
@@ -18,21 +16,21 @@ class ThreePositionControl(KeyedSwitch):
         self, algorithm: ThreePosition, period_s: float, keyed: tuple[str, ...] = ()
     ) -> None:
         """Derive the constants; keyed -- the fields that the keypad sets."""
-        super().__init__(algorithm, period_s, keyed)
+        super().__init__(
+            algorithm, period_s, keyed, ("heating", "u1", "_heating"), ("cooling", "u1", "cooling")
+        )
         self._dead_band = Single(algorithm.dead_band_k)
         self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)
-        self.members: tuple[Member, ...] = (*self._members, ("heating", "u1"), ("cooling", "u1"))
-        self.reset()
 
     def reset(self) -> None:
         """Start again after a fault."""
-        self._lead.reset()
+        super().reset()
         self._heating = 0
         self.cooling = 0
 
     def step(self, temperature_c: Single, last_c: Single, gap: int, setpoint_c: Single) -> Single:
         """Return the duty in percent."""
-        expected_c = self._lead.expected_c(temperature_c, last_c, gap)
+        expected_c = self.expected_c(temperature_c, last_c, gap)
         self._heating = int(expected_c < setpoint_c - self._width(self._heating))
         self.cooling = int(expected_c > setpoint_c + self._width(self.cooling))
         return FULL if self._heating else ZERO
@@ -42,16 +40,6 @@ class ThreePositionControl(KeyedSwitch):
         super().take(numbers)
         if "hysteresis_k" in numbers:
             self._inside = self._dead_band - self._hysteresis
-
-    def values(self) -> tuple[Value, ...]:
-        """Return the values of `members`."""
-        return (*self._values(), self._heating, self.cooling)
-
-    def resume(self, values: Iterator[Value]) -> None:
-        """Take over the next values, one for each of `members`."""
-        super().resume(values)
-        self._heating = next(values)
-        self.cooling = next(values)
 
     def _width(self, on: int) -> Single:
         """Return the distance from the setpoint at which heater or cooler goes on, or stays on."""
