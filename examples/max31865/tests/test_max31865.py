@@ -135,7 +135,7 @@ def test_it_reads_again_when_all_is_well() -> None:
     ("was", "told", "message"),
     [
         ("430 Ω", "4300 Ω", "a reference of 4300 Ω does not fit a pt100"),
-        ("wires: 3", "wires: 5", "a number of wires is a whole number from 2 to 4"),
+        ("wires: 3", "wires: 5", "a number of wires must be a whole number from 2 to 4"),
         ("data_in: D11", "", "this key is missing"),
         ("D11", "D12", "D12"),
     ],
