@@ -77,8 +77,9 @@ class Player:
 
     def _play_until_shown(self, states: StepLog, first: int, end: int) -> int:
         while first < end and not self._reference.is_shown:
-            self._play_singly(states, first, first + 1)
-            first += 1
+            block = first, min(first + FEWEST_AT_ONCE, end)
+            self._play_singly(states, *block)
+            first = block[1]
         return first
 
     def _play_at_once(self, states: StepLog, first: int, end: int) -> int:

@@ -16,8 +16,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from heatwright.sim.arrays.steps import bits
 from heatwright.sim.judges.lockouts import TRIPS, miscounts
 from heatwright.sim.player import LOADED, Latched, Player, Restored
 from heatwright.sim.reference.numbers import Member
@@ -124,7 +124,7 @@ def replay(controller: Controller, log: StepLog, loop: str | None = None) -> Rep
     found = [
         (int(row), member)
         for member, _ in player.members
-        for row in np.flatnonzero(_bits(expected[member]) != _bits(log[member]))
+        for row in np.flatnonzero(bits(expected[member]) != bits(log[member]))
     ]
     found.sort(key=lambda item: item[0])
     counted = [
@@ -155,10 +155,6 @@ def _check_members(log: StepLog, members: list[Member]) -> None:
     for name, width in members:
         if log.dtype[name] != np.dtype(width):
             raise ReplayError(f"{name} is {log.dtype[name]} in the log, not {np.dtype(width)}")
-
-
-def _bits(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    return np.ascontiguousarray(values).view(f"u{values.dtype.itemsize}")
 
 
 def _mismatch(log: StepLog, expected: StepLog, row: int, member: str) -> Mismatch:

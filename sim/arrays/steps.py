@@ -48,7 +48,7 @@ def are_repeated(controller: Controller, loop: str, log: StepLog, since: Referen
     except Exception:
         return False
     return all(
-        np.array_equal(_bits(np.full(len(after), value, width)), _bits(after[name]))
+        np.array_equal(bits(np.full(len(after), value, width)), bits(after[name]))
         for (name, width), value in zip(since.members, found, strict=True)
     )
 
@@ -91,5 +91,6 @@ def _at(rows: int | slice, column: NDArray[Any]) -> Any:
     return int(found) if isinstance(found, np.integer) else found
 
 
-def _bits(values: NDArray[Any]) -> NDArray[Any]:
+def bits(values: NDArray[Any]) -> NDArray[Any]:
+    """Return the bits of numbers, as unsigned integers: NaN and −0.0 are compared by them."""
     return np.ascontiguousarray(values).view(f"u{values.dtype.itemsize}")
