@@ -295,13 +295,15 @@ class Avr:
         pins = tuple(-1 if name is None else self.pins.watch(name, logged=False) for name in names)
         return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._owner.errors)
 
-    def snapshots(self, counter: Range, ram: Range) -> Log:
-        """Record a range of RAM when the processor goes to sleep and the counter has changed.
+    def snapshots(self, counter: Range, ram: Range, at: Function | None = None) -> Log:
+        """Record a range of RAM each time the counter has changed at the start of a function.
 
-        The records have the cycle and the image of the range. Raises ValueError outside RAM, or
-        beyond eight recorders.
+        Without a function, as the processor goes to sleep. The records have the cycle and the image
+        of the range. Raises ValueError outside RAM, beyond eight recorders, or for a second
+        function.
         """
-        number = self._lib.hw_snapshot(self._hw, *counter, *ram)
+        where = self._lib.HW_AT_SLEEP if at is None else at.start
+        number = self._lib.hw_snapshot(self._hw, *counter, *ram, where)
         if number < 0:
             raise ValueError("There are too many snapshots, or their range is not in RAM.")
         record = np.dtype([("cycle", "<u8"), ("image", "u1", (ram[1],))])

@@ -144,7 +144,9 @@ class AvrDevice:
         self.crystal_hz = controller.board.clock_hz
         self._start_s = 0.0
         self._recorders: list[Any] = []
-        self._logs = {loop: StateLog(self.variables, controller, loop) for loop in controller.loops}
+        self._logs = {
+            loop: StateLog(self.elf, self.variables, controller, loop) for loop in controller.loops
+        }
         self._resets: list[NDArray[Any]] = []
         self.interlocks: dict[str, Interlock] = {}
         self.relay = SafetyRelay() if controller.safety.relay is not None else None

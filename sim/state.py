@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from heatwright.sim.avr import Avr
 from heatwright.sim.binary.dwarf import Variables
+from heatwright.sim.binary.elf import Elf
 from heatwright.sim.native.hw import Log
 from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller, facts_of, monitors_of
@@ -23,7 +24,9 @@ class StateLog:
     ``current.``, ``response.``, ``monitor_NAME.``. ``loaded`` is the copy of the running program.
     """
 
-    def __init__(self, variables: Variables, controller: Controller, name: str) -> None:
+    def __init__(self, elf: Elf, variables: Variables, controller: Controller, name: str) -> None:
+        # A tick ends there. A master may be answered after it, before the processor sleeps.
+        self._ends = elf.function("clock_wait")
         self._counter = variables[f"loop_{name}.steps"]
         self._variables = variables
         self._columns = _columns(variables, controller, name)
@@ -38,7 +41,7 @@ class StateLog:
         """Record a processor that has just been powered on, at start_s."""
         self._start_s, self._clock_hz = start_s, avr.clock_hz
         counter = (self._counter.address, self._counter.size)
-        self._snapshots = avr.snapshots(counter, (self._base, self._size))
+        self._snapshots = avr.snapshots(counter, (self._base, self._size), self._ends)
 
     def collect(self) -> None:
         """Fetch the images that the processor has recorded since the last call."""

@@ -351,6 +351,15 @@ def full_rms_a(output: Switch) -> float | None:
     return None if peak_a is None else peak_a * output.mean_of_rms
 
 
+def waits_s(output: Switch) -> float:
+    """Return the longest time from asking a switch that is off for power to its being on, s.
+
+    A new duty waits for the next window. While it waits, one missing reading may switch it off
+    again, just before that window, and it waits for one more.
+    """
+    return max(output.stays_off_s, (2 if output.is_windowed else 1) * output.cycle_s)
+
+
 def limit_w(output: Switch) -> float:
     """Return the power that the limit of a load's current allows, W; infinite without a limit."""
     current, rms_a = output.current, full_rms_a(output)

@@ -95,7 +95,8 @@ def _derived_at_c(
         maximum_c = controller.loops[name].protection.maximum_c
         held = profile_c(controller, plant, name, maximum_c, ambient_c=ambient_c)
         hottest = np.maximum(hottest, [held.get(node, ambient_c) for node in plant.nodes])
-    derived = ambient_c + (1 + SPARE) * (hottest - ambient_c)
+    # A node without any heat is within rounding errors of the ambient temperature.
+    derived = ambient_c + np.maximum((1 + SPARE) * (hottest - ambient_c), LEVEL_K)
     return dict(zip(plant.nodes, derived.tolist(), strict=True))
 
 

@@ -19,6 +19,10 @@ WARM_K = 15.0
 """How far below its setpoint a machine starts in trials that begin warm."""
 NEAR_K = 0.5
 """Precision of the search for the highest setpoint."""
+PEAK = 6.0
+"""Noise is at most this many times its standard deviation."""
+MOST_ROWS = 10_000
+"""More periods than a sensor takes to follow its machine."""
 
 
 def steady_c(site: Place, share: float, *, ambient_c: float, cooled: bool = False) -> float:
@@ -55,6 +59,42 @@ def room_k(site: Place) -> float:
     if protection.agreement is not None:
         left_k.append(protection.agreement.within_k)
     return max(0.0, min(left_k)) / 2
+
+
+def jump_k(site: Place, start_c: float, hold_c: float) -> float:
+    """Return the largest jump of a tip that trips no `rise_rate`, K; negative if there is none.
+
+    The machine warms up meanwhile from a steady state to a setpoint, °C, and is cooled above that;
+    the reading has steps and noise. A chip that converts by itself may give two readings further
+    apart than a period.
+    """
+    loop = site.loop
+    sensor, sense = site.controller.thermometers[loop.sensor], site.network.sense[loop.sensor]
+    heated, cooled = _powered(site, 1.0), _powered(site, 0.0, cooled=True)
+    moves_k = max(_fastest_k(site, start_c, heated), _fastest_k(site, hold_c, cooled))
+    moves_k *= 1 + loop.periods_in(sensor.free_running_s)
+    # A sum of readings has the noise of their mean.
+    noise_k = PEAK * math.sqrt(2 / getattr(sensor, "oversample", 1)) * sense.noise_k
+    step_k = sensor.step_at_k(hold_c, site.controller.board.mcu)
+    return loop.rise_per_period_k - moves_k - math.hypot(step_k, noise_k)
+
+
+def _fastest_k(site: Place, start_c: float, asked: Mapping[str, float]) -> float:
+    """Return how far the sensor moves in a period at most, from a steady state, K."""
+    controller, network, ambient_c = site.controller, site.network, site.ambient_c
+    starts_c = profile_c(controller, network, site.loop_name, start_c, ambient_c=ambient_c)
+    plant = plant_of(
+        controller, network, ambient_c=ambient_c, step_s=site.loop.period_s, starts_c=starts_c
+    )
+    before_c, fastest_k = plant.sensed_c()[site.loop.sensor], 0.0
+    for _ in range(MOST_ROWS):
+        plant.step(asked)
+        now_c = plant.sensed_c()[site.loop.sensor]
+        moved_k, before_c = abs(now_c - before_c), now_c
+        if moved_k < fastest_k / 2:
+            break
+        fastest_k = max(fastest_k, moved_k)
+    return fastest_k
 
 
 def asked_share(site: Place, percent: float) -> float:

@@ -25,6 +25,11 @@ class Curve(NamedTuple):
     per_unit: float
     millivolts: NDArray[np.float64]
 
+    @property
+    def last(self) -> float:
+        """The sensor's value at the last point."""
+        return self.first + (len(self.millivolts) - 1) / self.per_unit
+
 
 class Adc:
     """The ADC: code = floor(1024 V / Vref) within 0..1023, taken when the conversion starts."""

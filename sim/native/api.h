@@ -113,8 +113,11 @@ int hw_eeprom_writing(hw *h, uint16_t *address, uint8_t *old, uint8_t *new_value
 uint64_t hw_eeprom_writes(hw *h);
 uint64_t hw_eeprom_violations(hw *h);
 
-/* Snapshots: copies of a RAM range, made when the CPU goes to sleep and the counter has changed. */
-int hw_snapshot(hw *h, uint16_t counter, uint8_t counter_size, uint16_t base, uint16_t size);
+/* Snapshots: copies of a RAM range, made when the counter has changed as the CPU goes to sleep, or
+   comes to an address of the code, the same one for all. */
+enum { HW_AT_SLEEP = 1 };      /* no code has an odd address */
+int hw_snapshot(hw *h, uint16_t counter, uint8_t counter_size, uint16_t base, uint16_t size,
+                uint32_t at);
 
 /* A time of a bus's master, in cycles: the shortest and the longest, and how often it was wrong. */
 typedef struct { uint64_t least, most, violations; } hw_check;

@@ -179,7 +179,7 @@ void hw_machine_supply(hw_machine *m) {
             share = share > 0 ? load->once_asked : 0;
         share = fmax(share * load->times, load->least);
         if (m->relay && load->behind_relay)
-            share = fmin(share, m->closed);
+            share = fmin(share, m->closed * fmax(share, 1)); /* more than 1: a wire with too little resistance */
         m->conducts[i] = share * load->volts;
         m->given[i] = share * load->volts * load->volts - load->taken;
         if (load->beside > 0 && m->felt[load->beside_of] < load->below)

@@ -236,7 +236,7 @@ static avr_flashaddr_t execute(hw *h) {
     avr_flashaddr_t pc = burst(h);
     if (sleeps && avr->state == cpu_Running && avr->sreg[S_I] && may_sleep(h)) {
         avr->interrupt_state = 1;
-        snapshots_take(h);
+        snapshots_take(h, HW_AT_SLEEP);
     }
     return pc;
 }
@@ -247,7 +247,7 @@ static void fall_asleep(hw *h) {
         return;
     }
     check_sleep_mode(h);
-    snapshots_take(h);
+    snapshots_take(h, HW_AT_SLEEP);
     h->dead_sleep = !h->avr->sreg[S_I];
     if (h->profile)
         profile_sleep(h);

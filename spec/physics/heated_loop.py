@@ -10,7 +10,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS, Loop
-from heatwright.spec.outputs import Switch, always_running, limit_w
+from heatwright.spec.outputs import Switch, always_running, limit_w, waits_s
 from heatwright.spec.physics.matrices import Vector
 from heatwright.spec.physics.neighbours import Neighbour, warmed_k
 from heatwright.spec.physics.network import Heated
@@ -144,8 +144,8 @@ class HeatedLoop:
     @property
     def late_s(self) -> float:
         """Longest time from asking for heat to its reading: dead time, forced pause, two steps."""
-        rest_s = max(self._heater.stays_off_s, self._heater.cycle_s)
-        return self.plant.delay_s + max(rest_s, self._cooled_s) + 2 * self.period_s
+        rest_s = max(waits_s(self._heater), self._cooled_s)
+        return self.plant.delay_s + rest_s + 2 * self.period_s
 
     @cached_property
     def hold_w(self) -> float:

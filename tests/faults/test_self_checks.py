@@ -17,6 +17,7 @@ from heatwright.sim.faults.bounds import TICK_S, flash_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.upsets import BAD, Upset, begun, draw_state, try_upset
 from heatwright.sim.faults.site import OfState, Site
+from heatwright.sim.native.pins import Level
 
 SAFETY = re.compile(r"(checks|clock|fault|flash|gate|guard_\w+|loop_\w+|main|output_\w+|relay)\.c")
 """The files whose functions decide about heat."""
@@ -429,13 +430,14 @@ def test_a_pulse_width_s_pin_that_is_held_on_is_told_while_it_must_be_off(exampl
 def test_a_pin_that_is_disturbed_for_two_looks_is_not_held(example: str, within_s: float) -> None:
     """The third in turn tells; of pulses in the same window, or the next."""
     world = starts.heating(site_of(example))
-    heater = world.site.loop.heater
+    switch, pins = world.device.outputs[world.site.loop.heater], world.device.avr.pins
+    off: Level = "low" if switch.active == "high" else "high"
     for _ in range(20):
-        memory.hold_off(world, heater)
+        pins.drive(switch.pin, off)
         world.device.advance(world.now_s + 2 * TICK_S)
-        memory.let_go(world, heater)
+        pins.drive(switch.pin, None)
         world.device.advance(world.now_s + TICK_S)
     assert world.fault == 0
-    memory.hold_off(world, heater)
+    pins.drive(switch.pin, off)
     world.device.advance(world.now_s + within_s)
     assert world.fault == CODES["pin_held"]

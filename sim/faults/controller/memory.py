@@ -15,6 +15,7 @@ from heatwright.sim.faults.fault import Fault, Trip, tripping
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
+from heatwright.sim.native.pins import Level
 from heatwright.spec.registry import module_of
 from heatwright.spec.self_checks import measures_known_voltage, proves_watchdog, self_checked
 
@@ -149,19 +150,17 @@ def change_crystal(world: World, times: float) -> None:
 
 
 def _held_pin(site: Site, start_s: float) -> Fault:
-    """Return the fault that holds the relay's pin, otherwise the heater's.
+    """Return the fault that holds the relay's pin, otherwise the heater's, at its other level.
 
     A heater under PWM is read back only while it does not pulse: surely at a start.
     """
     output = site.controller.safety.relay or site.loop.heater
     switch = site.controller.switches[output]
-    if switch.frequency_hz:
-        within_s = start_s + HELD_S
-        holds = partial(hold_on_from_start, output=output, within_s=within_s)
-        return tripping(site, "pin_held", holds, Trip(("pin_held",), within_s))
-    trip = Trip(("pin_held",), HELD_S + _asked_within_s(switch))
-    holds, lets_go = partial(hold_off, output=output), partial(let_go, output=output)
-    return tripping(site, "pin_held", holds, trip, lets_go)
+    within_s = HELD_S + (start_s if switch.frequency_hz else _asked_within_s(switch))
+    holds = partial(
+        hold_other, output=output, within_s=within_s, at_start=bool(switch.frequency_hz)
+    )
+    return tripping(site, "pin_held", holds, Trip(("pin_held",), within_s))
 
 
 def _asked_within_s(output: Any) -> float:
@@ -172,21 +171,20 @@ def _asked_within_s(output: Any) -> float:
     return float(math.ceil(LOOKS / pulse_ticks) * output.window_s)
 
 
-def hold_off(world: World, output: str) -> None:
-    """Short the pin of an output that is on to its off level."""
-    switch = world.device.outputs[output]
-    world.device.avr.pins.drive(switch.pin, "low" if switch.active == "high" else "high")
+def hold_other(world: World, output: str, within_s: float, *, at_start: bool = False) -> None:
+    """Short an output's pin to the level that it does not have now, until a fault is latched.
 
-
-def hold_on_from_start(world: World, output: str, within_s: float) -> None:
-    """Restart, and short the pin of an output to its on level until a fault is latched."""
-    world.power_cut(world.step_s)
+    at_start -- restart first, so that this is the level of an output that is on.
+    """
+    if at_start:
+        world.power_cut(world.step_s)
     avr, switch = world.device.avr, world.device.outputs[output]
+    held: Level = "low" if switch.on == (switch.active == "high") else "high"
     latches, tripped = world.site.program.function("fault_trip"), False
 
     def act(end_s: float) -> None:
         nonlocal tripped
-        avr.pins.drive(switch.pin, switch.active)
+        avr.pins.drive(switch.pin, held)
         tripped = avr.run_to_code(latches, world.device.cycle_at(end_s))
         avr.pins.drive(switch.pin, None)
         world.device.advance(end_s)
@@ -194,11 +192,6 @@ def hold_on_from_start(world: World, output: str, within_s: float) -> None:
     end_s = world.now_s + within_s
     while not tripped and world.now_s < end_s:
         world.act_within(act)
-
-
-def let_go(world: World, output: str) -> None:
-    """Remove the short circuit from the pin."""
-    world.device.avr.pins.drive(world.device.outputs[output].pin, None)
 
 
 def unseal(world: World) -> None:

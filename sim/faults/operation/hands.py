@@ -26,6 +26,8 @@ PAGES = 1 + len(KINDS)
 """Maximum number of pages beside the setpoint's: the time's, and one for each kind of number."""
 OFF = ("OFF, UP: ", "Done UP: ")
 """Start of the display's second line if the loop was switched off by a key or by the timer."""
+SETPOINT = ("Set temp ", *OFF)
+"""Start of the display's second line while it shows the setpoint."""
 
 
 def release(world: World) -> None:
@@ -161,7 +163,7 @@ class _AtPanel(_AtKeys):
             world.press("left")
             return
         for _ in range(PAGES):
-            if not world.read_display()[1].startswith(("Set temp ", *OFF)):
+            if not world.read_display()[1].startswith(SETPOINT):
                 world.press("right")  # from the time, or a number, to the setpoint
         if world.read_display()[1].startswith(OFF):
             world.press("up")

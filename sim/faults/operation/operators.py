@@ -11,6 +11,7 @@ from heatwright.sim.faults.bounds import TICK_S, answer_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.fault import Act, Fault, Trip, harmless, tripping
 from heatwright.sim.faults.operation import hosts
+from heatwright.sim.faults.operation.hands import SETPOINT
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, World
@@ -136,9 +137,9 @@ def _shows_again(world: World) -> str:
     controller, keypad = world.site.controller, keypad_of(world.site.controller)
     if keypad is not None and facts_of(controller, keypad.loop).programmed:
         on = "on" if world.device.steps(keypad.loop)["enabled"][-1] else "off"
-        shows = " >" in first and second.rstrip() == on
+        shows = " >" in first and second.split()[:1] == [on]  # a monitor's warning may follow
     else:
-        shows = first.startswith("T=") and second.startswith("Set temp ")
+        shows = first.startswith("T=") and second.startswith(SETPOINT)
     if not shows:
         return f"the display shows {first!r} and {second!r}"
     return keeps_time(world)

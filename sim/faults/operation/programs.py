@@ -252,14 +252,14 @@ def _lag_was_long(world: World, programs: Programs, hold_back: HoldBack) -> str:
 
 
 def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
-    resumes = programs.after_power_loss.resume_within_k > 0
+    stops = _stays_paused if programs.after_power_loss.otherwise == "pause" else _stays_ended
     again = Fault(
         "power_cut_in_program",
         lambda: under_way(site),
         lambda world: world.power_cut(),
         calm=True,
         watch_s=shows_s(site),
-        judge=(lambda world: _goes_on(world, programs)) if resumes else _stays_ended,
+        judge=lambda world: _goes_on(world, programs) if _is_near(world) else stops(world),
     )
     yield again
     yield replace(
@@ -267,7 +267,7 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         id="power_cut_until_cold",
         make=lambda: _hot(site, programs),
         cause=lambda world: _cut_until_cold(world, programs),
-        judge=_stays_paused if programs.after_power_loss.otherwise == "pause" else _stays_ended,
+        judge=stops,
     )
     yield replace(again, id="power_cut_in_pause", make=lambda: paused(site), judge=_stays_paused)
 
@@ -307,6 +307,22 @@ def _cools_in_s(world: World, cold_c: float) -> float:
             return row * STEP_S
         plant.step(off)
     return COOLING_S
+
+
+def _is_near(world: World) -> bool:
+    """Whether the first reading after the loss of power is near the one at the last save.
+
+    A program may have moved on since: from a cold machine, for `save_every`.
+    """
+    programs, log = world.site.controller.programs, world.device.steps(world.site.loop_name)
+    after = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
+    if programs is None or not len(after):
+        return False
+    single = "reading_c" if "reading_c" in (log.dtype.names or ()) else "temperature_c"
+    gone_k = abs(after[0][single] - after[0]["program.before_c"])
+    return programs.after_power_loss.resume_within_k > 0 and bool(
+        gone_k <= programs.after_power_loss.resume_within_k
+    )
 
 
 def _goes_on(world: World, programs: Programs) -> str:

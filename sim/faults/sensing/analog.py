@@ -17,7 +17,7 @@ from heatwright.sim.faults.sensing.readings import bursts, no_reading
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.machine import Feel
 from heatwright.sim.reference.numbers import steps
-from heatwright.sim.sensors.adc_sensor import AdcSensor
+from heatwright.sim.sensors.adc_sensor import AdcSensor, curve_of
 from heatwright.spec import Analog, Rtd, Thermistor
 
 KINDS = ("analog", "rtd", "thermistor")
@@ -27,7 +27,7 @@ CODES = 1024
 SOUND_PER_BROKEN = 4
 """An intermittent wire is sound this many times as long as broken, so the machine keeps warm."""
 COLDEST_C, HOTTEST_C = -200.0, 800.0
-"""No sensor is simulated beyond these temperatures."""
+"""No sensor is simulated beyond these temperatures, or beyond the curve of its circuit."""
 
 
 def cut(world: World) -> None:
@@ -68,22 +68,26 @@ def _broken(site: Site) -> Iterator[Fault]:
 
 
 def _beyond_the_table(site: Site) -> Iterator[Fault]:
-    """Yield a tip just beyond either end of the sensor's table."""
-    coldest_c, hottest_c = _sensor(site).range_c
+    """Yield a tip just beyond either end of the sensor's table, where its voltage still changes."""
+    sensor = _sensor(site)
+    curve, (coldest_c, hottest_c) = curve_of(sensor, Wiring()), sensor.range_c
     for name, end_c, away_c in (
-        ("beyond_the_cold_end", coldest_c, COLDEST_C),
-        ("beyond_the_hot_end", hottest_c, HOTTEST_C),
+        ("beyond_the_cold_end", coldest_c, min(COLDEST_C, curve.first)),
+        ("beyond_the_hot_end", hottest_c, max(HOTTEST_C, curve.last)),
     ):
-        beyond = Felt(site.loop.sensor, standing(_next_codes_c(site, end_c, away_c)))
-        yield no_reading(site, name, beyond, beyond.mend)
+        next_c = _next_codes_c(site, end_c, away_c)
+        if next_c is not None:
+            beyond = Felt(site.loop.sensor, standing(next_c))
+            yield no_reading(site, name, beyond, beyond.mend)
 
 
-def _next_codes_c(site: Site, end_c: float, away_c: float) -> float:
-    """Return a temperature whose ADC code is two beyond that of the range's end."""
+def _next_codes_c(site: Site, end_c: float, away_c: float) -> float | None:
+    """Return a temperature whose ADC code is two beyond that of the range's end, or None."""
     sensor, board = _sensor(site), site.controller.board
     away = np.linspace(end_c, away_c, 100_000)
     codes = np.floor(CODES * shares(sensor, board, away))
-    return float(away[np.argmax(np.abs(codes - codes[0]) >= 2)])
+    beyond = np.abs(codes - codes[0]) >= 2
+    return float(away[np.argmax(beyond)]) if beyond.any() else None
 
 
 def _converter(site: Site) -> Iterator[Fault]:

@@ -7,7 +7,7 @@ from functools import partial
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.effects import Felt
 from heatwright.sim.faults.fault import Fault, harmless, watched
-from heatwright.sim.faults.machine import room_k
+from heatwright.sim.faults.machine import jump_k, room_k
 from heatwright.sim.faults.world import Site
 
 BEYOND_K = 3.0
@@ -45,8 +45,10 @@ def _jumps(site: Site) -> Iterator[Fault]:
 
     for name, cause in (("jump_up", jumps(2 * limit_k)), ("jump_down", jumps(-2 * limit_k))):
         yield watched(site, name, cause, cause.mend)
-    small = jumps(min(limit_k / 2, room_k(site)))
-    yield harmless(site, "small_jumps", small, loop.periods_s(60))
+    hold_c = starts.highest_c(site)
+    small_k = min(limit_k / 2, room_k(site), jump_k(site, hold_c - starts.BELOW_K, hold_c))
+    if small_k > 0:
+        yield harmless(site, "small_jumps", jumps(small_k), loop.periods_s(60))
 
 
 def _fallen_out(site: Site) -> Iterator[Fault]:

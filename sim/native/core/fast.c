@@ -15,6 +15,8 @@ struct fast {
     struct decoded *code;       /* one for each word of flash, and one beyond */
     uint8_t special[SPECIAL];
     struct part part;
+    uint32_t mark;              /* before the instruction here, snapshots are taken */
+    uint8_t marked;             /* its operation */
 };
 
 #ifndef PROFILED
@@ -55,7 +57,18 @@ void fast_init(hw *h) {
     h->fast->part = (struct part){.flash = h->avr->flash, .flash_end = h->avr->flashend,
                                   .ram_end = h->avr->ramend, .special = h->fast->special};
     h->fast->code[words].op = SLOW;
+    h->fast->mark = HW_AT_SLEEP;
     fast_forget(h);
+}
+
+/* Take the snapshots of the code at an address before each time that it runs. Returns 0 if there is
+   another such address. */
+int fast_mark(hw *h, uint32_t at) {
+    if (h->fast->mark != HW_AT_SLEEP && h->fast->mark != at)
+        return 0;
+    h->fast->mark = at;
+    fast_forget(h);
+    return 1;
 }
 
 void fast_free(hw *h) {
@@ -395,7 +408,13 @@ avr_flashaddr_t fast_run(hw *h) {
 
 UNDECODED:
     PROFILED(p->coverage[i - code] = 1;)
-    *i = decode(&h->fast->part, PC); goto *labels[i->op];
+    *i = decode(&h->fast->part, PC);
+    if (PC == h->fast->mark) {
+        h->fast->marked = i->op;
+        i->op = MARKED;
+    }
+    goto *labels[i->op];
+MARKED: SPEND(0); snapshots_take(h, PC); goto *labels[h->fast->marked];
 NOP: target = 1u + i->n; DONE(target);
 MOVW: wide = PAIR(i->r); SET_PAIR(i->d, wide); DONE(1);
 MULS: product(D, &f, (uint16_t)((int8_t)Rd * (int8_t)Rr)); DONE(2);

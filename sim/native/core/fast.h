@@ -6,5 +6,6 @@
 void fast_init(hw *h);
 void fast_free(hw *h);
 void fast_forget(hw *h);
+int fast_mark(hw *h, uint32_t at);
 avr_flashaddr_t fast_run(hw *h);
 avr_flashaddr_t profiled_run(hw *h);

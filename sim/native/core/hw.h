@@ -93,7 +93,7 @@ struct port {
 struct snapshot {
     uint16_t counter, base, size;
     uint8_t counter_size;
-    uint32_t last;
+    uint32_t at, last;          /* at: address of the code before which it is taken, or HW_AT_SLEEP */
 };
 
 /* Millivolts at equal distances of the sensor's value. */
@@ -208,5 +208,5 @@ void check_add(hw_check *check, uint64_t cycles, int wrong);
 avr_io_t *io_find(hw *h, const char *kind, int nth);
 void limit(hw *h, const char *format, ...);
 void crash(hw *h, const char *why);
-void snapshots_take(hw *h);
+void snapshots_take(hw *h, uint32_t at);
 void snapshots_reset(hw *h);

@@ -6,7 +6,7 @@ from itertools import islice, pairwise
 
 from heatwright.spec.checks.finding import Finding
 from heatwright.spec.controller import Controller
-from heatwright.spec.outputs import Switch, always_running, limit_w
+from heatwright.spec.outputs import Switch, always_running, limit_w, waits_s
 from heatwright.spec.physics.matrices import Vector
 from heatwright.spec.physics.network import Heated
 from heatwright.spec.problems import Path
@@ -122,10 +122,9 @@ class Machine:
     def held_off_s(self) -> float:
         """Longest time for which the heater may have to wait before it is on.
 
-        It waits for its shortest pause, the cooler's shortest time on, or its next window.
+        It waits for its own pause or windows, or for the cooler's shortest time on.
         """
-        own_s = max(self.output.stays_off_s, self.output.cycle_s)
-        return max(own_s, self.cooler_held_on_s)
+        return max(waits_s(self.output), self.cooler_held_on_s)
 
     @property
     def cooler_held_on_s(self) -> float:
