@@ -23,14 +23,10 @@ def serve(
 
     speed -- board time divided by real time.
     """
-    from heatwright.spec.commands import gcode_of, log_of, modbus_of, nextion_of  # noqa: PLC0415
+    from heatwright.spec import facts_of  # noqa: PLC0415
 
-    listener = (
-        gcode_of(controller)
-        or modbus_of(controller)
-        or nextion_of(controller)
-        or log_of(controller)
-    )
+    facts = facts_of(controller)
+    listener = facts.gcode or facts.modbus or facts.nextion or facts.log
     if listener is None:
         raise Refused(
             "No interface of this spec listens to a serial port: add one of kind gcode, "

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Set
 from typing import Protocol
 
-from heatwright.spec import Controller
+from heatwright.spec import Controller, facts_of
 from heatwright.spec.loops import shortest_period_s
 
 METERED_PARTS = 10
@@ -38,7 +38,7 @@ def metered_step_s(controller: Controller) -> float:
     The sensor shows the mean over the step before. Infinite if no current is measured.
     """
     metered = (
-        loop for loop in controller.loops.values() if controller.outputs[loop.heater].current
+        loop for name, loop in controller.loops.items() if facts_of(controller, name).current
     )
     return shortest_period_s(metered) / METERED_PARTS
 

@@ -3,7 +3,7 @@
 from heatwright.sim.avr import Avr
 from heatwright.sim.native.fan import Fan
 from heatwright.sim.native.relay import Armature, Relay, Wire
-from heatwright.spec import Controller, DigitalOutput, Proof, proofs
+from heatwright.spec import Controller, DigitalOutput, Proof, facts_of
 
 STARTS_S = 0.5
 STOPS_S = 1.0
@@ -102,7 +102,7 @@ def proofs_of(controller: Controller) -> dict[str, AirflowSwitch | FanTachometer
     """Create the airflow switches and tachometers, by fan; not yet wired."""
     return {
         fan: FanTachometer(fan) if proof.tachometer else AirflowSwitch(fan)
-        for fan, proof in proofs(controller).items()
+        for fan, proof in facts_of(controller).proofs.items()
     }
 
 

@@ -18,7 +18,7 @@ from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plots.plot_data import faults
 from heatwright.sim.reference.numbers import steps
 from heatwright.sim.scenario import long_enough, unasked
-from heatwright.spec import RULES, Controller, Loop, ThermalNetwork, keypad_of
+from heatwright.spec import RULES, Controller, Loop, ThermalNetwork, facts_of
 from heatwright.spec.adjusted import Setting, extremes, with_setting, words
 from heatwright.spec.board.timers import TICK_S
 from heatwright.spec.checks import check
@@ -132,7 +132,7 @@ def parts(controller: Controller) -> tuple[Part, ...]:
     """
     if controller.simulation is None:
         return ()
-    keypad = keypad_of(controller)
+    keypad = facts_of(controller).keypad
     keyed = () if keypad is None else (Part(keypad.loop, each) for each in extremes(controller))
     return (Part(None), *map(Part, controller.loops), *keyed)
 

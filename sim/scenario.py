@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
 from heatwright.sim.coupling import Coupling
-from heatwright.spec import RULES, Controller, Event, ProgramOrder, Simulation, Write, gcode_of
+from heatwright.spec import RULES, Controller, Event, ProgramOrder, Simulation, Write, facts_of
 from heatwright.spec.scenario.program_orders import Order
 from heatwright.spec.simulation import LEAST_VERIFIED_S
 
@@ -96,7 +96,7 @@ def long_enough(controller: Controller) -> Controller:
         event.model_copy(update={"for_s": LEAST_VERIFIED_S}) if _is_short(event) else event
         for event in simulation.scenario
     )
-    if gcode_of(controller) is not None and not any(event.send for event in scenario):
+    if facts_of(controller).gcode is not None and not any(event.send for event in scenario):
         scenario = (ASKS, *scenario)
     longer = simulation.model_copy(update={"scenario": scenario})
     return controller.model_copy(update={"simulation": longer})

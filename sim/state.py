@@ -10,7 +10,7 @@ from heatwright.sim.binary.dwarf import Variables
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.native.hw import Log
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, facts_of, monitors_of
+from heatwright.spec import Controller, facts_of
 
 LOADED = "program.c:loaded"
 """The variable with the firmware's copy of the program."""
@@ -88,7 +88,7 @@ def _columns(variables: Variables, controller: Controller, name: str) -> dict[st
         "output.": f"output_{loop.heater}",
         "current.": f"current_{loop.heater}",
         "response.": f"response_{name}",
-        **{f"monitor_{each}.": f"monitor_{each}" for each in monitors_of(controller, name)},
+        **{f"monitor_{each}.": f"monitor_{each}" for each in facts_of(controller, name).monitored},
     }
     found = {
         f"{prefix}{member}": f"{source}.{member}"

@@ -1,28 +1,12 @@
 """The language: one YAML file describes a thermal controller."""
 
-from heatwright.spec.adjusted import numbers_of
 from heatwright.spec.algorithms import Algorithm, OnOff, Pid, ThreePosition
 from heatwright.spec.board.interrupts import longest_wait_s
 from heatwright.spec.boards import BOARDS, Board, Pin, Timer
-from heatwright.spec.breakable import rules_of
 from heatwright.spec.checks.comparison import row_controller, row_loop
-from heatwright.spec.commands import (
-    commanded,
-    countdown_of,
-    for_display,
-    gcode_of,
-    keypad_of,
-    log_of,
-    minds_host,
-    modbus_of,
-    must_release,
-    nextion_of,
-    placed,
-    programmed,
-    tunable,
-)
+from heatwright.spec.commands import for_display, placed
 from heatwright.spec.controller import ComparisonRow, Controller, Published
-from heatwright.spec.facts import LoopFacts, facts_of
+from heatwright.spec.facts import ControllerFacts, LoopFacts, facts_of
 from heatwright.spec.interfaces import (
     Gcode,
     Indicators,
@@ -44,7 +28,7 @@ from heatwright.spec.loops import (
     RisingWhileOff,
     Runaway,
 )
-from heatwright.spec.monitors import Input, Monitor, monitors_of, watching_loop
+from heatwright.spec.monitors import Input, Monitor, watching_loop
 from heatwright.spec.outputs import (
     DigitalOutput,
     Output,
@@ -58,7 +42,6 @@ from heatwright.spec.outputs import (
 )
 from heatwright.spec.problems import Problem, SpecError
 from heatwright.spec.programs import AfterPowerLoss, HoldBack, Program, Programs, Segment
-from heatwright.spec.proofs import proofs, proven_in
 from heatwright.spec.rules import RULES, Rule
 from heatwright.spec.scenario.program_orders import ProgramOrder
 from heatwright.spec.scenario.writes import Write

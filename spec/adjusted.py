@@ -84,11 +84,6 @@ def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
     )
 
 
-def sets_gains(controller: Controller, loop_name: str) -> bool:
-    """Return whether the keypad sets a gain of a loop."""
-    return any(each.kind.key in GAINS for each in numbers_of(controller, loop_name))
-
-
 def fixed(controller: Controller) -> tuple[Interface, ...]:
     """Return the interfaces with no number to set, so that each keeps the algorithm's value."""
     keypad = keypad_of(controller)

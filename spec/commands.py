@@ -62,12 +62,6 @@ def by_host(controller: Controller, loop_name: str) -> bool:
     return gcode is not None and loop_name in gcode.loops.values()
 
 
-def minds_host(controller: Controller, loop_name: str) -> bool:
-    """Return whether a loop trips when the host that commands it sends nothing for too long."""
-    protection = controller.loops[loop_name].protection
-    return by_host(controller, loop_name) and protection.master_lost_after_s is not None
-
-
 def switched(controller: Controller, loop_name: str) -> bool:
     """Return whether a loop is enabled and disabled apart from its setpoint.
 
@@ -114,15 +108,6 @@ def touched(controller: Controller, loop_name: str) -> bool:
 def programmed(controller: Controller, loop_name: str) -> bool:
     """Return whether programs set a loop's setpoint."""
     return controller.programs is not None and controller.programs.loop == loop_name
-
-
-def must_release(controller: Controller) -> bool:
-    """Return whether a switched loop needs a command "off" before it accepts an "on".
-
-    A master repeats its commands, and a repeated "on" must not restart a heater. A person presses a
-    button on purpose.
-    """
-    return modbus_of(controller) is not None
 
 
 def starts_enabled(controller: Controller, loop_name: str) -> bool:

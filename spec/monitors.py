@@ -61,15 +61,6 @@ def watching_loop(controller: Controller, name: str) -> str | None:
     )
 
 
-def monitors_of(controller: Controller, loop: str) -> dict[str, Monitor]:
-    """List the monitors that a loop's control step checks, in the order of the file."""
-    return {
-        name: monitor
-        for name, monitor in controller.monitors.items()
-        if watching_loop(controller, name) == loop
-    }
-
-
 MOST_INPUTS = 8
 """Maximum number of inputs: the tick's interrupt reads each of them."""
 

@@ -1,4 +1,4 @@
-"""Fans with a proof that they turn: which they are, and which loop's step checks it."""
+"""Fans with a proof that they turn."""
 
 from __future__ import annotations
 
@@ -18,12 +18,3 @@ def proofs(controller: Controller) -> dict[str, Proof]:
         for name, output in controller.outputs.items()
         if name in fans and output.proof is not None
     }
-
-
-def proven_in(controller: Controller, loop: str) -> list[str]:
-    """List the fans whose proof a loop's step checks: the first loop that names a fan checks it."""
-    return [
-        fan
-        for fan in proofs(controller)
-        if loop == next(name for name, each in controller.loops.items() if each.fan == fan)
-    ]

@@ -20,24 +20,19 @@ SELF_CHECK_RULES = (
 watchdog can be tested."""
 
 
-def self_checked(controller: Controller) -> bool:
-    """Return whether the controller checks itself."""
-    return controller.safety.self_checks
-
-
 def proves_watchdog(controller: Controller) -> bool:
     """Return whether the start tests the watchdog by a reset; some bootloaders do not allow it."""
-    return self_checked(controller) and controller.board.bears_watchdog
+    return controller.safety.self_checks and controller.board.bears_watchdog
 
 
 def measures_known_voltage(controller: Controller) -> bool:
     """Return whether the ADC also measures a known voltage."""
-    return self_checked(controller) and bool(controller.adc_sensors)
+    return controller.safety.self_checks and bool(controller.adc_sensors)
 
 
 def read_back(controller: Controller) -> tuple[str, ...]:
     """Name the outputs whose pins are read back, except while they pulse: relay and heaters."""
-    if not self_checked(controller):
+    if not controller.safety.self_checks:
         return ()
     carry_heat = {controller.safety.relay, *(loop.heater for loop in controller.loops.values())}
     return tuple(name for name in controller.switches if name in carry_heat)
@@ -45,7 +40,7 @@ def read_back(controller: Controller) -> tuple[str, ...]:
 
 def self_check_rules(controller: Controller) -> tuple[str, ...]:
     """Return the ids of the rules that the controller's self-checks can trip."""
-    if not self_checked(controller):
+    if not controller.safety.self_checks:
         return ()
     found = {"adc_wrong": measures_known_voltage, "clock_wrong": proves_watchdog}
     return tuple(rule for rule in SELF_CHECK_RULES if rule not in found or found[rule](controller))

@@ -149,11 +149,10 @@ def _warnings(spec: Spec) -> Iterator[Problem]:
     from heatwright.cli.sized import small  # noqa: PLC0415
     from heatwright.spec import BOARDS  # noqa: PLC0415
     from heatwright.spec.checks.board.memory import fits, least, rooms  # noqa: PLC0415
-    from heatwright.spec.self_checks import self_checked  # noqa: PLC0415
 
     yield from small(spec)
     yield from too_inexact(spec)
-    if not self_checked(spec.controller):
+    if not spec.controller.safety.self_checks:
         yield spec.tree.problem(
             ("safety", "self_checks"),
             "the controller does not check its own processor, memories and clock: a "

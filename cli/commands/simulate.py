@@ -74,11 +74,11 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     check_target(display, (".png",))
     from heatwright.cli.beside import with_scenario  # noqa: PLC0415
     from heatwright.cli.targets import whole  # noqa: PLC0415
-    from heatwright.spec import load, nextion_of  # noqa: PLC0415
+    from heatwright.spec import facts_of, load  # noqa: PLC0415
 
     loaded = load(spec)
     controller = with_scenario(loaded, scenario, length_s)
-    if display is not None and nextion_of(controller) is None:
+    if display is not None and facts_of(controller).nextion is None:
         raise Refused("There is no touch display to draw: the spec has no interface nextion.")
     run = _simulate(loaded, controller, model, vcd)
     from heatwright.cli import results  # noqa: PLC0415

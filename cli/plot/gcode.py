@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 from heatwright.cli.plot.hearing import Hearing, Read, Reading
-from heatwright.spec import Controller, Gcode, gcode_of
+from heatwright.spec import Controller, Gcode, facts_of
 
 FULL = 127.0
 """Full duty in a report."""
@@ -25,7 +25,7 @@ def hearings(controller: Controller, interface: Gcode) -> Iterator[Hearing]:
 
 def labels_of(controller: Controller, name: str) -> tuple[str, str] | None:
     """Return the labels of a loop in the reports to its G-code host; None if it has no host."""
-    interface = gcode_of(controller)
+    interface = facts_of(controller).gcode
     served = {} if interface is None else interface.loops
     found = (_labels(address, [*served]) for address, loop in served.items() if loop == name)
     return next(found, None)

@@ -8,7 +8,7 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.tune.methods import Task
 from heatwright.sim.tuning.process import Process, at_full_power, power_of, process_of
 from heatwright.sim.tuning.rules import model_for
-from heatwright.spec import Controller, Loop, Spec, facts_of, gcode_of
+from heatwright.spec import Controller, Loop, Spec, facts_of
 from heatwright.spec.quantity import about, celsius
 
 LONGEST_S = 48 * 3600.0
@@ -99,8 +99,7 @@ def task_of(
 
 def relay_is_possible(controller: Controller, loop: str) -> bool:
     """Return whether the loop's firmware can tune itself."""
-    spec = controller.loops[loop]
-    return spec.autotune is not None and facts_of(controller, loop).tunable
+    return facts_of(controller, loop).autotune
 
 
 def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[str, ...]:
@@ -144,7 +143,7 @@ def _sent(controller: Controller, name: str) -> Iterator[float]:
 
     A line without a tool number is for the tool chosen last; at the beginning for the first.
     """
-    gcode, simulation = gcode_of(controller), controller.simulation
+    gcode, simulation = facts_of(controller).gcode, controller.simulation
     served = gcode.loops if gcode else {}
     active = min((each for each in served if each.startswith("T")), default="")
     for event in simulation.scenario if simulation is not None else ():

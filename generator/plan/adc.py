@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Call, Constant, Part, Stage, pair
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller
-from heatwright.spec.self_checks import measures_known_voltage
+from heatwright.spec import Controller, facts_of
 from heatwright.spec.sensing.circuits import reference_v
 
 FASTEST_HZ = 200_000
@@ -164,7 +163,7 @@ def _channels(root: Source) -> list[Channel]:
 def _known(root: Source) -> KnownVoltage | None:
     """The chip's own voltage, which the self-checks measure in addition to the sensors."""
     board = root.controller.board
-    if not measures_known_voltage(root.controller):
+    if not facts_of(root.controller).measures_known_voltage:
         return None
     first = next(iter(root.controller.adc_sensors.values()))
     code, known_v = board.adc.band_gap_code, board.adc.band_gap_v

@@ -23,11 +23,10 @@ from heatwright.generator.plan.sensors.common import use_of
 from heatwright.generator.plan.settings import settings as plan_settings
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import c_comment
-from heatwright.spec import Spec, gcode_of
+from heatwright.spec import Spec, facts_of
 from heatwright.spec.board.timers import TimerUse, allocate
 from heatwright.spec.problems import Path
 from heatwright.spec.registry import module_of
-from heatwright.spec.self_checks import self_checked
 
 _T = TypeVar("_T")
 
@@ -156,7 +155,7 @@ def _shared_files(spec: Spec, parts: list[Part]) -> tuple[File, ...]:
         main_includes=_includes([*start, *tick]),
         start_calls=start,
         tick_calls=tick,
-        checked=self_checked(spec.controller),
+        checked=facts_of(spec.controller).checked,
         watchdog=f"WDTO_{core.WATCHDOG_NAMES[spec.controller.safety.watchdog_s]}",
     )
     return (
@@ -202,7 +201,7 @@ def _output(root: Source, name: str, timers: TimerUse) -> Part:
     if name == root.controller.safety.relay:
         return relay.plan(root, name)
     heats = any(loop.heater == name for loop in root.controller.loops.values())
-    host = gcode_of(root.controller)
+    host = facts_of(root.controller).gcode
     use = UseOfOutput(
         heats,
         commanded=host is not None and name in host.fans.values(),

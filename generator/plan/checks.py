@@ -8,13 +8,8 @@ from heatwright.generator.plan.core import WATCHDOG_NAMES
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage
 from heatwright.generator.plan.source import Source
-from heatwright.spec.self_checks import (
-    FLASH_BYTES_A_TICK,
-    measures_known_voltage,
-    proves_watchdog,
-    read_back,
-    self_checked,
-)
+from heatwright.spec import facts_of
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK
 
 MOST_TICKS_WAITING = 10
 WATCHDOG_MS = (12, 24)
@@ -40,17 +35,17 @@ class CheckNames:
 
 def plan_checks(root: Source) -> tuple[Part, ...]:
     """Plan the self-checks, if the controller has them."""
-    if not self_checked(root.controller):
+    controller, facts = root.controller, facts_of(root.controller)
+    if not facts.checked:
         return ()
-    controller = root.controller
     context = CheckNames(
         where=root.at("safety", "self_checks").where,
-        adc=measures_known_voltage(controller),
-        proves=proves_watchdog(controller),
+        adc=facts.measures_known_voltage,
+        proves=facts.proves_watchdog,
         far=controller.board.flash_bytes > NEAR_BYTES,
         loops=list(controller.loops),
-        read_back=read_back(controller),
-        pulses=any(controller.switches[name].is_windowed for name in read_back(controller)),
+        read_back=facts.read_back,
+        pulses=any(controller.switches[name].is_windowed for name in facts.read_back),
         watchdog=f"WDTO_{WATCHDOG_NAMES[controller.safety.watchdog_s]}",
     )
     names = ("checks.h", "checks.c", "cpu.c", "flash.h", "flash.c", "ram.h", "ram.c")
@@ -71,7 +66,7 @@ def _constants(root: Source) -> Iterator[Constant]:
     at, (least_ms, most_ms) = root.at("safety", "self_checks"), WATCHDOG_MS
     speed = f"{FLASH_BYTES_A_TICK * 1000 // TICK_MS} bytes per second"
     yield at.count("FLASH_BYTES_A_TICK", FLASH_BYTES_A_TICK, speed)
-    if proves_watchdog(root.controller):
+    if facts_of(root.controller).proves_watchdog:
         told = f"{least_ms} ms, for a watchdog set to 16 ms"
         yield at.count("WATCHDOG_LEAST", 10 * least_ms, told)
         yield at.count("WATCHDOG_MOST", 10 * most_ms, f"{most_ms} ms")

@@ -10,12 +10,10 @@ from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, 
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import derivation_words
 from heatwright.generator.plan.timers import compare_match, registers
-from heatwright.spec import Controller, Loop, Rule, keypad_of, modbus_of, proofs, rules_of
+from heatwright.spec import Controller, Loop, Rule, facts_of
 from heatwright.spec.board.timers import looks, tick_interval
-from heatwright.spec.monitors import tripping
 from heatwright.spec.outputs import is_held
 from heatwright.spec.rules import NO_LOCKOUT
-from heatwright.spec.self_checks import proves_watchdog, self_checked
 
 GATE_MAIN_PERMIT_TICKS = 10
 MOST_PERMIT_TICKS = 65_535
@@ -51,22 +49,22 @@ class ResetNames:
 
 def start(root: Source, reset_lines: list[str]) -> Part:
     """Plan the first and last calls of main, and the first instructions after a reset."""
-    controller = root.controller
+    controller, facts = root.controller, facts_of(root.controller)
     period = WATCHDOG_NAMES[controller.safety.watchdog_s]
     watchdog = root.at("safety", "watchdog").where
     context = ResetNames(
         reset_lines=reset_lines,
         causes="MCUCSR" if controller.board.is_old else "MCUSR",
         has_usb=controller.board.mcu == "atmega32u4",
-        locks_power=controller.lockout is not None and keypad_of(controller) is None,
-        proves=proves_watchdog(controller),
+        locks_power=controller.lockout is not None and facts.keypad is None,
+        proves=facts.proves_watchdog,
         checked_where=root.at("safety", "self_checks").where,
     )
     proves = (Call(Stage.GUARD, "reset.h", "reset_prove_watchdog();"),)
     return Part(
         files=pair("reset", "core/reset", context),
         start_calls=(
-            *(proves if proves_watchdog(controller) else ()),
+            *(proves if facts.proves_watchdog else ()),
             Call(Stage.GUARD, "", f"wdt_enable(WDTO_{period});", f" /* {watchdog} */"),
             Call(Stage.SENSE, "reset.h", "reset_report();"),
             Call(Stage.GO, "", "sei();"),
@@ -90,7 +88,7 @@ class ClockNames:
 
 def clock(root: Source, timer: int) -> Part:
     """Plan the tick on timer `timer`."""
-    board = root.controller.board
+    board, facts = root.controller.board, facts_of(root.controller)
     interval = tick_interval(board.clock_hz, board.timers[timer], looks(root.controller))
     assert interval is not None  # noqa: S101 - the spec chose a timer that can
     derived = f"{board.clock_hz / 1e6:g} MHz / {interval.prescaler} / {interval.counts}"
@@ -111,8 +109,8 @@ def clock(root: Source, timer: int) -> Part:
         once=[line for line in setup if line.startswith(once)],
         kept=[line for line in setup if not line.startswith(once)],
         tick_ms=TICK_MS,
-        modbus=modbus_of(root.controller) is not None,
-        counted=[name for name, each in proofs(root.controller).items() if each.tachometer],
+        modbus=facts.modbus is not None,
+        counted=[name for name, each in facts.proofs.items() if each.tachometer],
     )
     return Part(
         files=pair("clock", "core/clock", context),
@@ -142,7 +140,8 @@ class GateNames:
 
 def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
     """Plan the heater gate and its permits; it also stops steppers and switches the relay."""
-    proven = proofs(root.controller)
+    facts = facts_of(root.controller)
+    proven = facts.proofs
     fans = [loop.fan for loop in root.controller.loops.values()]
     driven = {root.controller.safety.relay}
     for loop in root.controller.loops.values():
@@ -153,7 +152,7 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
         driven=[name for name in root.controller.outputs if name in driven],
         relay=root.controller.safety.relay,
         relay_where=root.at("safety", "relay").where,
-        checked=self_checked(root.controller),
+        checked=facts.checked,
         wanting=[loop.name for loop in loops if loop.wants_relay],
         plain=[
             name
@@ -162,7 +161,7 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
         ],
         inputs=list(root.controller.safety.inputs),
         inputs_where=root.at("safety", "inputs").where,
-        input_trips=bool(tripping(root.controller)),
+        input_trips=bool(facts.tripping_inputs),
         counted=[name for name, each in proven.items() if each.tachometer],
         pins=["pin_output_*_drive"]
         + [f"pin_output_{name}_is_on" for name in dict.fromkeys(filter(None, fans))]
@@ -185,7 +184,7 @@ def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
             ),
         ),
         tick_calls=()
-        if self_checked(root.controller)  # the self-checks then renew the permit
+        if facts.checked  # the self-checks then renew the permit
         else (Call(Stage.GUARD, "gate.h", "gate_renew_main();"),),
     )
 
@@ -219,7 +218,7 @@ class FaultNames:
 def fault(root: Source, loops: list[LoopSummary]) -> Part:
     """Plan the latched fault and its codes."""
     lockout, constants = _lockout(root)
-    context = FaultNames(loops, rules_of(root.controller), lockout)
+    context = FaultNames(loops, facts_of(root.controller).rules, lockout)
     cooling = Constant(
         "FAULT_COOLING_ABOVE_C",
         c_float(FAULT_COOLING_ABOVE_C),
@@ -240,7 +239,7 @@ def lockout_ends(controller: Controller) -> str:
     spec = controller.lockout
     if spec is None:
         return ""
-    if keypad_of(controller) is not None:
+    if facts_of(controller).keypad is not None:
         return f"hold SELECT for {quantity(spec.hold_s, 's')}"
     waits = quantity(spec.wait_s, "s")
     return f"take all power away, the USB's too, for a minute, and wait {waits}"
@@ -261,7 +260,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     spec, at = root.controller.lockout, root.at("safety", "lockout")
     if spec is None:
         return None, ()
-    keys = keypad_of(root.controller) is not None
+    keys = facts_of(root.controller).keypad is not None
     trips, within = (derivation_words(spec.derived.get(key)) for key in ("trips", "within"))
     constants = [
         at.at("trips").count(
@@ -279,5 +278,5 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
         constants.append(
             at.at("wait").count("LOCKOUT_WAIT_S", int(spec.wait_s), "wait after a loss of power")
         )
-    apart = [rule_macro(rule) for rule in rules_of(root.controller) if rule.id in NO_LOCKOUT]
+    apart = [rule_macro(rule) for rule in facts_of(root.controller).rules if rule.id in NO_LOCKOUT]
     return LockoutNames(at.where, keys, apart), tuple(constants)

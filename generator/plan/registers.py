@@ -162,7 +162,7 @@ _COUNTERS = {
 
 def _coils_of_controller(controller: Controller) -> Iterable[Register]:
     coils = {"acknowledge": "A change from 0 to 1 acknowledges the latched fault."}
-    if any(facts_of(controller, name).tunable for name in controller.loops):
+    if any(loop.tunable for loop in facts_of(controller).loops.values()):
         coils |= {
             "store": "A change from 0 to 1 stores all gains, so that they survive a loss of power.",
             "restore": "A change from 0 to 1 restores the gains of the specification.",
@@ -192,7 +192,7 @@ def _coils(controller: Controller, name: str, block: int) -> Iterable[Register]:
                 Stored("0x02", mode),
             )
         )
-        if controller.loops[name].autotune is not None:
+        if facts_of(controller, name).autotune:
             places.append(
                 ("tune", "1 starts a tuning at the setpoint, 0 ends it.", Stored("0x04", mode))
             )
@@ -242,7 +242,7 @@ def _holdings(controller: Controller, name: str, block: int) -> Iterable[Registe
 
 
 def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]:
-    loop = controller.loops[name]
+    facts = facts_of(controller, name)
     state = f"loop_{name}"
     yield _celsius(
         block, f"{name}.temperature",
@@ -266,31 +266,29 @@ def _inputs(controller: Controller, name: str, block: int) -> Iterable[Register]
         block + 4, f"{name}.reading", "Code of the rule that the last reading breaks, or 0.",
         f"{state}.reading_status",
     )  # fmt: skip
-    tuning = facts_of(controller, name).tunable and loop.autotune is not None
-    measured = loop.response is not None
-    if controller.outputs[loop.heater].current is not None:
+    if facts.current is not None:
         yield Register(
             "inputs", block + 5, f"{name}.current", "u16", "Mean current of the heater.",
-            Stored("MAP_HUNDREDTHS", f"&current_{loop.heater}.amperes"), scale=0.01, unit="A",
+            Stored("MAP_HUNDREDTHS", f"&current_{facts.heater}.amperes"), scale=0.01, unit="A",
         )  # fmt: skip
-    elif tuning or measured:
+    elif facts.autotune or facts.response:
         yield Register(
             "inputs", block + 5, f"{name}.current", "u16", "No current is measured: always 0.",
             Stored("MAP_NUMBER", "0"), scale=0.01, unit="A",
         )  # fmt: skip
-    if tuning:
+    if facts.autotune:
         yield _byte(
             block + 6, f"{name}.tuning",
             "State of the last tuning: 0 none, 1 runs, 2 done, 3 timed out, 4 stopped, "
             "5 too hot, 6 no usable gains.",
             f"autotune_{name}.result",
         )  # fmt: skip
-    elif measured:
+    elif facts.response:
         yield Register(
             "inputs", block + 6, f"{name}.tuning", "u16", "No tuning here: always 0.",
             Stored("MAP_NUMBER", "0"),
         )  # fmt: skip
-    if measured:
+    if facts.response:
         yield from _response(name, block + 7)
 
 

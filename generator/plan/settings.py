@@ -36,9 +36,7 @@ def settings(root: Source, loops: list[LoopSummary]) -> Part:
     """Plan the settings and the latched fault in EEPROM."""
     stored = any(loop.stored for loop in loops)
     tunable = any(loop.tunable for loop in loops)
-    adjustable = [
-        name for name, loop in root.controller.loops.items() if loop.protection.maximum_adjustable
-    ]
+    adjustable = [loop.name for loop in loops if loop.adjustable]
     types = [name for name, sensor in root.controller.thermometers.items() if sensor.selectable]
     constants = _layout(root)
     numbers = any(loop.numbers for loop in loops)

@@ -14,9 +14,9 @@ from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults.site import Site
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.reference.numbers import steps
-from heatwright.spec import Controller, Loop
+from heatwright.spec import Controller, Loop, facts_of
 from heatwright.spec.controller import WATCHDOG_S
-from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, proves_watchdog, self_checked
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK
 
 TICK_S = 0.010
 MAIN_PERMIT_S = 0.100
@@ -65,9 +65,9 @@ def start_up_s(site: Site) -> float:
 def checks_s(controller: Controller, program: Elf) -> float:
     """Return how much longer the start of a controller with self-checks takes, s."""
     board, waits_s = controller.board, 0.0
-    if not self_checked(controller):
+    if not facts_of(controller).checked:
         return waits_s
-    if proves_watchdog(controller):
+    if facts_of(controller).proves_watchdog:
         waits_s = PARTS[board.mcu].shortest_watchdog_s
     cycles = len(program.flash) * FLASH_CYCLES_A_BYTE + board.ram_bytes * RAM_CYCLES_A_BYTE
     return waits_s + cycles / board.clock_hz

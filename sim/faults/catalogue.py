@@ -99,7 +99,7 @@ def _parts_of_loop(site: Site) -> dict[str, Iterable[Fault]]:
 
 def _sensors(site: Site) -> list[str]:
     """Return the names of the loop's sensor and of the sensor of its heater's current."""
-    current = site.controller.outputs[site.loop.heater].current
+    current = site.facts.current
     return [site.loop.sensor, *([current.sensor] if current else [])]
 
 

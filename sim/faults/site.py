@@ -6,16 +6,7 @@ from typing import Protocol
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.interfaces.gcode import heats
-from heatwright.spec import (
-    Controller,
-    Loop,
-    LoopFacts,
-    ThermalNetwork,
-    facts_of,
-    gcode_of,
-    keypad_of,
-    modbus_of,
-)
+from heatwright.spec import Controller, Loop, LoopFacts, ThermalNetwork, facts_of
 
 
 @dataclass(frozen=True)
@@ -49,7 +40,7 @@ class Place:
     @property
     def has_keys(self) -> bool:
         """Whether the controller has the keys UP, DOWN and SELECT."""
-        return keypad_of(self.controller) is not None
+        return facts_of(self.controller).keypad is not None
 
     @property
     def has_menu(self) -> bool:
@@ -59,7 +50,7 @@ class Place:
     @property
     def has_keys_alone(self) -> bool:
         """Whether the setpoint of a switched loop can be set with UP and DOWN only."""
-        others = modbus_of(self.controller) or self.facts.touched
+        others = facts_of(self.controller).modbus or self.facts.touched
         return self.facts.switched and not others
 
     @property
@@ -70,7 +61,7 @@ class Place:
     @property
     def heat_command(self) -> str:
         """The host's command to heat the loop, such as `M104 T0`; without a host LookupError."""
-        gcode = gcode_of(self.controller)
+        gcode = facts_of(self.controller).gcode
         for address, loop in gcode.loops.items() if gcode else ():
             if loop == self.loop_name:
                 return heats(address)
@@ -79,7 +70,7 @@ class Place:
     @property
     def key_step_k(self) -> float:
         """The step by which UP and DOWN change the loop's setpoint, K; 0 if they do not."""
-        keypad = keypad_of(self.controller)
+        keypad = facts_of(self.controller).keypad
         return keypad.step_k if keypad is not None and keypad.loop == self.loop_name else 0.0
 
 

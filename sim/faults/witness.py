@@ -16,7 +16,7 @@ from heatwright.sim.faults.machine import blur_k
 from heatwright.sim.faults.machine_parts.currents import CODES
 from heatwright.sim.faults.world import World
 from heatwright.sim.replay import replay_all
-from heatwright.spec import RULES, monitors_of
+from heatwright.spec import RULES, facts_of
 from heatwright.spec.board.timers import TICK_S
 
 Numbers = NDArray[np.float64]
@@ -70,7 +70,7 @@ def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> I
         loop = world.site.controller.loops[name]
         if name not in lying:
             yield from _untrue(world, name, loop.sensor, "")
-        for each, monitor in monitors_of(world.site.controller, name).items():
+        for each, monitor in facts_of(world.site.controller, name).monitored.items():
             if f"monitor_{each}" not in lying:
                 yield from _untrue(world, name, monitor.sensor, f"monitor_{each}.")
         if not current_lies:
@@ -128,7 +128,7 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
     A step takes the last complete sum of one code per tick, which began in the period before.
     """
     controller, loop = world.site.controller, world.site.controller.loops[name]
-    current = controller.outputs[loop.heater].current
+    current = facts_of(controller, name).current
     if current is None:
         return
     sensor = controller.ammeters[current.sensor]

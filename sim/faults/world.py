@@ -33,7 +33,7 @@ from heatwright.sim.plants import plant_of, profile_c
 from heatwright.sim.plants.thermal_network import Plant
 from heatwright.sim.reference.outputs.output import heater_of
 from heatwright.sim.scenario import PRESS_S, Action
-from heatwright.spec import ThermalNetwork, gcode_of, modbus_of
+from heatwright.spec import ThermalNetwork, facts_of
 from heatwright.spec.board.timers import TICK_S
 
 STEP_S = 0.1
@@ -332,8 +332,8 @@ class World:
 
     @property
     def _answer_s(self) -> float:
-        lines = (gcode_of(self.site.controller), modbus_of(self.site.controller))
-        slowest = min(line.baud for line in lines if line is not None)
+        facts = facts_of(self.site.controller)
+        slowest = min(line.baud for line in (facts.gcode, facts.modbus) if line is not None)
         return ANSWER_S + ANSWER_CHARACTERS * CHARACTER_BITS / slowest
 
     def acknowledge(self) -> None:

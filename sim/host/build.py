@@ -111,7 +111,7 @@ def _names(parts: Parts) -> list[str]:
     control += [f"proof_{fan}.c" for fan in parts.all_proven]
     control += ["inputs.c"] * parts.inputs
     control += ["relay.c"] * (parts.relay is not None)
-    control += ["countdown.c"] * parts.countdown
+    control += ["countdown.c"] * bool(parts.countdown)
     for name, sensor, _, has_table in parts.watched:
         control += [f"monitor_{name}.c", *([f"celsius_{sensor}.c"] * has_table)]
     return [*control, "fault.c", "gate.c", "settings.c", *outputs]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from heatwright.sim.native.parts import PARTS
 from heatwright.sim.reference.numbers import TICK_US, period_us
-from heatwright.spec import Controller, Loop, LoopFacts, facts_of, monitors_of, proofs
+from heatwright.spec import Controller, Loop, LoopFacts, facts_of
 from heatwright.spec.board.timers import TICK_S, allocate, looks, looks_in_tick
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensors import Thermometer
@@ -79,7 +79,7 @@ def _parts(controller: Controller, facts: LoopFacts) -> Parts:
         has_output_state=not controller.outputs[facts.heater].is_on_off,
         table=controller.thermometers[facts.sensor].on_adc,
         relay=controller.safety.relay,
-        all_proven=tuple(proofs(controller)),
+        all_proven=tuple(facts_of(controller).proofs),
         watched=tuple(
             Watched(
                 each,
@@ -88,7 +88,7 @@ def _parts(controller: Controller, facts: LoopFacts) -> Parts:
                 + ",".join(map(str, monitor_readings(controller, each))),
                 controller.thermometers[monitor.sensor].on_adc,
             )
-            for each, monitor in monitors_of(controller, facts.name).items()
+            for each, monitor in facts.monitored.items()
         ),
     )
 
@@ -140,7 +140,7 @@ def looks_of(controller: Controller) -> int:
 
 def healthy_line(controller: Controller, fan: str) -> int:
     """Return `proof_line` of world.h for a healthy fan: reads per pulse, or HOST_SHORTED."""
-    counted = proofs(controller)[fan].tachometer
+    counted = facts_of(controller).proofs[fan].tachometer
     if counted is None:
         return HOST_SHORTED
     return round(looks_of(controller) / TICK_S / counted.pulses_hz(counted.speed_rpm))
@@ -148,7 +148,7 @@ def healthy_line(controller: Controller, fan: str) -> int:
 
 def _proof_flags(controller: Controller) -> list[str]:
     listed, counted = "", ""
-    for fan, proof in proofs(controller).items():
+    for fan, proof in facts_of(controller).proofs.items():
         pin = controller.board.pins[proof.pin]
         place = f"{PORTS.index(pin.port)},(1u<<{pin.bit}),{healthy_line(controller, fan)}"
         listed += f"PROOF({fan},{place})"

@@ -12,7 +12,7 @@ from heatwright.sim.reference.numbers import SECOND_US, period_us
 from heatwright.sim.reference.protection.latch import Lockout
 from heatwright.sim.tape import Tape
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, keypad_of
+from heatwright.spec import Controller, facts_of
 
 TRIPS = "fault.trips"
 
@@ -34,7 +34,7 @@ def miscounts(controller: Controller, log: StepLog, loop: str) -> Iterator[Misco
     if spec is None or TRIPS not in (log.dtype.names or ()):
         return
     step_us = period_us(controller.loops[loop])
-    by_keys = keypad_of(controller) is not None
+    by_keys = facts_of(controller).keypad is not None
     told = log["fault.time_s"].tolist() if "fault.time_s" in (log.dtype.names or ()) else None
     tape, model, steps, latched = Tape(log), Lockout(controller), 0, 0
     locked_since_reset = False

@@ -63,12 +63,11 @@ class Steering:
         spec = controller.loops[loop]
         self._facts = facts = facts_of(controller, loop)
         self._gains = gains_of(spec.algorithm)
-        sets_gains = bool(self._gains and facts.keyed_numbers)
-        self._pid = tunable_pid(spec, facts) if facts.tunable or sets_gains else None
+        self._pid = tunable_pid(spec, facts) if facts.gains_vary else None
         self._limited = self._pid is not None and facts.limits_adjustable
         self._control: Control = self._pid or _constant(spec, facts.keyed_numbers)
         pid, experiment = spec.algorithm.pid, spec.autotune
-        self.tuner = Tuner(spec, experiment, pid) if facts.tunable and experiment and pid else None
+        self.tuner = Tuner(spec, experiment, pid) if facts.autotune and experiment and pid else None
         self.inputs: tuple[Member, ...] = (
             *((ENABLED,) if facts.switched else ()),
             *(INPUTS if facts.tunable else ()),

@@ -14,15 +14,7 @@ from heatwright.sim.reference.outputs.driven import Clock, Driven, Feed
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.protection.latch import Latch
 from heatwright.sim.trace import StepLog
-from heatwright.spec import (
-    Controller,
-    facts_of,
-    for_display,
-    keypad_of,
-    modbus_of,
-    nextion_of,
-    numbers_of,
-)
+from heatwright.spec import Controller, facts_of, for_display
 from heatwright.spec.scenario.program_orders import Order
 
 REST_US, PRESS_US = 1_000_000, (80_000, 2_000_000)
@@ -66,7 +58,7 @@ class ReferenceDevice:
         self._host = Host(controller, self._loops, self._latch, self._driven, self._feeds)
         self._master = self._master_of(controller)
         self._display = self._display_of(controller)
-        self._keypad = keypad_of(controller)
+        self._keypad = facts_of(controller).keypad
         self._pages = self._pages_of(controller)
         leads = self._keypad is not None and facts_of(controller, self._keypad.loop).programmed
         self._menu = MenuKeys() if leads else None
@@ -77,7 +69,7 @@ class ReferenceDevice:
         """Name of the loop in whose control step the first fault was latched; empty: none yet."""
 
     def _master_of(self, controller: Controller) -> Master | None:
-        if modbus_of(controller) is None:
+        if facts_of(controller).modbus is None:
             return None
         operators = {
             name: loop.operator
@@ -87,7 +79,7 @@ class ReferenceDevice:
         return Master(controller, operators, self._latch.acknowledge)
 
     def _display_of(self, controller: Controller) -> Display | None:
-        nextion = nextion_of(controller)
+        nextion = facts_of(controller).nextion
         if nextion is None:
             return None
         operator = self._loops[nextion.loop].operator
@@ -96,7 +88,7 @@ class ReferenceDevice:
     def _pages_of(self, controller: Controller) -> Pages:
         if self._keypad is None:
             return Pages(None, ())
-        return Pages(self.countdown, numbers_of(controller, self._keypad.loop))
+        return Pages(self.countdown, facts_of(controller, self._keypad.loop).keyed_numbers)
 
     @property
     def page(self) -> str:

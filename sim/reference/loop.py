@@ -13,7 +13,7 @@ from heatwright.sim.reference.protection.limiter import limiter_of
 from heatwright.sim.reference.protection.monitor import MonitorModel
 from heatwright.sim.reference.protection.rules import Look
 from heatwright.sim.reference.sensors.reading import Average, Readings, Seen
-from heatwright.spec import RULES, Controller, facts_of, monitors_of
+from heatwright.spec import RULES, Controller, facts_of
 from heatwright.spec.self_checks import SELF_CHECK_RULES
 
 Record = dict[str, Value]
@@ -51,20 +51,18 @@ class Reference:
 
     def __init__(self, controller: Controller, loop: str) -> None:
         """Build the model from the spec alone."""
-        spec = controller.loops[loop]
+        spec, facts = controller.loops[loop], facts_of(controller, loop)
         self._readings = Readings(controller, spec.sensor)
         self._guard = Guard(spec, self._readings.raw_width)
         self.steering = Steering(controller, loop)
         self.limiter = limiter_of(controller, spec)
         self.program = _program(controller, loop)
         self._response = response_of(spec)
-        self._monitors = {
-            name: MonitorModel(controller, name, spec) for name in monitors_of(controller, loop)
-        }
+        self._monitors = {name: MonitorModel(controller, name, spec) for name in facts.monitored}
         self._also = spec.also
         self._has_cooler = spec.cooler is not None
-        self._has_inputs = bool(controller.safety.inputs)
-        self._minds_master = spec.protection.master_lost_after_s is not None
+        self._has_inputs = facts.inputs
+        self._minds_master = facts.master_lost
         self.output: HeaterOutput = heater_of(controller, spec.heater)
         self.members = self._members()
         self._names = tuple(name for name, _ in self.members)

@@ -17,7 +17,7 @@ from heatwright.sim.reference.programs.copies import Cell, cell_of, column_of
 from heatwright.sim.reference.programs.orders import ProgrammedOperator
 from heatwright.sim.reference.sensors.current import IdealSensor
 from heatwright.sim.trace import StepLog
-from heatwright.spec import Controller, countdown_of, facts_of, monitors_of
+from heatwright.spec import Controller, facts_of
 from heatwright.spec.registry import module_of
 
 
@@ -98,7 +98,7 @@ class ModelledLoop:
         sensor, K; most_rows -- how many of its steps are kept, None: all.
         """
         self.name = name
-        self.spec = controller.loops[name]
+        self.spec, facts = controller.loops[name], facts_of(controller, name)
         self.reference = Reference(controller, name)
         self._names = ["time_s", *dict(self.reference.members)]
         self.operator = _operator(controller, name, self.reference)
@@ -107,17 +107,17 @@ class ModelledLoop:
         """Whether the temperature was near enough to the setpoint in the last step."""
         self._monitors = {
             each: (monitor.sensor, Sampler(controller, monitor.sensor))
-            for each, monitor in monitors_of(controller, name).items()
+            for each, monitor in facts.monitored.items()
         }
         own = (self.spec.sensor, Sampler(controller, self.spec.sensor, noise_k))
         self._samplers = (own, *self._monitors.values())
         self._felt = felt
-        self._ammeter = _ammeter(controller, self.spec.heater)
+        self._ammeter = _ammeter(controller, name)
         self._period_us = period_us(self.spec)
         self._step_us = self._period_us
         self._rows: deque[tuple[object, ...]] = deque(maxlen=most_rows)
         programs = controller.programs
-        self._points = programs.points if programs and facts_of(controller, name).programmed else 0
+        self._points = programs.points if programs and facts.programmed else 0
         self.due_us = 0
         """Time of the next reading or step, µs."""
         self._plan()
@@ -208,15 +208,15 @@ def _operator(controller: Controller, name: str, reference: Reference) -> Operat
 
 
 def _countdown(controller: Controller, name: str, operator: Operator) -> CountdownKeys | None:
-    countdown = countdown_of(controller, name)
+    countdown = facts_of(controller, name).countdown
     if countdown is None or not isinstance(operator, SwitchedOperator):
         return None
     return CountdownKeys(countdown, controller.loops[name], operator)
 
 
-def _ammeter(controller: Controller, heater: str) -> tuple[str, IdealSensor] | None:
-    """Return the sensor of a heater's current, and its name; None if it is not measured."""
-    current = controller.outputs[heater].current
+def _ammeter(controller: Controller, name: str) -> tuple[str, IdealSensor] | None:
+    """Return name and sensor of a loop's current; None if its heater's is not measured."""
+    current = facts_of(controller, name).current
     if current is None:
         return None
     return current.sensor, IdealSensor(controller.ammeters[current.sensor], controller.board)

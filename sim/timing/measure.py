@@ -14,7 +14,7 @@ from heatwright.sim.timing.display import StartUps, button_to_display, to_come
 from heatwright.sim.timing.figures import JITTER_US, Figure, Timing
 from heatwright.sim.timing.operator import HELD_S, Press, aimed, presses
 from heatwright.sim.timing.stage import Stage
-from heatwright.spec import Controller, keypad_of, longest_wait_s
+from heatwright.spec import Controller, facts_of, longest_wait_s
 
 Progress = Callable[[float, float], None]
 """Called with the simulated time and the end, s."""
@@ -55,7 +55,7 @@ def measure(
     _play(stage, device, pressed, _length_s(controller), progress)
     files = waits.Files(program)
     found = _figures(controller, device, profile, files)
-    if keypad_of(controller) is not None:
+    if facts_of(controller).keypad is not None:
         answer = button_to_display(pressed, device.shield.lcd.history)
         found = {"button_to_display_ms": answer, **found}
     if static_stack_bytes is not None:
@@ -74,7 +74,7 @@ def _length_s(controller: Controller) -> float:
 
 def _planned(controller: Controller, program: Elf) -> list[Press]:
     """Watch the program without keys, then time the keys to coincide with its actions."""
-    keypad = keypad_of(controller)
+    keypad = facts_of(controller).keypad
     if keypad is None:
         return []
     device = AvrDevice(controller, program)

@@ -8,7 +8,7 @@ from itertools import cycle
 from math import inf
 
 from heatwright.sim.device import AvrDevice
-from heatwright.spec import Controller, Loop, facts_of, full_a, keypad_of, modbus_of
+from heatwright.spec import Controller, Loop, facts_of, full_a
 
 SWING_K = 0.1
 """The readings alternate by this, mostly around a multiple of ten, so that all digits change."""
@@ -81,16 +81,16 @@ def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
     A menu then shows the screen of the setpoint. A loop that is already on needs no key: UP would
     change its setpoint.
     """
-    has_master = modbus_of(controller) is not None
+    facts, has_master = facts_of(controller, loop), facts_of(controller).modbus is not None
     if has_master:
         device.write(f"{loop}.enabled", True)
-    if facts_of(controller, loop).keyed:
-        if facts_of(controller, loop).programmed:
+    if facts.keyed:
+        if facts.programmed:
             device.shield.play(TO_SETPOINT)
-        elif not has_master and not facts_of(controller, loop).starts_enabled:
+        elif not has_master and not facts.starts_enabled:
             device.shield.play(("up",))
-    elif not has_master and facts_of(controller, loop).touched:
-        if facts_of(controller, loop).programmed:
+    elif not has_master and facts.touched:
+        if facts.programmed:
             device.program("start", 1)
         else:
             device.send("#2 1;")
@@ -172,7 +172,7 @@ def resting_c(controller: Controller, loop: str) -> float:
     setpoint, protection = controller.loops[loop].setpoint, controller.loops[loop].protection
     low_c = max(setpoint.minimum_c, protection.minimum_c + ABOVE_MINIMUM_K)
     first_c = max(setpoint.initial_c, low_c)
-    keypad = keypad_of(controller)
+    keypad = facts_of(controller).keypad
     if keypad is None or keypad.loop != loop:
         return first_c
     nearest_c = 10.0 * round(first_c / 10)

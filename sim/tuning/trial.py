@@ -7,7 +7,7 @@ from heatwright.sim.interfaces.gcode import heats, tunes
 from heatwright.sim.plots.plot_data import fault_label, faults
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
-from heatwright.spec import Controller, Event, Pid, facts_of, gcode_of, modbus_of, must_release
+from heatwright.spec import Controller, Event, Pid, facts_of
 
 Progress = Callable[[float, float], None]
 
@@ -44,7 +44,8 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
     """Let a loop without host or master start on, with this setpoint."""
     spec = controller.loops[loop]
-    if must_release(controller) or facts_of(controller, loop).hosted:
+    facts = facts_of(controller, loop)
+    if facts.must_release or facts.hosted:
         return controller
     setpoint = spec.setpoint.model_copy(update={"initial_c": target_c, "stored": False})
     changed = spec.model_copy(update={"setpoint": setpoint, "starts": "enabled"})
@@ -62,14 +63,14 @@ ORDER_S = 1.0
 
 def heat(controller: Controller, loop: str, target_c: float) -> tuple[Event, ...]:
     """Return the events that heat a loop to a temperature, °C; none if it is not commanded."""
-    if modbus_of(controller) is not None:
+    if facts_of(controller).modbus is not None:
         return (_written({f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}),)
     return _sent(controller, loop, heats, f"S{target_c:g}")
 
 
 def tune(controller: Controller, loop: str, target_c: float, cycles: int) -> tuple[Event, ...]:
     """Return the events that tune a loop at a temperature, °C; a master cannot set the cycles."""
-    if modbus_of(controller) is not None:
+    if facts_of(controller).modbus is not None:
         orders = {f"{loop}.setpoint": f"{target_c!r} °C", f"{loop}.enabled": True}
         return (_written({**orders, f"{loop}.tune": True}),)
     return _sent(controller, loop, tunes, f"S{target_c:g} C{cycles}")
@@ -79,7 +80,7 @@ def _sent(
     controller: Controller, loop: str, command: Callable[[str], str], words: str
 ) -> tuple[Event, ...]:
     """Return the event with a command, which depends on the host's address of the loop."""
-    gcode = gcode_of(controller)
+    gcode = facts_of(controller).gcode
     called = [name for name, served in gcode.loops.items() if served == loop] if gcode else []
     if not called:
         return ()

@@ -7,9 +7,8 @@ sets the components of the page that is shown; a touch executes code of the comp
 import math
 from functools import lru_cache
 
-from heatwright.spec.breakable import rules_of
-from heatwright.spec.commands import nextion_of, programmed, tunable
 from heatwright.spec.controller import Controller
+from heatwright.spec.facts import facts_of
 from heatwright.spec.loops import Loop
 from heatwright.spec.nextion.control import (
     debug_page,
@@ -28,12 +27,11 @@ from heatwright.spec.sensing.max31856 import HIGHEST_C, lowered
 @lru_cache(maxsize=8)
 def display_pages(controller: Controller) -> tuple[Page, ...]:
     """Lay out all pages of the display of a controller that has one."""
-    display = nextion_of(controller)
-    if display is None:
+    facts = facts_of(controller)
+    if facts.nextion is None:
         return ()
-    top_c = chart_top_c(controller)
-    programs = controller.programs if programmed(controller, display.loop) else None
-    adjustable = controller.loops[display.loop].protection.maximum_adjustable
+    top_c, loop = chart_top_c(controller), facts.loops[facts.nextion.loop]
+    programs = controller.programs if loop.programmed else None
     types = selectable_types(controller)
     pages = [main_page(0, top_c, programs=programs is not None), stop_page(1)]
     if programs is not None:
@@ -45,27 +43,27 @@ def display_pages(controller: Controller) -> tuple[Page, ...]:
     first = len(pages)
     pages += [
         settings_page(
-            first, adjustable=adjustable, selectable=bool(types), saves=programs is not None
+            first, adjustable=loop.adjustable, selectable=bool(types), saves=programs is not None
         ),
         debug_page(
             first + 1,
             top_c,
-            tunable=tunable(controller, display.loop),
-            measured=controller.loops[display.loop].response is not None,
+            tunable=loop.tunable,
+            measured=loop.response,
         ),
         number_page(first + 2, ((first, "settings"), (first + 1, "debug"))),
     ]
     if types:
-        pages += [thermo_page(len(pages), _highest_c(controller.loops[display.loop], controller))]
+        pages += [thermo_page(len(pages), _highest_c(controller.loops[loop.name], controller))]
     pages += [faults_page(len(pages))]
     first = len(pages)
-    pages += [fault_page(first + place, rule) for place, rule in enumerate(rules_of(controller))]
+    pages += [fault_page(first + place, rule) for place, rule in enumerate(facts.rules)]
     return tuple(pages)
 
 
 def chart_top_c(controller: Controller) -> int:
     """The temperature at the upper edge of the charts, °C: the maximum, in whole hundreds."""
-    display = nextion_of(controller)
+    display = facts_of(controller).nextion
     assert display is not None  # noqa: S101 - only a display has charts
     return math.ceil(controller.loops[display.loop].protection.maximum_c / 100) * 100
 
@@ -79,7 +77,7 @@ def _highest_c(loop: Loop, controller: Controller) -> dict[str, float]:
 
 def selectable_types(controller: Controller) -> tuple[str, ...]:
     """Types of the thermocouple that the operator may choose; none if there is only one."""
-    display = nextion_of(controller)
+    display = facts_of(controller).nextion
     if display is None:
         return ()
     return controller.thermometers[controller.loops[display.loop].sensor].selectable

@@ -30,8 +30,7 @@ from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.programs.state import IDLE, PAUSED, RETURNING, RUNNING
 from heatwright.sim.trace import StepLog, Trace
 from heatwright.sim.tuning.robust import Spread, drawn
-from heatwright.spec import Controller, Event, Pid, monitors_of, programmed, tunable
-from heatwright.spec.adjusted import numbers_of
+from heatwright.spec import Controller, Event, Pid, facts_of
 from heatwright.spec.registry import module_of
 
 LANES = 7
@@ -91,7 +90,7 @@ def course_of(controller: Controller, loop: str, steps: int, random: Random) -> 
     ends = spec.setpoint
     setpoint_c = ends.initial_c or ends.maximum_c
     felt_c, orders = setpoint_c - random.choice([0, 5, 60]), Orders(enabled=1)
-    names = monitors_of(controller, loop)
+    names = facts_of(controller, loop).monitored
     pid = spec.algorithm if isinstance(spec.algorithm, Pid) else None
     found = []
     for _ in range(steps):
@@ -106,7 +105,7 @@ def course_of(controller: Controller, loop: str, steps: int, random: Random) -> 
             setpoint_c = random.choice([0.0, *own_c, felt_c, felt_c + 1])
         if random.random() < 0.05:
             orders = orders._replace(
-                mode=random.choice([0, 0, 0, 1, 2]) if tunable(controller, loop) else 0,
+                mode=random.choice([0, 0, 0, 1, 2]) if facts_of(controller, loop).tunable else 0,
                 manual_percent=Single(random.uniform(0, 100)),
                 enabled=int(random.random() < 0.8),
             )
@@ -124,7 +123,7 @@ def course_of(controller: Controller, loop: str, steps: int, random: Random) -> 
             watch_fault=25 * (random.random() < 0.002),
             numbers={
                 each.kind.field: Single(each.value * random.choice([1, 1, 1.1, 0, -1]))
-                for each in numbers_of(controller, loop)
+                for each in facts_of(controller, loop).keyed_numbers
             },
             monitors={name: (17 * (random.random() < 0.1), random.randrange(900))
                       for name in names},
@@ -141,7 +140,7 @@ def cases() -> tuple[Case, ...]:
     while len(found) < amount("lane_loops"):
         controller = next(drawn).spec.controller
         for loop in controller.loops:
-            if programmed(controller, loop):
+            if facts_of(controller, loop).programmed:
                 continue
             lanes = tuple(varied(controller, loop, random) for _ in range(LANES))
             course = zip(*(course_of(each, loop, steps, random) for each in lanes), strict=True)

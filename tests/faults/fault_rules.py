@@ -6,9 +6,7 @@ that is judged by it. The machines of these tests are strong enough for every fa
 
 from typing import Any
 
-from heatwright.spec import Controller
-from heatwright.spec.commands import countdown_of
-from heatwright.spec.self_checks import proves_watchdog, self_checked
+from heatwright.spec import Controller, facts_of
 
 Rules = dict[str, str | None]
 """By fault; None: nothing may trip."""
@@ -113,7 +111,7 @@ def rules_of(controller: Controller) -> Rules:
         found |= _OPERATORS[kind]
     if kinds:
         found |= _of("record_cut_short", rise_rate="fallen_out_insisted")
-    if any(countdown_of(controller, name) for name in controller.loops):
+    if any(facts_of(controller, name).countdown for name in controller.loops):
         found |= _of("countdown_ends")
     found |= _checks(controller)
     if controller.safety.relay_feedback:
@@ -130,12 +128,12 @@ def rules_of(controller: Controller) -> Rules:
 
 
 def _checks(controller: Controller) -> Rules:
-    if not self_checked(controller):
+    if not facts_of(controller).checked:
         return {}
     found = {**_SELF_CHECKS}
     if {each.kind for each in controller.sensors.values()} & _ON_ADC:
         found |= _of(adc_wrong="adc_reference_off")
-    if proves_watchdog(controller):
+    if facts_of(controller).proves_watchdog:
         found |= _of(clock_wrong="crystal_slow")
     return found
 

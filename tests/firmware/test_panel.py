@@ -15,7 +15,7 @@ from test_start import CHAMBER, ROOM_C, SETPOINT, power_on, press, put
 
 from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.device import AvrDevice
-from heatwright.spec.adjusted import numbers_of
+from heatwright.spec import facts_of
 from heatwright.spec.rules import RULES
 
 
@@ -183,7 +183,7 @@ def test_any_keys_do_what_the_model_does(name: str) -> None:
     board = AvrDevice(controller, whole(OTHERS[name]) if name in OTHERS else test_start.program())
     model = ReferenceDevice(controller)
     shown, told = [], []
-    numbers = numbers_of(controller, "air")
+    numbers = facts_of(controller, "air").keyed_numbers
     first = [*TIMED] if "time" in name else ["up"] * bool(numbers)
     first += ["right", "up", "up"] * len(numbers) + ["right"]
     for second in range(amount("panel_keys") * (4 if "time" in name else 1)):
@@ -224,7 +224,7 @@ def lines_of(model: ReferenceDevice, board: AvrDevice, name: str) -> list[str]:
         second = second.replace("OFF,", "Done") if countdown.ended else second
         if model.page == "time":
             second = f"Off {'in' if counts else 'after'} {clock}" if minutes else "No time is set"
-    for number in numbers_of(controller_of(OTHERS.get(name, "chamber")), "air"):
+    for number in facts_of(controller_of(OTHERS.get(name, "chamber")), "air").keyed_numbers:
         kind = number.kind
         if model.page == kind.key:
             value = f"{model.numbers[kind.field]:.{number.decimals}f}"

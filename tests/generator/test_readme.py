@@ -25,8 +25,7 @@ from heatwright.generator.plan.protection.limits import limit
 from heatwright.generator.wiring import drawn as wires
 from heatwright.sim.circuits.ports import pin_v
 from heatwright.sim.faults import bounds
-from heatwright.spec import Loop, Spec
-from heatwright.spec.breakable import rules_of
+from heatwright.spec import Loop, Spec, facts_of
 from heatwright.spec.rules import RULES
 
 
@@ -121,7 +120,7 @@ TEXTS = {name: changed(name) for name in EXAMPLE_NAMES} | {
 def test_each_rule_is_told_for_some_hazard_and_with_what_trips_it(text: str) -> None:
     spec = spec_of(text)
     told = " ".join(row.seen for row in hazards(spec.controller))
-    rules = rules_of(spec.controller)
+    rules = facts_of(spec.controller).rules
     codes = {f"E{rule.code:02d}" for rule in rules}
     assert {word for word in told.split() if word.startswith("E")} == codes
     assert [rule.id for rule in rules if limit(spec, rule.id) == "not used here"] == []
@@ -145,7 +144,7 @@ def bound_s(loop: Loop, rule: str) -> float:
 def test_the_times_are_those_that_verify_holds(name: str) -> None:
     controller = example(name).controller
     for rule in ("sensor_crc", "over_temperature", "rise_rate", "heating_failed", "runaway_above"):
-        if RULES_BY_ID[rule] in rules_of(controller):
+        if RULES_BY_ID[rule] in facts_of(controller).rules:
             slowest_s = max(bound_s(loop, rule) for loop in controller.loops.values())
             assert within(controller, RULES_BY_ID[rule]) == f"{round(slowest_s, 2):g} s", rule
     hangs = f"{bounds.gate_s():g} s, with interrupts off the watchdog's "
@@ -170,7 +169,7 @@ def test_a_current_beside_a_ds18b20_brings_no_rule_of_what_a_thermometer_on_the_
     amps = ("\noutputs:", "\n  amps: {kind: current, pin: A2, scale: 0.2 V/A}\n\noutputs:")
     sense = ("sense: {air:", "sense: {amps: {of: heater}, air:")
     text = changed("chamber", amps, current, sense)
-    codes = {rule.code for rule in rules_of(spec_of(text).controller)}
+    codes = {rule.code for rule in facts_of(spec_of(text).controller).rules}
     assert {20, 21, 22} <= codes
     assert codes.isdisjoint((17, 18))
 

@@ -21,8 +21,7 @@ from heatwright.sim.host import Host
 from heatwright.sim.host.parts import healthy_line, looks_of
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.protection.limiter import HALF, TWO, Limiter
-from heatwright.spec import Input, Proof, proofs
-from heatwright.spec.breakable import rules_of
+from heatwright.spec import Input, Proof, facts_of
 
 Part = tuple[int, int]
 """What is on the line, or which inputs are open, by their bits; and for how many ticks."""
@@ -143,7 +142,7 @@ TWO_BYTES = 1 << 16
 
 def proof_problem(host: Host) -> str:
     """Say the first thing that is wrong; empty if nothing."""
-    fans = proofs(host.build.controller)
+    fans = facts_of(host.build.controller).proofs
     if not fans:
         return ""
     ((fan, proof),) = fans.items()
@@ -353,7 +352,7 @@ def lockout_problem(host: Host) -> str:
     lockout = controller.lockout
     if lockout is None:
         return ""
-    for rule in rules_of(controller):
+    for rule in facts_of(controller).rules:
         library = _without_fault(host)
         library.fault.trips = 0
         library.fault_trip(rule.code, 0.0)

@@ -22,7 +22,7 @@ from heatwright.sim.interfaces.modbus_rtu.frames import crc, framed
 from heatwright.sim.native.characters import Format
 from heatwright.sim.native.pins import pin_number
 from heatwright.sim.timing import steps, waits
-from heatwright.spec import Controller, modbus_of
+from heatwright.spec import Controller, facts_of
 
 ANSWER_S = 0.005
 """An answer begins within this long after the silence that ends its request."""
@@ -87,7 +87,7 @@ class Wire:
         self.device.unplug()
         self.device.advance(start_s)
         self.device.avr.take_resets()  # the one by which the watchdog is proven
-        interface = modbus_of(self.controller)
+        interface = facts_of(self.controller).modbus
         assert interface is not None
         driver = None
         if interface.driver_enable is not None:

@@ -9,7 +9,7 @@ from decimal import ROUND_HALF_UP, Context, Decimal
 
 import numpy as np
 
-from heatwright.spec import Controller, nextion_of
+from heatwright.spec import Controller, facts_of
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
 
@@ -225,7 +225,7 @@ class Grammar:
     """The orders a controller's display may give, in any state it may be in."""
 
     def __init__(self, controller: Controller) -> None:
-        interface, programs = nextion_of(controller), controller.programs
+        interface, programs = facts_of(controller).nextion, controller.programs
         assert interface is not None
         assert programs is not None
         loop = controller.loops[interface.loop]

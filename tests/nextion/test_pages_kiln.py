@@ -19,8 +19,7 @@ from heatwright.sim.interfaces.nextion.codes import LONGEST_NAME
 from heatwright.sim.interfaces.nextion.display import Display
 from heatwright.sim.interfaces.nextion.events import Choice, read
 from heatwright.sim.interfaces.nextion.screen import font
-from heatwright.spec import Controller, load
-from heatwright.spec.breakable import rules_of
+from heatwright.spec import Controller, facts_of, load
 from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Page, display_pages
 
 FILES = files_of(SPEC)
@@ -244,7 +243,7 @@ OF_ALL = {*range(1, 9), *range(14, 19), 29, *range(35, 40), *range(41, 44)}
 
 
 def codes(controller: Controller) -> set[int]:
-    return {rule.code for rule in rules_of(controller)}
+    return {rule.code for rule in facts_of(controller).rules}
 
 
 @pytest.mark.parametrize("name", EXAMPLE_NAMES)
@@ -258,7 +257,7 @@ def test_whatever_the_catalogue_trips_is_among_them(name: str) -> None:
     controller = example(name).controller
     faults = catalogue(controller, whole(name))
     tripped = {rule for each in faults if each.trip for rule in each.trip.rules}
-    assert tripped <= {rule.id for rule in rules_of(controller)}
+    assert tripped <= {rule.id for rule in facts_of(controller).rules}
 
 
 @pytest.mark.parametrize(

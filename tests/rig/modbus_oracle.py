@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, LONGEST, SHORTEST, crc, framed
 from heatwright.sim.interfaces.modbus_rtu.registers import TENTH, Register, registers
-from heatwright.spec import Controller, digest, modbus_of, tunable
+from heatwright.spec import Controller, digest, facts_of
 
 LOCKED_OUT = 3
 """Trips: the language's default."""
@@ -69,7 +69,7 @@ class Oracle:
     """
 
     def __init__(self, controller: Controller) -> None:
-        modbus = modbus_of(controller)
+        modbus = facts_of(controller).modbus
         assert modbus is not None
         self.address = modbus.address
         self.fault = self.acknowledged = self.changes = 0
@@ -94,7 +94,7 @@ class Oracle:
         """Those that were last written 0; none at the reset."""
 
     def _default_gains(self, name: str) -> dict[str, float]:
-        if not tunable(self._controller, name):
+        if not facts_of(self._controller, name).tunable:
             return {}
         algorithm = self._controller.loops[name].algorithm
         return {gain: single(getattr(algorithm, gain)) for gain in GAINS}

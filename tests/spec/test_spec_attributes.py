@@ -9,7 +9,15 @@ from rig.bad_specs import bases
 from rig.firmware import changed, controller_of, example
 
 import heatwright.spec as language
-from heatwright.spec import ComparisonRow, SpecError, Write, commands, load_text, row_controller
+from heatwright.spec import (
+    ComparisonRow,
+    SpecError,
+    Write,
+    commands,
+    facts_of,
+    load_text,
+    row_controller,
+)
 from heatwright.spec.checks.sensing.reading import shortest_period_s
 from heatwright.spec.rules import RULES
 from heatwright.spec.scenario.writes import AMOUNTS, COMMANDS, GAINS, SWITCHES
@@ -194,9 +202,11 @@ def test_rules_keep_their_codes() -> None:
 
 # -- who sets a loop, switches it and tunes it, and whether it runs after the start
 
-OF_A_LOOP = ("commanded", "switched", "tunable", "zero_is_off", "starts_enabled", "programmed")
+OF_A_LOOP = (
+    "commanded", "switched", "tunable", "hosted", "starts_enabled", "programmed", "must_release",
+)  # fmt: skip
 PLOTTER = "kind: serial_plotter, loop: air, baud: 9600"
-OF_ALL = ("must_release", "gcode_of", "modbus_of", "nextion_of")
+OF_ALL = ("gcode", "modbus", "nextion")
 CHANGED = {
     "the extruder, on or off": changed(
         bases()["extruder"],
@@ -225,25 +235,25 @@ CHANGED = {
         ("incubator", "starts_enabled"),
         *((name, "commanded switched starts_enabled") for name in ("chamber", "oven")),
         ("the chamber, off at first", "commanded switched"),
-        ("the chamber and a host", "commanded zero_is_off starts_enabled gcode_of"),
-        ("the chamber and a master", "commanded switched starts_enabled must_release modbus_of"),
-        ("the incubator and a master", "commanded switched tunable must_release modbus_of"),
-        ("extruder", "commanded tunable zero_is_off starts_enabled gcode_of"),
-        ("the extruder, on or off", "commanded zero_is_off starts_enabled gcode_of"),
-        ("feeder", "commanded tunable zero_is_off starts_enabled gcode_of"),
-        ("fabricator", "commanded switched must_release modbus_of"),
-        ("dryer", "commanded switched tunable must_release modbus_of"),
-        ("kiln", "commanded switched tunable programmed nextion_of"),
-        ("the kiln, started", "commanded switched tunable starts_enabled programmed nextion_of"),
-        ("the kiln and a master", "commanded switched tunable must_release modbus_of nextion_of"),
+        ("the chamber and a host", "commanded hosted starts_enabled gcode"),
+        ("the chamber and a master", "commanded switched starts_enabled must_release modbus"),
+        ("the incubator and a master", "commanded switched tunable must_release modbus"),
+        ("extruder", "commanded tunable hosted starts_enabled gcode"),
+        ("the extruder, on or off", "commanded hosted starts_enabled gcode"),
+        ("feeder", "commanded tunable hosted starts_enabled gcode"),
+        ("fabricator", "commanded switched must_release modbus"),
+        ("dryer", "commanded switched tunable must_release modbus"),
+        ("kiln", "commanded switched tunable programmed nextion"),
+        ("the kiln, started", "commanded switched tunable starts_enabled programmed nextion"),
+        ("the kiln and a master", "commanded switched tunable must_release modbus nextion"),
         ("kiln_uno", "commanded switched tunable programmed"),
     ],
 )
 def test_who_has_a_loop(name: str, expected: str) -> None:
     controller = controller_of(CHANGED.get(name, name))
     loop = next(iter(controller.loops))
-    held = [name for name in OF_A_LOOP if getattr(commands, name)(controller, loop)]
-    held += [name for name in OF_ALL if getattr(commands, name)(controller)]
+    held = [fact for fact in OF_A_LOOP if getattr(facts_of(controller, loop), fact)]
+    held += [fact for fact in OF_ALL if getattr(facts_of(controller), fact)]
     assert held == expected.split()
 
 

@@ -22,9 +22,8 @@ from rig.firmware import EXAMPLES, ROOT, controller_of, finished, sources_of
 
 from heatwright.cli.contract import UNIONS, lacking
 from heatwright.generator.plan.core import rule_macro
-from heatwright.spec import Algorithm, Interface, Output, Sensor, kinds
+from heatwright.spec import Algorithm, Interface, Output, Sensor, facts_of, kinds
 from heatwright.spec.base import Model
-from heatwright.spec.breakable import rules_of
 from heatwright.spec.registry import KindIncomplete, brought, module_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.sensing.analog_parts import AnalogSensor
@@ -150,7 +149,7 @@ def test_a_thermometer_says_which_rules_its_driver_can_report(example: str) -> N
         named = {codes[each] for each in re.findall(r"\bFAULT_\w+", driver) if each in codes}
         assert named == {*sensor.rules}
     own = {code for sensor in controller.sensors.values() for code in sensor.rules}
-    listed = {rule.code for rule in rules_of(controller)} & {17, 18, 20, 21, 22}
+    listed = {rule.code for rule in facts_of(controller).rules} & {17, 18, 20, 21, 22}
     assert listed == own - {1, 2, 3, 4, 5}
 
 

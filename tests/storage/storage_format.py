@@ -5,10 +5,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from heatwright.sim.interfaces.modbus_rtu.frames import crc
-from heatwright.spec import Controller, digest
-from heatwright.spec.adjusted import numbers_of
+from heatwright.spec import Controller, digest, facts_of
 from heatwright.spec.board.eeprom import layout
-from heatwright.spec.commands import tunable
 
 BLANK = 0xFF
 SETTINGS_STRIDE = 64
@@ -99,11 +97,11 @@ class Memory:
         self.digest = struct.pack("<I", int(digest(controller), 16))
         self.settings_slots = areas.settings.slots
         self.initial_c = loop.setpoint.initial_c
-        self.has_setpoint, self.has_gains = loop.setpoint.stored, tunable(controller, name)
+        self.has_setpoint, self.has_gains = loop.setpoint.stored, facts_of(controller, name).tunable
         self.has_limits = controller.loops[name].algorithm.limits_adjustable
         self.has_maximum = loop.protection.maximum_adjustable
         self.has_type = bool(getattr(controller.sensors[loop.sensor], "selectable", ()))
-        self.numbers = numbers_of(controller, name)
+        self.numbers = facts_of(controller, name).keyed_numbers
         self._counts_trips = controller.lockout is not None
         self._settings = struct.Struct(
             f"<B4sHBB{'B' * self._counts_trips}fI"

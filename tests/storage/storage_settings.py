@@ -12,8 +12,7 @@ from storage_host import Kept
 
 from heatwright.sim.host import Host
 from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
-from heatwright.spec import Pid
-from heatwright.spec.breakable import rules_of
+from heatwright.spec import Pid, facts_of
 from heatwright.spec.sensing.max31856 import lowered
 
 REST_TICKS = 1000
@@ -354,7 +353,7 @@ class SettingsKept(Kept):
 
     def codes(self) -> Iterator[str]:
         """A fault of another firmware is a fault, and acknowledgements begin anew."""
-        last = max(rule.code for rule in rules_of(self.controller))
+        last = max(rule.code for rule in facts_of(self.controller).rules)
         for code in (0, 1, last, last + 1, 255):
             kept = self.old._replace(code=code)
             self.boot_with(kept, seen=200)

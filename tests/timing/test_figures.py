@@ -13,8 +13,7 @@ from heatwright.sim.timing.figures import Figure
 from heatwright.sim.timing.operator import Press, aimed, presses
 from heatwright.sim.timing.stage import Stage, resting_c
 from heatwright.sim.timing.steps import deviations_us, jitter, longest_tick
-from heatwright.spec import Controller, longest_wait_s
-from heatwright.spec.commands import keypad_of
+from heatwright.spec import Controller, facts_of, longest_wait_s
 
 CLOCK_HZ = 1_000_000
 
@@ -96,7 +95,7 @@ def test_keys_meet_steps_and_refreshes_at_every_phase() -> None:
 
 
 def test_keys_change_the_setpoint_both_ways_within_its_limits(chamber: Controller) -> None:
-    keypad = keypad_of(chamber)
+    keypad = facts_of(chamber).keypad
     assert keypad is not None
     pressed = presses(chamber, keypad, [float(each) for each in range(40)])
     limits = chamber.loops["air"].setpoint
@@ -110,7 +109,7 @@ def test_keys_change_the_setpoint_both_ways_within_its_limits(chamber: Controlle
 def test_down_is_not_pressed_at_the_lowest_setpoint_which_would_switch_off() -> None:
     tenths = ("initial: 20 °C, minimum: 10 °C", "initial: 10.3 °C, minimum: 10 °C")
     controller = controller_of(changed("chamber", tenths, ("step: 10 K", "step: 0.1 K")))
-    keypad = keypad_of(controller)
+    keypad = facts_of(controller).keypad
     assert keypad is not None
     pressed = presses(controller, keypad, [float(each) for each in range(40)])
     before = [10.3, *(press.setpoint_c for press in pressed)]
@@ -128,7 +127,7 @@ def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(
 ) -> None:
     wide = ("step: 10 K", "step: 15 K"), ("above: 10 K", f"above: {above}")
     controller = controller_of(changed("chamber", NARROW, *wide))
-    keypad = keypad_of(controller)
+    keypad = facts_of(controller).keypad
     assert keypad is not None
     times_s = [5 + 0.5 * each for each in range(40)]
     pressed = presses(controller, keypad, times_s)

@@ -20,7 +20,7 @@ from heatwright.generator.plan.parts import (
 )
 from heatwright.generator.plan.pins import FAR_PORTS, label, open_drain
 from heatwright.generator.plan.source import Source
-from heatwright.spec import facts_of, rules_of
+from heatwright.spec import facts_of
 from heatwright.spec.boards import Pin
 from heatwright_i2c_lcd.model import I2cLcd
 
@@ -54,7 +54,7 @@ def plan(source: Source, interface: I2cLcd) -> Part:
         "loop_name": interface.loop,
         "title": interface.loop[: interface.columns - ROOM],
         "switched": facts_of(source.controller, interface.loop).switched,
-        "rules": rules_of(source.controller),
+        "rules": facts_of(source.controller).rules,
         "resync_s": f"{RESYNC_S:g}",
     }
     what = "I2C display" if name == interface.kind else f"I2C display {name[-1]}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import filter_share, quantity, told_period
 from heatwright.generator.plan.parts import Constant, Told
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop, OnOff, ThreePosition, numbers_of
+from heatwright.spec import Loop, OnOff, ThreePosition, facts_of
 
 LEAST_SLOPE_K_PER_S = 1e-9
 
@@ -71,7 +71,7 @@ def least_slope(source: Source, prefix: str) -> Constant:
 
 def by_keys(source: Source, name: str) -> frozenset[str]:
     """Fields of a loop's algorithm that the keypad sets."""
-    return frozenset(each.kind.field for each in numbers_of(source.controller, name))
+    return frozenset(each.kind.field for each in facts_of(source.controller, name).keyed_numbers)
 
 
 def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:

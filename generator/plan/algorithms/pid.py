@@ -15,7 +15,7 @@ from heatwright.generator.plan.algorithms.common import (
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Loop, Pid, facts_of
-from heatwright.spec.adjusted import GAINS, sets_gains
+from heatwright.spec.adjusted import GAINS
 from heatwright.spec.algorithms import LEAST_RANGE_PERCENT, Algorithm, IntegralLimits, OutputLimits
 
 
@@ -28,7 +28,7 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
         loop.algorithm,
         prefix,
         loop,
-        variable=facts.tunable or sets_gains(source.controller, name),
+        variable=facts.gains_vary,
         moved=facts.programmed and loop.algorithm.feed_forward > 0,
     )
     gain = {

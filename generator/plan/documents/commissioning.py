@@ -7,7 +7,7 @@ from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.parts import Wiring
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.protection.limits import READINGS
-from heatwright.spec import Controller, Loop, facts_of, proofs, rules_of
+from heatwright.spec import Controller, Loop, facts_of
 from heatwright.spec.outputs import Switch
 from heatwright.spec.sensing.budget import budget
 from heatwright.spec.sensing.circuits import SUPPLY_V, reference_v
@@ -48,7 +48,7 @@ def commissioning(controller: Controller, rows: Sequence[Wiring]) -> list[Stage]
 
 def _codes(controller: Controller, *rules: str) -> str:
     """Return the codes of those rules that this controller has, as the display shows them."""
-    found = [f"E{rule.code:02d}" for rule in rules_of(controller) if rule.id in rules]
+    found = [f"E{rule.code:02d}" for rule in facts_of(controller).rules if rule.id in rules]
     return " or ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
 
 
@@ -134,7 +134,7 @@ def _board(controller: Controller) -> Iterator[Step]:
             f"Loop `{name}` on: pull the sensor's plug",
             f"{_codes(controller, *READINGS)} within {seconds:.3g} s; plug it in and acknowledge",
         )
-    for name, proof in proofs(controller).items():
+    for name, proof in facts_of(controller).proofs.items():
         yield Step(
             f"Stop `{name}` by hand",
             f"{_codes(controller, 'fan_stopped')} within {quantity(proof.within_s, 's')}",

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heatwright.generator.plan.pins import label
-from heatwright.spec import Board, Controller, ModbusRtu, modbus_of
+from heatwright.spec import Board, Controller, ModbusRtu, facts_of
 from heatwright.spec.interfaces import Line
 
 FASTEST_RS232 = 120_000
@@ -22,7 +22,7 @@ class LineRow:
 
 def lines(controller: Controller) -> list[LineRow]:
     """List the level converter for each line and each kind of line that it may be."""
-    modbus, found = modbus_of(controller), []
+    modbus, found = facts_of(controller).modbus, []
     for each in controller.interfaces:
         line, bus = each.line, modbus if each is modbus else None
         if line is None or line.called is None:

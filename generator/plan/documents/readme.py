@@ -26,16 +26,9 @@ from heatwright.spec import (
     SerialPlotter,
     Spec,
     facts_of,
-    gcode_of,
-    keypad_of,
-    modbus_of,
-    nextion_of,
-    numbers_of,
     placed,
-    rules_of,
 )
 from heatwright.spec.boards import Board
-from heatwright.spec.self_checks import proves_watchdog, self_checked
 from heatwright.spec.sensing.budget import Budget, budgets
 
 
@@ -85,7 +78,7 @@ class ReadmeNames:
 
 def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
     """Compute the values: wiring, settings, fault codes."""
-    controller = spec.controller
+    controller, facts = spec.controller, facts_of(spec.controller)
     identity = controller.identity
     wiring = list(dict.fromkeys(row for part in parts for row in part.wiring))  # each row once
     return ReadmeNames(
@@ -98,8 +91,8 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
         digest=spec.digest,
         board=identity.board,
         clock_mhz=f"{controller.board.clock_hz / 1e6:g}",
-        sealed=self_checked(controller),
-        proves=proves_watchdog(controller),
+        sealed=facts.checked,
+        proves=facts.proves_watchdog,
         fuses=fuses(controller.board),
         wiring=wiring,
         commissioning=commissioning(controller, wiring),
@@ -107,21 +100,18 @@ def readme_names(spec: Spec, parts: Iterable[Part]) -> ReadmeNames:
         loops=_loops(spec),
         cooled_to=f"{FAULT_COOLING_ABOVE_C:g} °C",
         budgets=list(budgets(controller)),
-        rules=[(rule, limit(spec, rule.id)) for rule in rules_of(controller)],
+        rules=[(rule, limit(spec, rule.id)) for rule in facts.rules],
         hazards=hazards(controller),
         relay=controller.safety.relay,
         cooled=any(loop.cooler for loop in controller.loops.values()),
         countdown=_countdown(controller),
         numbers=_numbers(controller),
-        keypad=keypad_of(controller) is not None,
-        menu=any(
-            facts_of(controller, name).keyed and facts_of(controller, name).programmed
-            for name in controller.loops
-        ),
-        host=gcode_of(controller),
-        modbus=modbus_of(controller),
+        keypad=facts.keypad is not None,
+        menu=any(loop.keyed and loop.programmed for loop in facts.loops.values()),
+        host=facts.gcode,
+        modbus=facts.modbus,
         programs=in_words(controller),
-        touch=nextion_of(controller),
+        touch=facts.nextion,
         plotters=[each.baud for each in placed(controller, SerialPlotter).values()],
         lockout=_lockout(controller),
         watchdog=quantity(controller.safety.watchdog_s, "s"),
@@ -151,16 +141,16 @@ def _lockout(controller: Controller) -> ReadmeLockout | None:
 
 def _numbers(controller: Controller) -> list[str]:
     """Name the numbers that the keypad can set, with their ranges."""
-    keypad = keypad_of(controller)
+    keypad = facts_of(controller).keypad
     return [
         f"{each.kind.key} from {each.minimum:g} to {quantity(each.maximum, each.kind.unit)}"
-        for each in (numbers_of(controller, keypad.loop) if keypad else ())
+        for each in (facts_of(controller, keypad.loop).keyed_numbers if keypad else ())
     ]
 
 
 def _countdown(controller: Controller) -> str | None:
     """Say when the countdown runs; None if there is none."""
-    keypad = keypad_of(controller)
+    keypad = facts_of(controller).keypad
     if keypad is None or keypad.countdown is None:
         return None
     if keypad.countdown.counts == "at once":

@@ -22,7 +22,7 @@ from heatwright.generator.plan.pins import label, pulled_up
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import Gcode, Rule, facts_of, minds_host, rules_of
+from heatwright.spec import Gcode, Rule, facts_of
 
 SILENT_S = 3.0
 """Silence of both sides after which the firmware repeats `ok`."""
@@ -145,16 +145,16 @@ class HostNames:
 
 def _context(source: Source, interface: Gcode) -> HostNames:
     controller, uart = source.controller, registers(source.controller.board)
-    facts = {name: facts_of(controller, name) for name in controller.loops}
+    facts = facts_of(controller)
     heaters = {key: _heater(source, interface, key) for key in sorted(interface.loops, key=_number)}
-    tuned = [each for each in heaters.values() if facts[each.loop].tunable]
-    minded = [name for name in facts if minds_host(controller, name)]
+    tuned = [each for each in heaters.values() if facts.loops[each.loop].tunable]
+    minded = [loop for loop in facts.loops.values() if loop.minds_host]
     output = interface.steppers.get("E")
     return HostNames(
         where=source.where,
         name=controller.identity.name,
         digest=source.spec.digest,
-        rules=rules_of(controller),
+        rules=facts.rules,
         lockout=lockout_ends(controller),
         served=_served(interface),
         heaters=list(heaters.values()),
@@ -162,7 +162,7 @@ def _context(source: Source, interface: Gcode) -> HostNames:
         bed=heaters.get("B"),
         chamber=heaters.get("C"),
         tunable=tuned,
-        limited=[each for each in tuned if facts[each.loop].limits_adjustable],
+        limited=[each for each in tuned if facts.loops[each.loop].limits_adjustable],
         autotuned=[each for each in tuned if each.cycles is not None],
         fans=[
             Fan(int(key[1:]), output, source.at("fans", key).where)
@@ -170,7 +170,7 @@ def _context(source: Source, interface: Gcode) -> HostNames:
         ],
         monitors=bool(controller.monitors),
         minded=bool(minded),
-        keyed=any(facts[name].keyed for name in minded),
+        keyed=any(loop.keyed for loop in minded),
         temperature_pieces=_temperature_pieces(interface, source.controller.monitors),
         uart=uart,
         setup=[

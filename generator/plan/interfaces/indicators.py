@@ -16,7 +16,7 @@ from heatwright.generator.plan.parts import (
 )
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Indicators, Loop
+from heatwright.spec import Indicators, Loop, facts_of
 from heatwright.spec.commands import shown_loop
 
 BLINK_S = 0.5
@@ -63,7 +63,7 @@ def plan(source: Source, interface: Indicators) -> Part:
         LOOP=name.upper(),
         heater=loop.heater,
         cooler=loop.cooler,
-        limited=_limited(source, loop),
+        limited=_limited(source, name),
         meanings=list(pins),
         headers=_headers(source, name, loop, set(pins)),
         leds=[
@@ -113,8 +113,8 @@ def _pins(loop: str, interface: Indicators) -> dict[str, dict[str, str]]:
     return found
 
 
-def _limited(source: Source, loop: Loop) -> bool:
-    current = source.controller.outputs[loop.heater].current
+def _limited(source: Source, name: str) -> bool:
+    current = facts_of(source.controller, name).current
     return current is not None and current.limit_a is not None
 
 
@@ -131,7 +131,7 @@ def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[
     ask("enabled", f"loop_{name}.h", f"loop_{name}_works")
     ask("warm", f"loop_{name}.h", f"loop_{name}_state", "STATE_*")
     ask("heating", f"output_{loop.heater}.h", f"output_{loop.heater}_is_on")
-    if _limited(source, loop):
+    if _limited(source, name):
         ask("heating", f"current_{loop.heater}.h", f"current_{loop.heater}")
         ask("heating", f"loop_{name}.h", f"loop_{name}")
     ask("cooling", f"output_{loop.cooler}.h", f"output_{loop.cooler}_is_on")

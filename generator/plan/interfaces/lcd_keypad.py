@@ -12,7 +12,7 @@ from heatwright.generator.plan.pins import driven, pulled_up
 from heatwright.generator.plan.programs.menu import Shown, plan_menu
 from heatwright.generator.plan.protection.monitors import shown as plan_warning
 from heatwright.generator.plan.source import Source
-from heatwright.spec import LcdKeypad, Loop, Rule, facts_of, minds_host, must_release, rules_of
+from heatwright.spec import LcdKeypad, Loop, Rule, facts_of
 from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 
 MINUTE_S = 60.0
@@ -112,7 +112,7 @@ class CountdownNames:
 def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
     """Plan the display of a loop without programs: temperature and setpoint."""
     controller = source.controller
-    loop = controller.loops[interface.loop]
+    loop, facts = controller.loops[interface.loop], facts_of(controller, interface.loop)
     panel = PanelNames(
         where=source.where,
         loop_name=interface.loop,
@@ -120,10 +120,10 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         prefix=prefix_of(interface.loop),
         heater=loop.heater,
         step=quantity(interface.step_k, "K"),
-        rules=rules_of(controller),
-        hosted=not facts_of(controller, interface.loop).switched,
-        minds_host=minds_host(controller, interface.loop),
-        must_release=must_release(controller),
+        rules=facts_of(controller).rules,
+        hosted=not facts.switched,
+        minds_host=facts.minds_host,
+        must_release=facts.must_release,
         countdown=interface.countdown is not None,
         numbers=adjusted.named(source, interface.loop, prefix_of(interface.loop)),
         monitors=bool(controller.monitors),

@@ -25,7 +25,7 @@ from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.protection.monitors import told
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import Nextion, facts_of, rules_of
+from heatwright.spec import Nextion, facts_of
 from heatwright.spec.board.uart import RECEIVED_TOLERANCE, baud_setting
 from heatwright.spec.boards import Uart
 from heatwright.spec.interfaces import DISPLAY_BAUDS, FASTER_DISPLAY_BAUDS
@@ -179,17 +179,19 @@ def _speeds(source: Source, interface: Nextion) -> list[Speed]:
 def _fault_pages(source: Source) -> list[FaultPage]:
     """The page of each rule that can trip."""
     pages = {page.name: page.id for page in display_pages(source.controller)}
-    named = {rule_macro(rule): f"fault{rule.code:02d}" for rule in rules_of(source.controller)}
+    named = {
+        rule_macro(rule): f"fault{rule.code:02d}" for rule in facts_of(source.controller).rules
+    }
     return [FaultPage(macro, pages[name], name) for macro, name in named.items()]
 
 
 def _headers(source: Source, interface: Nextion) -> list[Header]:
     """The headers of the contents, with the names for which they are included."""
-    name = interface.loop
+    name, facts = interface.loop, facts_of(source.controller, interface.loop)
     found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
-    if source.controller.loops[name].response is not None:
+    if facts.response:
         found |= {f"response_{name}.h": f"response_{name}"}
-    if facts_of(source.controller, name).programmed:
+    if facts.programmed:
         found |= {"nextion_points.h": "points_*", "program.h": "program"}
         found |= {"progress.h": "progress_saves"}
     return [Header(header, found[header]) for header in sorted(found)]

@@ -30,16 +30,16 @@ class LogNames:
 
 def plan(source: Source, interface: SerialLog) -> Part:
     """Plan the ring, its entries, and the commands that read it."""
-    board = source.controller.board
+    board, facts = source.controller.board, facts_of(source.controller, interface.loop)
     kept = interface.keep == "eeprom"
     context = LogNames(
         where=source.where,
         keep_where=source.at("keep").where,
         loop_name=interface.loop,
         programs=source.controller.programs is not None,
-        response=source.controller.loops[interface.loop].response is not None,
+        response=facts.response,
         response_where=Source(source.spec, ("loops", interface.loop, "response")).where,
-        programmed=facts_of(source.controller, interface.loop).programmed,
+        programmed=facts.programmed,
         monitors=bool(source.controller.monitors),
         uart=registers(board, interface.port),
         setup=registers(board, interface.port).setup("LOG_DIVISOR", receives=True),

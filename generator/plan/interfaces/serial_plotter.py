@@ -7,8 +7,7 @@ from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, 
 from heatwright.generator.plan.pins import label
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.uart import UartRegisters, registers
-from heatwright.spec import Controller, Pid, SerialPlotter, facts_of, numbers_of
-from heatwright.spec.adjusted import sets_gains
+from heatwright.spec import Controller, Pid, SerialPlotter, facts_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +77,8 @@ def _decimals(source: Source, interface: SerialPlotter) -> Constant:
 
 def fields(controller: Controller, name: str) -> list[Field]:
     """The fields of one line: title and C expression."""
-    loop = controller.loops[name]
-    keyed = [each.kind.field for each in numbers_of(controller, name)]
+    loop, facts = controller.loops[name], facts_of(controller, name)
+    keyed = [each.kind.field for each in facts.keyed_numbers]
     common = [
         ("temperature in degC", f"loop_{name}.temperature_c"),
         ("setpoint in degC", f"loop_{name}.setpoint_c"),
@@ -96,7 +95,7 @@ def fields(controller: Controller, name: str) -> list[Field]:
             loop.algorithm,
             prefix,
             state,
-            variable=facts_of(controller, name).tunable or sets_gains(controller, name),
+            variable=facts.gains_vary,
         )
     return [Field(title, expression) for title, expression in common + own]
 

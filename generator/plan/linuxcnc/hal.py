@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.linuxcnc.bus import answer_within_s, lost_after_s, rate_hz
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
 from heatwright.generator.plan.source import Source
-from heatwright.spec import ModbusRtu
+from heatwright.spec import ModbusRtu, facts_of
 
 UPTIME_S = 1.0
 """Step of the slave's uptime, which shows that the slave answers."""
@@ -59,7 +59,7 @@ def hal_names(source: Source, interface: ModbusRtu) -> HalNames:
                 name=names[loop],
                 where=Source(source.spec, ("loops", loop)).where,
                 initial=f"{control.setpoint.initial_c:g}",
-                current=controller.outputs[control.heater].current is not None,
+                current=facts_of(controller, loop).current is not None,
             )
             for loop, control in controller.loops.items()
         ],

@@ -5,7 +5,7 @@ from xml.sax.saxutils import escape
 
 from heatwright.generator.plan.linuxcnc.names import controller_name, loop_names
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop, rules_of
+from heatwright.spec import Loop, facts_of
 
 RESOLUTION_K = 1.0
 """Change of the setpoint per click on its arrow; its field also accepts tenths."""
@@ -82,7 +82,7 @@ def panel_names(source: Source) -> PanelNames:
         loops=[_loop(source, name, loop) for name, loop in controller.loops.items()],
         rules=[
             PanelRule(rule.code, _text(f"{rule.code}  {rule.display}"))
-            for rule in rules_of(controller)
+            for rule in facts_of(controller).rules
         ],
     )
 
@@ -93,7 +93,7 @@ def _loop(source: Source, name: str, loop: Loop) -> PanelLoop:
         name=loop_names(source.controller)[name],
         title=_text(name),
         where=Source(source.spec, ("loops", name)).where,
-        current=source.controller.outputs[loop.heater].current is not None,
+        current=facts_of(source.controller, name).current is not None,
         cooler=loop.cooler is not None,
         lights=[light for light in LIGHTS if light.pin != "cool" or loop.cooler],
         least=_number(min(setpoint.minimum_c, 0.0)),

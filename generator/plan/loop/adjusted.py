@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
-from heatwright.spec import keypad_of, numbers_of
+from heatwright.spec import facts_of
 from heatwright.spec.adjusted import Number
 
 
@@ -42,7 +42,7 @@ def named(source: Source, name: str, prefix: str) -> list[NumberNames]:
             step=_constant("PANEL", each, "_STEP"),
             decimals=f"PANEL_{each.kind.key.upper()}_DECIMALS",
         )
-        for each in numbers_of(source.controller, name)
+        for each in facts_of(source.controller, name).keyed_numbers
     ]
 
 
@@ -52,7 +52,7 @@ def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
         _at(source, each)
         .at(end)
         .number(_constant(prefix, each, f"_{end.upper()}"), value, _said(each, value))
-        for each in numbers_of(source.controller, name)
+        for each in facts_of(source.controller, name).keyed_numbers
         for end, value in (("minimum", each.minimum), ("maximum", each.maximum))
     ]
 
@@ -60,7 +60,7 @@ def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
 def key_constants(source: Source, name: str) -> list[Constant]:
     """Return the constants of the keypad and the display: the step of a press, and the decimals."""
     found = []
-    for each in numbers_of(source.controller, name):
+    for each in facts_of(source.controller, name).keyed_numbers:
         at = _at(source, each)
         found += [
             at.at("step").number(
@@ -74,7 +74,7 @@ def key_constants(source: Source, name: str) -> list[Constant]:
 
 
 def _at(source: Source, each: Number) -> Source:
-    keypad = keypad_of(source.controller)
+    keypad = facts_of(source.controller).keypad
     assert keypad is not None  # noqa: S101 - only keys set numbers
     index = source.controller.interfaces.index(keypad)
     return Source(source.spec, ("interfaces", index, "adjust", each.kind.key))

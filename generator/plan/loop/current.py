@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import TICK_MS, in_periods, quantity, steps
 from heatwright.generator.plan.parts import Constant, Group, Part, pair
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Current, Loop
+from heatwright.spec import Current, Loop, facts_of
 from heatwright.spec.sensing.circuits import reference_v
 
 RAMP_PERCENT = 25.0
@@ -45,7 +45,7 @@ class CurrentNames:
 
 def plan_current(source: Source, name: str, loop: Loop) -> Part:
     """Plan limit and rules for the current of loop `name`'s heater, if it is measured."""
-    current = source.controller.outputs[loop.heater].current
+    current = facts_of(source.controller, name).current
     if current is None:
         return Part()
     at = Source(source.spec, ("outputs", loop.heater)).at("current")

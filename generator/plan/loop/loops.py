@@ -18,7 +18,7 @@ from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, S
 from heatwright.generator.plan.protection.guard import EffortNames, effort_names, guard_constants
 from heatwright.generator.plan.protection.monitors import plan_monitors
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Loop, gcode_of, modbus_of, nextion_of
+from heatwright.spec import Controller, Loop, facts_of
 from heatwright.spec.loops import Response
 from heatwright.spec.registry import module_of
 from heatwright.spec.sensing.max31856 import lowered
@@ -43,7 +43,8 @@ def told_between_steps(controller: Controller, loop: Loop) -> bool:
 
     It must if something else finds or acknowledges faults, or if the steps are rare.
     """
-    others = gcode_of(controller), modbus_of(controller), nextion_of(controller)
+    facts = facts_of(controller)
+    others = facts.gcode, facts.modbus, facts.nextion
     return len(controller.loops) > 1 or any(others) or loop.periods_in(RARE_S) < 1
 
 

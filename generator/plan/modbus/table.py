@@ -127,13 +127,13 @@ def _headers(source: Source) -> list[Header]:
     """The headers of the variables in the map, each with a name for which it is included."""
     controller = source.controller
     headers = {"fault.h": "fault", "settings.h": "settings"}
-    for name, loop in controller.loops.items():
+    for name, facts in facts_of(controller).loops.items():
         headers[f"loop_{name}.h"] = f"loop_{name}"
-        if facts_of(controller, name).current is not None:
-            headers[f"current_{loop.heater}.h"] = f"current_{loop.heater}"
-        if facts_of(controller, name).autotune:
+        if facts.current is not None:
+            headers[f"current_{facts.heater}.h"] = f"current_{facts.heater}"
+        if facts.autotune:
             headers[f"autotune_{name}.h"] = f"autotune_{name}"
-        if loop.response is not None:
+        if facts.response:
             headers[f"response_{name}.h"] = f"response_{name}"
     for name in controller.monitors:
         headers[f"monitor_{name}.h"] = f"monitor_{name}"

@@ -165,24 +165,23 @@ def _control(source: Source, interface: Nextion) -> list[What]:
 
 
 def _settings(source: Source, interface: Nextion) -> list[What]:
-    name = interface.loop
+    name, facts = interface.loop, facts_of(source.controller, interface.loop)
     found = [What("SHOWS_ASKED_SETPOINT", "AS_TENTHS", f"tenths(settings.{name}_setpoint_c)")]
-    if facts_of(source.controller, name).tunable:
+    if facts.tunable:
         found += [
             What(f"SHOWS_{gain.upper()}", "AS_FLOAT", f"bits(settings.{name}_{gain})")
             for gain in ("kp", "ki", "kd")
         ]
-    loop = source.controller.loops[name]
-    if loop.response is not None:
+    if facts.response:
         response = f"response_{name}"
         found += [
             What("SHOWS_SETTLING", "AS_NUMBER", f"steps({response}.settling_s, 1.0f)"),
             What("SHOWS_OVERSHOOT", "AS_TENTHS", f"tenths({response}.overshoot_k)"),
         ]
-    if loop.protection.maximum_adjustable:
+    if facts.adjustable:
         found.append(What("SHOWS_MAXIMUM", "AS_TENTHS", f"tenths(settings.{name}_maximum_c)"))
     if selectable_types(source.controller):
-        type_code = f"settings.{loop.sensor}_thermocouple"
+        type_code = f"settings.{facts.sensor}_thermocouple"
         found.append(What("SHOWS_TYPE", "AS_LETTER", f"type_letter({type_code})"))
     return found
 

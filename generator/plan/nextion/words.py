@@ -1,6 +1,6 @@
 """The words that the touch display shows, in the order of their numbers."""
 
-from heatwright.spec import RULES, Controller, rules_of
+from heatwright.spec import RULES, Controller, facts_of
 
 _OFF = (
     "off",
@@ -43,7 +43,7 @@ def words(controller: Controller) -> tuple[list[str], dict[str, int]]:
 
 def _faults(controller: Controller) -> list[str]:
     """Words by fault code, from 1 on; just the code if this controller does not have the rule."""
-    known = {rule.code: f" {rule.display}" for rule in rules_of(controller)}
+    known = {rule.code: f" {rule.display}" for rule in facts_of(controller).rules}
     return [f"E{code:02d}{known.get(code, '')}" for code in range(1, max(RULES) + 1)]
 
 

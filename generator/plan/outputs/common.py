@@ -20,11 +20,9 @@ from heatwright.generator.plan.parts import (
 )
 from heatwright.generator.plan.pins import label, switched
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller
+from heatwright.spec import Controller, facts_of
 from heatwright.spec.board.pwm_timers import PwmChannel
-from heatwright.spec.commands import shown_meanings
 from heatwright.spec.outputs import Switch
-from heatwright.spec.self_checks import read_back, self_checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +57,8 @@ def watched(controller: Controller, name: str) -> bool:
     """Return whether code asks if an output is on: the gate of a loop with a cooler, or LEDs."""
     return any(
         (loop.cooler is not None and name in {loop.heater, loop.cooler})
-        or (loop.heater == name and "heating" in shown_meanings(controller, each))
-        for each, loop in controller.loops.items()
+        or (loop.heater == name and "heating" in loop.lit)
+        for loop in facts_of(controller).loops.values()
     )
 
 
@@ -137,8 +135,8 @@ def output_part(  # noqa: PLR0913 - all values of one part
                 pin,
                 output.active,
                 f"output {name}",
-                released=use.heats and self_checked(source.controller),
-                read_back=name in read_back(source.controller),
+                released=use.heats and facts_of(source.controller).checked,
+                read_back=name in facts_of(source.controller).read_back,
                 pulses=pulses,
             ),
         ),

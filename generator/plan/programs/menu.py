@@ -10,7 +10,7 @@ from heatwright.generator.plan.numbers import c_float, quantity, told_period
 from heatwright.generator.plan.parts import Call, Constant, File, pair
 from heatwright.generator.plan.protection.fault_log import fault_log
 from heatwright.generator.plan.source import Source
-from heatwright.spec import LcdKeypad, Rule, facts_of, rules_of
+from heatwright.spec import LcdKeypad, Rule, facts_of
 from heatwright.spec.loops import Loop
 from heatwright.spec.sensing.max31856 import TYPE_CODES
 
@@ -54,7 +54,7 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
     """Plan the menu of one loop with programs."""
     controller = source.controller
     name = interface.loop
-    loop = controller.loops[name]
+    loop, facts = controller.loops[name], facts_of(controller, name)
     sensor = controller.thermometers[loop.sensor]
     power_w = controller.outputs[loop.heater].power_w
     context = MenuNames(
@@ -63,12 +63,12 @@ def plan_menu(source: Source, interface: LcdKeypad) -> Shown:
         told_between_steps=told_between_steps(controller, loop),
         prefix=prefix_of(name),
         sensor=loop.sensor,
-        rules=rules_of(controller),
+        rules=facts_of(controller).rules,
         lockout=lockout_ends(controller),
         keeps=controller.programs is not None and controller.programs.on_fault == "pause",
         decimals=int(loop.protection.maximum_c < WIDE_C),
-        tunable=facts_of(controller, name).tunable,
-        adjustable=loop.protection.maximum_adjustable,
+        tunable=facts.tunable,
+        adjustable=facts.adjustable,
         types=[CodedType(letter, TYPE_CODES.index(letter)) for letter in sensor.selectable],
         energy=power_w is not None,
         monitors=bool(controller.monitors),

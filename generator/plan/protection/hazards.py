@@ -11,9 +11,9 @@ from heatwright.generator.plan.loop.current import FEWEST_STEPS, RULES_S
 from heatwright.generator.plan.numbers import TICK_MS, quantity, steps
 from heatwright.generator.plan.protection.limits import READINGS
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
-from heatwright.spec import Controller, Loop, Rule, proofs, rules_of
+from heatwright.spec import Controller, Loop, Rule, facts_of
 from heatwright.spec.physics.effort import high_trips_up_to_c
-from heatwright.spec.self_checks import FLASH_BYTES_A_TICK, read_back
+from heatwright.spec.self_checks import FLASH_BYTES_A_TICK
 
 TICK_S = TICK_MS / 1000
 MAIN_PERMIT_S = GATE_MAIN_PERMIT_TICKS * TICK_S
@@ -45,7 +45,7 @@ def _dead_switch(controller: Controller) -> str:
 
 
 def _drift(controller: Controller) -> str:
-    known = {rule.id for rule in rules_of(controller)}
+    known = {rule.id for rule in facts_of(controller).rules}
     if all(loop.protection.agreement is not None for loop in controller.loops.values()):
         return "a cause that shifts both sensors alike"
     if "effort_high" in known or "sensors_disagree" in known:
@@ -71,7 +71,7 @@ def _has_fan(controller: Controller) -> bool:
 
 
 def _standing_fan(controller: Controller) -> str:
-    if any(rule.id == "fan_stopped" for rule in rules_of(controller)):
+    if any(rule.id == "fan_stopped" for rule in facts_of(controller).rules):
         return "a fan that turns but moves no air: the thermal fuse at the element"
     return "**No signal shows that the fan turns**: the thermal fuse at the element"
 
@@ -86,7 +86,7 @@ def _held_pin(controller: Controller) -> str:
 
 
 def _wrong_clock(controller: Controller) -> str:
-    if any(rule.id == "clock_wrong" for rule in rules_of(controller)):
+    if any(rule.id == "clock_wrong" for rule in facts_of(controller).rules):
         return "a clock that changes after the start, or by less than a quarter"
     return "**All times are wrong by as much**, also those of the rules"
 
@@ -242,7 +242,7 @@ def hazards(controller: Controller) -> list[HazardRow]:
 
     A hazard without a rule is also listed, if it concerns this controller.
     """
-    known = {rule.id: rule for rule in rules_of(controller)}
+    known = {rule.id: rule for rule in facts_of(controller).rules}
     rows = []
     for hazard in HAZARDS:
         seen = [known[rule] for rule in hazard.rules if rule in known]
@@ -303,7 +303,7 @@ def _asked_within_s(controller: Controller) -> float:
     Each window has a pulse and a pause; each lasts at least one step of the window.
     """
     asked_s = [0.0]
-    for name in read_back(controller):
+    for name in facts_of(controller).read_back:
         output = controller.switches[name]
         if output.is_windowed:
             windows = math.ceil(PIN_HELD_TICKS * TICK_S / output.shortest_level_s)
@@ -338,7 +338,7 @@ def _waits(controller: Controller, loop: Loop) -> dict[str, float]:
         found["master_lost"] = loop.protection.master_lost_after_s
     if controller.programs is not None and controller.programs.hold_back is not None:
         found["program_lags"] = controller.programs.hold_back.limit_s
-    proven = proofs(controller)
-    if loop.fan in proven:
+    proven = facts_of(controller).proofs
+    if loop.fan is not None and loop.fan in proven:
         found["fan_stopped"] = proven[loop.fan].within_s
     return found

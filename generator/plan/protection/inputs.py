@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.parts import Call, Group, Part, Stage, Symbol, Wiring, pair
 from heatwright.generator.plan.pins import contact, label
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Input
-from heatwright.spec.monitors import tripping
+from heatwright.spec import Input, facts_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +22,7 @@ def plan_inputs(root: Source) -> list[Part]:
     inputs, board = root.controller.safety.inputs, root.controller.board
     if not inputs:
         return []
-    section, trips = root.at("safety", "inputs"), tripping(root.controller)
+    section, trips = root.at("safety", "inputs"), facts_of(root.controller).tripping_inputs
     context = InputNames(section.where, list(inputs), list(trips))
     constants = [
         section.at(name, "for").ticks(f"INPUT_{name.upper()}_TICKS", each.for_s)

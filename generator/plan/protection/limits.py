@@ -2,8 +2,7 @@
 
 from heatwright.generator.plan.numbers import TICK_MS, quantity
 from heatwright.generator.plan.protection.relay import CONTACT_TICKS
-from heatwright.spec import Controller, Proof, Protection, Spec, gcode_of, proofs
-from heatwright.spec.monitors import tripping
+from heatwright.spec import Controller, Proof, Protection, Spec, facts_of
 
 READINGS = tuple(
     f"sensor_{cause}" for cause in ("no_answer", "short", "crc", "stale", "reset", "open", "range")
@@ -18,7 +17,7 @@ def limit(spec: Spec, rule: str) -> str:
     if rule in anywhere:
         return anywhere[rule]
     limits = {
-        name: (_limits(spec, loop.protection) | _of_current(spec, loop.heater)).get(rule, "")
+        name: (_limits(spec, loop.protection) | _of_current(spec, name)).get(rule, "")
         for name, loop in loops.items()
     }
     if len(set(limits.values())) == 1:
@@ -29,7 +28,7 @@ def limit(spec: Spec, rule: str) -> str:
 def _limits_of_the_controller(spec: Spec) -> dict[str, str]:
     """The conditions of the rules that belong to no loop, by the rule's id."""
     controller = spec.controller
-    stop = {"emergency_stop": "`M112`"} if gcode_of(controller) else {}
+    stop = {"emergency_stop": "`M112`"} if facts_of(controller).gcode else {}
     return (
         stop
         | _of_programs(controller)
@@ -80,7 +79,7 @@ def _of_relay(controller: Controller) -> dict[str, str]:
 def _of_proofs(controller: Controller) -> dict[str, str]:
     limits = [
         f"no signal for {quantity(proof.within_s, 's')} that {name} turns{_speeds(proof)}"
-        for name, proof in proofs(controller).items()
+        for name, proof in facts_of(controller).proofs.items()
     ]
     return {"fan_stopped": "; ".join(limits)} if limits else {}
 
@@ -88,7 +87,7 @@ def _of_proofs(controller: Controller) -> dict[str, str]:
 def _of_inputs(controller: Controller) -> dict[str, str]:
     limits = [
         f"{name} is open for {quantity(each.for_s, 's')}"
-        for name, each in tripping(controller).items()
+        for name, each in facts_of(controller).tripping_inputs.items()
     ]
     return {"input_open": "; ".join(limits)} if limits else {}
 
@@ -103,9 +102,9 @@ def _of_monitors(controller: Controller) -> dict[str, str]:
     return {"monitor_limit": "; ".join(limits)} if limits else {}
 
 
-def _of_current(spec: Spec, heater: str) -> dict[str, str]:
-    """The conditions of the rules for a heater's current, by the rule's id."""
-    current = spec.controller.outputs[heater].current
+def _of_current(spec: Spec, name: str) -> dict[str, str]:
+    """The conditions of the rules for the current of a loop's heater, by the rule's id."""
+    current = facts_of(spec.controller, name).current
     if current is None:
         return {}
     return {
@@ -159,7 +158,7 @@ def _of_people(spec: Spec, protection: Protection) -> dict[str, str]:
     limits = {}
     if protection.master_lost_after_s is not None:
         silence = quantity(protection.master_lost_after_s, "s")
-        asked = "request" if gcode_of(spec.controller) is None else "line from the host"
+        asked = "request" if facts_of(spec.controller).gcode is None else "line from the host"
         limits["master_lost"] = f"no {asked} for {silence} while the loop is on"
     if protection.on_for_at_most_s is not None:
         limits["on_too_long"] = (

@@ -6,7 +6,7 @@ from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, pair
 from heatwright.generator.plan.sensors.common import raw_type
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Loop, Monitor, monitors_of
+from heatwright.spec import Loop, Monitor, facts_of
 
 MOST_TURN_STEPS = 128
 TURN_S = 2.0
@@ -37,7 +37,7 @@ class MonitorsNames:
 
 def plan_monitors(root: Source, loop_name: str, loop: Loop) -> Part:
     """Plan the monitors that are checked in the steps of a loop."""
-    found = monitors_of(root.controller, loop_name)
+    found = facts_of(root.controller, loop_name).monitored
     return Part(
         files=tuple(
             file for name, each in found.items() for file in _files(root, name, each, loop_name)

@@ -17,7 +17,7 @@ from heatwright.generator.plan.parts import (
 )
 from heatwright.generator.plan.pins import label, lifted
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Tachometer, proofs
+from heatwright.spec import Controller, Tachometer, facts_of
 from heatwright.spec.board.timers import looks_in_tick
 
 CONTACT = "a contact to ground: closed while air flows"
@@ -35,12 +35,13 @@ class ProofNames:
 
 def plan_proofs(root: Source) -> list[Part]:
     """Plan the proof of each fan that has one."""
-    return [_proof(root.at("outputs", name, "proof"), name) for name in proofs(root.controller)]
+    proofs = facts_of(root.controller).proofs
+    return [_proof(root.at("outputs", name, "proof"), name) for name in proofs]
 
 
 def _proof(source: Source, name: str) -> Part:
     controller: Controller = source.controller
-    proof = proofs(controller)[name]
+    proof = facts_of(controller).proofs[name]
     pin = controller.board.pins[proof.pin]
     fan = proof.tachometer
     told = source.named(name), ProofNames(fan is not None, source.at("tachometer").where)

@@ -7,7 +7,7 @@ from heatwright.generator.plan.outputs.common import wiring
 from heatwright.generator.plan.parts import Call, Constant, Group, Part, Stage, Symbol, Wiring, pair
 from heatwright.generator.plan.pins import label, lifted, switched
 from heatwright.generator.plan.source import Source
-from heatwright.spec.self_checks import self_checked
+from heatwright.spec import facts_of
 
 SETTLE_TICKS = 5
 """Time until the relay is surely closed: a power relay needs 15 ms with bouncing (TE T9A, data
@@ -35,7 +35,7 @@ def plan(root: Source, name: str) -> Part:
     feedback = controller.safety.relay_feedback
     context = RelayNames(name, relay.where, feedback is not None, contact.where)
     pin = controller.board.pins[output.pin]
-    checked, what = self_checked(controller), "the safety relay"
+    checked, what = facts_of(controller).checked, "the safety relay"
     pins = [
         switched(
             source.at("pin"),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from heatwright.generator.plan.numbers import TICK_MS
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
-from heatwright.spec import Controller, Loop, monitors_of
+from heatwright.spec import Controller, Loop, facts_of
 from heatwright.spec.sensors import Thermometer
 
 
@@ -37,10 +37,10 @@ def raw_type(sensor: Thermometer) -> str:
 def use_of(controller: Controller, name: str, timer: int | None) -> UseOfSensor:
     """Find the loop that reads a sensor most often; `timer` is the sensor's own timer."""
     loops = (
-        loop
-        for loop_name, loop in controller.loops.items()
+        controller.loops[loop.name]
+        for loop in facts_of(controller).loops.values()
         if name == loop.sensor
-        or ((current := controller.outputs[loop.heater].current) and name == current.sensor)
-        or any(name == each.sensor for each in monitors_of(controller, loop_name).values())
+        or (loop.current and name == loop.current.sensor)
+        or any(name == each.sensor for each in loop.monitored.values())
     )
     return UseOfSensor(min(loops, key=lambda loop: loop.period_ticks), timer)

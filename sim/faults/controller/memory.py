@@ -16,8 +16,8 @@ from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.native.pins import Level
+from heatwright.spec import facts_of
 from heatwright.spec.registry import module_of
-from heatwright.spec.self_checks import measures_known_voltage, proves_watchdog, self_checked
 
 SEED = 1
 WATCH_S = 30.0
@@ -46,7 +46,7 @@ def faults(site: Site) -> Iterator[Fault]:
     yield tripping(site, "eeprom_damaged", damage, Trip(("settings_corrupt",), start_s))
     flipped = Trip(("memory_damaged",), site.loop.periods_s(2))
     yield tripping(site, "setpoint_flipped", flip_setpoint, flipped)
-    if self_checked(site.controller):
+    if facts_of(site.controller).checked:
         yield from (replace(fault, floats=True) for fault in _self_checked(site, start_s))
     if site.has_operator:
         yield Fault(
@@ -74,11 +74,11 @@ def _self_checked(site: Site, start_s: float) -> Iterator[Fault]:
     yield tripping(site, "flash_flipped", flip_flash, flash, flip_flash)
     unsealed = Trip(("flash_unsealed",), start_s)
     yield tripping(site, "flash_not_sealed", unseal, unsealed, seal)
-    if measures_known_voltage(site.controller):
+    if facts_of(site.controller).measures_known_voltage:
         off, right = partial(measure, times=REFERENCE_OFF), partial(measure, times=1.0)
         yield tripping(site, "adc_reference_off", off, Trip(("adc_wrong",), WRONG_S), right)
     yield _held_pin(site, start_s)
-    if proves_watchdog(site.controller):
+    if facts_of(site.controller).proves_watchdog:
         slow, usual = partial(change_crystal, times=SLOW), partial(change_crystal, times=1.0)
         wrong = Trip(("clock_wrong",), start_s / SLOW)
         yield tripping(site, "crystal_slow", slow, wrong, usual)

@@ -13,7 +13,7 @@ from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.sim.sensors.ds18b20 import Ds18b20
 from heatwright.sim.sensors.spi_chip import SpiChip
-from heatwright.spec import Loop, Monitor, log_of, modbus_of, nextion_of, watching_loop
+from heatwright.spec import Loop, Monitor, facts_of, watching_loop
 from heatwright.spec.sensors import Thermometer
 
 TOLD_S = 10.0
@@ -138,19 +138,19 @@ def untold(world: World) -> Iterator[str]:
             yield f"the display does not show {end!r}"
     if site.facts.hosted and not device.host.texts(f"echo:warning, too warm: {first} at "):
         yield f"the host got no warning of {first}"
-    if nextion_of(site.controller) is not None:
+    if facts_of(site.controller).nextion is not None:
         words = f"warm: {first}"
         if not world.until(
             lambda now: now.device.display.value("main.alarm.txt") == words, within_s
         ):
             yield f"the touch display does not show {words!r}"
-    if modbus_of(site.controller) is not None:
+    if facts_of(site.controller).modbus is not None:
         bits = sum(
             1 << place for place, name in enumerate(site.controller.monitors) if name in warning
         )
         if not world.until(lambda now: now.device.master.values.get("warnings") == bits, within_s):
             yield "the master does not read the warning"
-    if log_of(site.controller) is not None:
+    if facts_of(site.controller).log is not None:
         device.log_reader.write("monitors")
         if not world.until(lambda now: _log_says(now, first), within_s):
             yield f"the log does not show the warning of {first}"

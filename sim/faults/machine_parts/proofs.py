@@ -10,7 +10,7 @@ from heatwright.sim.faults.fault import Act, Fault, Trip, tripping, watched
 from heatwright.sim.faults.sensing.readings import CURRENT_RULES
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.native.relay import Wire
-from heatwright.spec import Proof, Tachometer, proven_in
+from heatwright.spec import Proof, Tachometer
 
 SLOW, FAST = 0.88, 1.1
 """Speeds just outside a tachometer's limits, as shares of those limits: off by almost two pulses
@@ -21,7 +21,7 @@ HIGHEST = 0.6
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of the fans whose proof is checked in the loop's steps."""
-    for fan in proven_in(site.controller, site.loop_name):
+    for fan in site.facts.proven:
         yield _unproven(site, fan, f"{fan}_stuck", _stick(fan))
         yield _unproven(site, fan, f"{fan}_proof_torn", _broken(fan, wire=Wire.TORN))
         counted = _proof(site, fan).tachometer
@@ -52,7 +52,7 @@ def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
     """
     proof = _proof(site, fan)
     counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0
-    measured = site.controller.outputs[site.loop.heater].current
+    measured = site.facts.current
     rules = ("fan_stopped", *(CURRENT_RULES if measured else ()))
     trip = Trip(rules, site.loop.next_step_s(counting_s + proof.within_s) + TICK_S)
     found = tripping(site, name, cause, trip, _mend(fan))

@@ -7,7 +7,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.fault import Act, Fault, harmless
 from heatwright.sim.faults.operation.operators import keeps_time
 from heatwright.sim.faults.world import Site, World
-from heatwright.spec import nextion_of
+from heatwright.spec import facts_of
 from heatwright.spec.nextion import HEIGHT, WIDTH
 
 WATCH_S = 60.0
@@ -25,7 +25,7 @@ BELOW_ALL, BEYOND_ALL = "-300", "99999"
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of a touch display that operates the loop; no rule may trip."""
-    display = nextion_of(site.controller)
+    display = facts_of(site.controller).nextion
     if display is None or display.loop != site.loop_name:
         return
     for name, cause in (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from heatwright.sim.scenario import PRESS_S
-from heatwright.spec import modbus_of
+from heatwright.spec import facts_of
 from heatwright.spec.adjusted import KINDS
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class Hand(Protocol):
 def hand_of(site: Site) -> Hand:
     """Return the operator of the loop, by its best interface."""
     if site.facts.switched:
-        if modbus_of(site.controller) is not None:
+        if facts_of(site.controller).modbus is not None:
             return _Master()
         if site.facts.touched:
             return _AtDisplay()

@@ -9,7 +9,7 @@ from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.gcode import GcodeHost
 from heatwright.sim.interfaces.modbus_rtu import ModbusMaster
 from heatwright.sim.lines.serial_noise import SerialNoise
-from heatwright.spec import gcode_of
+from heatwright.spec import facts_of
 
 WATCH_S = 60.0
 ANSWERED_S = 10.0
@@ -28,7 +28,7 @@ SEED = 3
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults that a host, or the cable to it, can cause on a loop that it commands."""
-    host = gcode_of(site.controller)
+    host = facts_of(site.controller).gcode
     assert host is not None  # noqa: S101 - only of loops that it commands
     after_s = site.loop.protection.master_lost_after_s
     if after_s is not None:

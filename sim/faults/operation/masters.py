@@ -11,7 +11,7 @@ from heatwright.sim.faults.operation.operators import keeps_time
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.modbus_rtu import frames
 from heatwright.sim.native.characters import Format
-from heatwright.spec import ModbusRtu, modbus_of
+from heatwright.spec import ModbusRtu, facts_of
 
 WATCH_S = 60.0
 INSISTS_S = 20.0
@@ -26,7 +26,7 @@ SEED = 4
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults that a master, or its line, can cause on a loop that it switches."""
-    modbus = modbus_of(site.controller)
+    modbus = facts_of(site.controller).modbus
     if modbus is None:
         return
     if site.loop.protection.master_lost_after_s is not None:

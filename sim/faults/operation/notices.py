@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from heatwright.sim.faults.world import World
-from heatwright.spec import RULES, modbus_of, nextion_of
+from heatwright.spec import RULES, facts_of
 
 
 def complaints(world: World, code: int) -> Iterator[str]:
@@ -17,9 +17,9 @@ def complaints(world: World, code: int) -> Iterator[str]:
         return  # all serial lines have a wrong baud rate: no message on them is readable
     if site.facts.hosted and not world.device.host.texts(f"Error:{wanted}"):
         yield f"the host did not receive {wanted!r},"
-    if modbus_of(site.controller) is not None and not _master_knows(world, code):
+    if facts_of(site.controller).modbus is not None and not _master_knows(world, code):
         yield f"the master does not read fault {wanted!r},"
-    if nextion_of(site.controller) is not None:
+    if facts_of(site.controller).nextion is not None:
         page = world.device.display.page
         if page != f"fault{code:02d}":
             yield f"the touch display shows page {page}, not fault{code:02d},"

@@ -17,7 +17,7 @@ from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.interfaces.lcd_keypad.keypad import CODES
 from heatwright.sim.trace import StepLog
-from heatwright.spec import countdown_of, facts_of, keypad_of
+from heatwright.spec import facts_of
 
 SEED = 2
 WATCH_S = 60.0
@@ -46,7 +46,7 @@ def faults(site: Site) -> Iterator[Fault]:
 def _keys(site: Site) -> Iterator[Fault]:
     yield harmless(site, "key_stuck", hold("down"), WATCH_S, _one_step)
     yield harmless(site, "keys_at_random", _play, WATCH_S)
-    countdown = countdown_of(site.controller, site.loop_name)
+    countdown = site.facts.countdown
     if countdown is not None:
         ends = harmless(site, "countdown_ends", _set_time, countdown.step_s, _goes_off_in_time)
         yield replace(ends, make=lambda: starts.held(site))
@@ -134,7 +134,7 @@ def _unplug_and_plug(world: World) -> None:
 def _shows_again(world: World) -> str:
     """Check that the display shows both lines again, and that no control step waited for it."""
     first, second = world.read_display()
-    controller, keypad = world.site.controller, keypad_of(world.site.controller)
+    controller, keypad = world.site.controller, facts_of(world.site.controller).keypad
     if keypad is not None and facts_of(controller, keypad.loop).programmed:
         on = "on" if world.device.steps(keypad.loop)["enabled"][-1] else "off"
         shows = " >" in first and second.split()[:1] == [on]  # a monitor's warning may follow

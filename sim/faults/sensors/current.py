@@ -11,7 +11,7 @@ from heatwright.sim.faults.fault import Act, Fault, Trip, tripping, watched
 from heatwright.sim.faults.machine_parts.currents import measured
 from heatwright.sim.faults.world import Site, World
 from heatwright.sim.sensors.current import CurrentProbe
-from heatwright.spec import Current, DigitalOutput, PwmOutput
+from heatwright.spec import Current
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -27,8 +27,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _current(site: Site) -> Current:
-    heater = cast("DigitalOutput | PwmOutput", site.controller.outputs[site.loop.heater])
-    return cast("Current", heater.current)
+    return cast("Current", site.facts.current)
 
 
 def _probe(world: World) -> CurrentProbe:

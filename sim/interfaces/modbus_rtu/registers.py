@@ -55,7 +55,7 @@ def registers(controller: Controller) -> Mapping[str, Register]:
 
 def _controller(controller: Controller) -> Iterator[Register]:
     yield Register("coil", 0, "acknowledge", "bit")
-    if any(facts_of(controller, loop).tunable for loop in controller.loops):
+    if any(loop.tunable for loop in facts_of(controller).loops.values()):
         yield Register("coil", 1, "store", "bit")
         yield Register("coil", 2, "restore", "bit")
     yield Register("discrete_input", 0, "fault_latched", "bit")
@@ -76,7 +76,7 @@ def _controller(controller: Controller) -> Iterator[Register]:
 
 
 def _loop(controller: Controller, name: str) -> Iterator[Register]:
-    loop = controller.loops[name]
+    facts = facts_of(controller, name)
     yield Register("coil", 0, "enabled", "bit")
     for number, state in enumerate(("work", "heat", "cool", "warm", "valid")):
         yield Register("discrete_input", number, state, "bit")
@@ -86,18 +86,15 @@ def _loop(controller: Controller, name: str) -> Iterator[Register]:
     yield Register("input_register", 2, "setpoint_in_force", "i16", TENTH)
     yield Register("input_register", 3, "state")
     yield Register("input_register", 4, "reading")
-    is_tunable = facts_of(controller, name).tunable
-    has_autotune = is_tunable and loop.autotune is not None
-    is_measured = loop.response is not None
-    if controller.outputs[loop.heater].current or has_autotune or is_measured:
+    if facts.current or facts.autotune or facts.response:
         yield Register("input_register", 5, "current", "u16", HUNDREDTH)
-    if is_tunable:
+    if facts.tunable:
         yield from _tunable()
-    if has_autotune:
+    if facts.autotune:
         yield Register("coil", 2, "tune", "bit")
-    if has_autotune or is_measured:
+    if facts.autotune or facts.response:
         yield Register("input_register", 6, "tuning")
-    if is_measured:
+    if facts.response:
         yield Register("input_register", 7, "responses")
         yield Register("input_register", 8, "settling_time", "f32")
         yield Register("input_register", 10, "overshoot", "i16", TENTH)

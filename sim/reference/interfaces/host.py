@@ -9,7 +9,7 @@ from heatwright.sim.reference.modelled_loop import ModelledLoop
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
 from heatwright.sim.reference.outputs.driven import Driven, Feed
 from heatwright.sim.reference.protection.latch import Latch
-from heatwright.spec import Controller, gcode_of
+from heatwright.spec import Controller, facts_of
 
 _WORD = re.compile(r"([A-Z])(-?\d+\.?\d*|-?\.\d+)?")
 
@@ -65,7 +65,7 @@ class Host:
         feeds: Mapping[str, Feed],
     ) -> None:
         """Find the loops that the host commands."""
-        gcode = gcode_of(controller)
+        gcode = facts_of(controller).gcode
         self._latch = latch
         served = gcode.loops if gcode else {}
         self._served = {address: loops[name].operator for address, name in served.items()}

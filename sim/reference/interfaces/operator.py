@@ -7,7 +7,7 @@ from heatwright.sim.reference.interfaces.keyed import Numbers, given
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single, clamp
 from heatwright.sim.reference.programs.state import NO_ORDER
-from heatwright.spec import Controller, facts_of, numbers_of
+from heatwright.spec import Controller, facts_of
 
 LARGEST_GAIN = 1e6
 NO_LIMITS = (None, None, None)
@@ -18,22 +18,22 @@ class Operator:
 
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Start with the spec's initial values."""
-        loop = controller.loops[name]
+        loop, facts = controller.loops[name], facts_of(controller, name)
         self._reference = reference
-        self._commanded = facts_of(controller, name).commanded
+        self._commanded = facts.commanded
         self._minimum_c = Single(loop.setpoint.minimum_c)
         self._maximum_c = Single(loop.setpoint.maximum_c)
         self.setpoint_c = Single(loop.setpoint.initial_c)
         self._mode = AUTOMATIC
         self._manual_percent = ZERO
-        self.gains = gains_of(loop.algorithm) if facts_of(controller, name).tunable else None
+        self.gains = gains_of(loop.algorithm) if facts.tunable else None
         self._algorithm = loop.algorithm
         self.limits = limits_given(loop.algorithm)
         highest_c = Single(loop.protection.maximum_c)
-        self._highest_c = highest_c if loop.protection.maximum_adjustable else None
+        self._highest_c = highest_c if facts.adjustable else None
         self._critical_c = self._highest_c
         self._program = NO_ORDER
-        self.numbers: Numbers = given(numbers_of(controller, name))
+        self.numbers: Numbers = given(facts.keyed_numbers)
         """The numbers that the keypad has set."""
 
     @property

@@ -4,7 +4,7 @@ from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Or
 from heatwright.sim.reference.interfaces.operator import Operator
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
-from heatwright.spec import Controller, facts_of, must_release
+from heatwright.spec import Controller, facts_of
 
 
 class SwitchedOperator(Operator):
@@ -13,9 +13,10 @@ class SwitchedOperator(Operator):
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         """Start with the spec's initial values."""
         super().__init__(controller, name, reference)
-        self._enabled = int(facts_of(controller, name).starts_enabled)
+        facts = facts_of(controller, name)
+        self._enabled = int(facts.starts_enabled)
         self._was_on = self._off_is_due = False
-        self._must_release = must_release(controller)
+        self._must_release = facts.must_release
         self._released = False
         self._had_fault = False
 

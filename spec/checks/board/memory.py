@@ -11,7 +11,6 @@ from heatwright.spec.commands import keypad_of, log_of, nextion_of, tunable
 from heatwright.spec.controller import Controller
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import number
-from heatwright.spec.self_checks import self_checked
 
 # RAM of the smallest firmware, and of each addition to it. Each value is a little less than was
 # measured, so that a firmware which fits is never refused.
@@ -98,7 +97,7 @@ def least(controller: Controller) -> Least:
     parts += [TUNABLE for name in controller.loops if tunable(controller, name)]
     parts += [AUTOTUNE for loop in controller.loops.values() if loop.autotune is not None]
     parts += [PROGRAMS] * (controller.programs is not None)
-    parts += [SELF_CHECKS] * self_checked(controller)
+    parts += [SELF_CHECKS] * controller.safety.self_checks
     flash, ram = (sum(sizes) for sizes in zip(*parts, strict=True))
     return Least(flash, max(ram, least_bytes(controller)) + _rings(controller))
 

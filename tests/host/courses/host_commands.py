@@ -13,8 +13,7 @@ from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.programs.orders import ORDERS, ProgrammedOperator
 from heatwright.sim.reference.programs.state import IDLE, ProgramState
-from heatwright.spec import Controller, ThreePosition, commanded, programmed
-from heatwright.spec.commands import switched
+from heatwright.spec import Controller, ThreePosition, facts_of
 
 READY_WITHIN_K = 1.0
 """Default for a loop whose specification does not say it."""
@@ -40,9 +39,9 @@ NUMBERED = ("start", "jump")
 class Commands:
     def __init__(self, controller: Controller, name: str, reference: Reference) -> None:
         loop = controller.loops[name]
-        self.commanded = commanded(controller, name)
+        self.commanded = facts_of(controller, name).commanded
         self._reference = reference
-        self.switched = switched(controller, name)
+        self.switched = facts_of(controller, name).switched
         self._adjustable = loop.protection.maximum_adjustable
         self._operator = _operator(controller, name, reference)
         self._closes = False
@@ -193,8 +192,8 @@ class Commands:
 
 
 def _operator(controller: Controller, name: str, reference: Reference) -> Operator:
-    if programmed(controller, name):
+    if facts_of(controller, name).programmed:
         return ProgrammedOperator(controller, name, reference)
-    if switched(controller, name):
+    if facts_of(controller, name).switched:
         return SwitchedOperator(controller, name, reference)
     return Operator(controller, name, reference)

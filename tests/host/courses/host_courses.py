@@ -9,9 +9,7 @@ from courses.host_reference import HOST_BAD, HOST_ONLY, Way, alone, fill_current
 from courses.host_stretches import LONGEST, Stretch, Walk
 from numpy.typing import NDArray
 
-from heatwright.spec import Controller, commanded, programmed
-from heatwright.spec.adjusted import numbers_of
-from heatwright.spec.commands import switched
+from heatwright.spec import Controller, facts_of
 
 KINDS = (
     "hold", "drift", "reach", "rise_by", "jump", "miss", "lose", "noise", "wild", "setpoint",
@@ -114,7 +112,9 @@ def inputs_of(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
 
 def _walked(controller: Controller, course: list[Stretch]) -> NDArray[Any]:
     ((name, _),) = controller.loops.items()
-    walk: type[Walk] = walks.ProgrammedWalk if programmed(controller, name) else walks.CommandedWalk
+    walk: type[Walk] = (
+        walks.ProgrammedWalk if facts_of(controller, name).programmed else walks.CommandedWalk
+    )
     return walk(controller).inputs(course)
 
 
@@ -176,11 +176,11 @@ def random_inputs(
 def kinds_of(controller: Controller) -> tuple[str, ...]:
     """The kinds of stretches that a controller has something to answer to."""
     ((name, loop),) = controller.loops.items()
-    kinds = KINDS + COMMAND_KINDS * (2 * commanded(controller, name))
-    kinds += SWITCH_KINDS * (2 * switched(controller, name))
+    kinds = KINDS + COMMAND_KINDS * (2 * facts_of(controller, name).commanded)
+    kinds += SWITCH_KINDS * (2 * facts_of(controller, name).switched)
     kinds += LOST_KINDS * (2 * (loop.protection.master_lost_after_s is not None))
-    kinds += walks.PROGRAM_KINDS * (3 * programmed(controller, name))
-    kinds += NUMBER_KINDS * (2 * bool(numbers_of(controller, name)))
+    kinds += walks.PROGRAM_KINDS * (3 * facts_of(controller, name).programmed)
+    kinds += NUMBER_KINDS * (2 * bool(facts_of(controller, name).keyed_numbers))
     kinds += ADJUSTING_KINDS * (2 * loop.protection.maximum_adjustable)
     kinds += LIMITING_KINDS * (2 * controller.loops[name].algorithm.limits_adjustable)
     return kinds + CURRENT_KINDS * (2 * (walks.current_of(controller) is not None))

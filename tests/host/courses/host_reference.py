@@ -18,7 +18,7 @@ from heatwright.sim.reference.outputs.output import pwm_period
 from heatwright.sim.reference.programs.state import ProgramState
 from heatwright.sim.reference.protection.latch import Lockout
 from heatwright.sim.reference.sensors.current import IdealSensor
-from heatwright.spec import Controller, monitors_of
+from heatwright.spec import Controller, facts_of
 from heatwright.spec.outputs import is_held
 
 TICK_US = 10_000
@@ -57,7 +57,7 @@ class Expected(NamedTuple):
 def alone(controller: Controller, name: str) -> Controller:
     """A controller as one of its loops sees it: as if there were no other."""
     only = type(controller.loops)({name: controller.loops[name]})
-    monitors = type(controller.loops)(monitors_of(controller, name))
+    monitors = type(controller.loops)(facts_of(controller, name).monitored)
     return controller.model_copy(update={"loops": only, "monitors": monitors})
 
 

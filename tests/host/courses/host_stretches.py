@@ -8,7 +8,7 @@ from host_values import scale_of
 from numpy.typing import NDArray
 
 from heatwright.sim.host.firmware import INPUT, Command
-from heatwright.spec import Controller, Loop, ThreePosition, commanded
+from heatwright.spec import Controller, Loop, ThreePosition, facts_of
 
 LONGEST = 2000
 """Steps of a course."""
@@ -43,7 +43,7 @@ class Walk:
         ((name, loop),) = controller.loops.items()
         protection = loop.protection
         self._scale = scale_of(controller)
-        self._commanded = commanded(controller, name)
+        self._commanded = facts_of(controller, name).commanded
         self._raw = self._scale.first
         self._setpoint_c = loop.setpoint.initial_c
         self._setpoints_c = (

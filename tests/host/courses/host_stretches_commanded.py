@@ -13,9 +13,8 @@ from courses.host_stretches import ALL_CLOSED, AS_DUE, NO_GAINS, NOT_WARM, Stret
 from heatwright.sim.host.firmware import INPUT, Command
 from heatwright.sim.reference.algorithms.pid import limits_of
 from heatwright.sim.reference.programs.state import IDLE, JUMP, PAUSE, RESUME, SKIP, START, STOP
-from heatwright.spec import Controller, Current, Pid
-from heatwright.spec.adjusted import Number, numbers_of
-from heatwright.spec.commands import switched
+from heatwright.spec import Controller, Current, Pid, facts_of
+from heatwright.spec.adjusted import Number
 
 ORDERS: tuple[tuple[Any, ...], ...] = (
     *((Command.SET, value, NO_GAINS) for value in (0.0, -0.0, -1.0, 1e4, float("nan"), 30.0)),
@@ -91,9 +90,9 @@ class CommandedWalk(Walk):
     def __init__(self, controller: Controller) -> None:
         super().__init__(controller)
         ((name, loop),) = controller.loops.items()
-        self._switched = switched(controller, name)
+        self._switched = facts_of(controller, name).switched
         self._current = current_of(controller)
-        self._keyed = numbers_of(controller, name)
+        self._keyed = facts_of(controller, name).keyed_numbers
         self._lost_ticks = round((loop.protection.master_lost_after_s or 0) * 100)
         self._widest = limits_of(loop.algorithm) if isinstance(loop.algorithm, Pid) else ()
         self._go_on()
