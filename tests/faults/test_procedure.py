@@ -130,7 +130,7 @@ SPOILT: dict[str, Callable[[Fault], Fault]] = {
         faults_of("fabricator")["current_sensor_torn"], current_lies=False
     ),
     "nozzle measured 1.33 A at .* s, where 1.78 to 1.78 A flowed": lambda _: making(
-        faults_of("fabricator")["small_jumps"], reads_three_quarters
+        faults_of("fabricator")["healthy_noisy"], reads_three_quarters
     ),
     "air reached .* °C but its limit is 70.0 °C.*write loops.air.protection.heating.within: .* s": (
         fragile(70.0)

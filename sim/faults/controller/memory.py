@@ -48,7 +48,7 @@ def faults(site: Site) -> Iterator[Fault]:
     yield tripping(site, "setpoint_flipped", flip_setpoint, flipped)
     if facts_of(site.controller).checked:
         yield from (replace(fault, floats=True) for fault in _self_checked(site, start_s))
-    if site.has_operator:
+    if site.is_acknowledged:
         yield Fault(
             "record_cut_short",
             lambda: latched(site),

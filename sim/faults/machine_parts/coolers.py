@@ -30,7 +30,7 @@ def faults(site: Site) -> Iterator[Fault]:
     yield watched(site, "cooler_shorted", shorted, shorted.mend)
     dead = Heated(cooler, effects.OPENED)
     yield Fault("cooler_dead", lambda: cooling(site), dead, calm=True, watch_s=WATCH_S)
-    if site.has_operator:
+    if site.is_set:
         yield harmless(site, "heating_and_cooling_by_turns", _turns, for_s=0.0)
     yield Fault(
         "hung_while_cooling",

@@ -46,7 +46,7 @@ def _shorted(site: Site, heater: Measured) -> Fault:
             reading_s(site.loop) + STEP_S,
             given(site),
             WATCH_S,
-            certain=site.has_operator,
+            certain=site.is_set,
         ),
         again=True,
     )

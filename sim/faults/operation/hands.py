@@ -72,13 +72,18 @@ class Hand(Protocol):
 
 def hand_of(site: Site) -> Hand:
     """Return the operator of the loop, by its best interface."""
+    facts = facts_of(site.controller)
     if site.facts.switched:
-        if facts_of(site.controller).modbus is not None:
+        if facts.modbus is not None:
             return _Master()
         if site.facts.touched:
             return _AtDisplay()
         return _AtMenu() if site.has_menu else _AtPanel()
-    return _Host() if site.facts.commanded else _AtKeys()
+    if site.facts.commanded:
+        return _Host()
+    if not site.has_keys and facts.gcode is not None:
+        return _Beside(_Host())
+    return _AtKeys() if site.has_keys or facts.nextion is None else _Beside(_AtDisplay())
 
 
 class _Master:
@@ -116,6 +121,17 @@ class _Host(_Unswitched):
 
     def set_setpoint(self, world: World, setpoint_c: float) -> None:
         world.send(f"{world.site.heat_command} S{setpoint_c:g}")
+
+
+class _Beside(_Unswitched):
+    """Somebody who operates another loop, and acknowledges the faults of all loops there."""
+
+    def __init__(self, hand: Hand) -> None:
+        self.begin_acknowledging = hand.begin_acknowledging
+        self.acknowledge = hand.acknowledge
+
+    def set_setpoint(self, world: World, setpoint_c: float) -> None:
+        """Leave the setpoint: nobody can set it."""
 
 
 class _AtDisplay:

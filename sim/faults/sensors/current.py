@@ -21,7 +21,7 @@ def faults(site: Site) -> Iterator[Fault]:
     high, trip = _wire(Wiring(pin="high")), Trip(("over_current",), reading_s(site.loop))
     at_supply = tripping(site, "current_sensor_at_supply", high, trip, sound)
     yield replace(at_supply, current_lies=True, again=True)
-    if site.has_operator:
+    if site.is_set:
         stands = watched(site, "current_sensor_stands", _stand, _let_go)
         yield replace(stands, current_lies=True, again=False)
 
