@@ -13,24 +13,16 @@ from benches import Seated, board_of
 from rig.firmware import EXAMPLES, changed, example
 from suite import amount
 
-from heatwright.cli.bench import parts, store
+from heatwright.cli.bench import store
 from heatwright.cli.bench.recorded import Recorded, Unsaid
 from heatwright.cli.bench.store import Chart, Roll
 from heatwright.cli.beside import with_scenario
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.scenario import actions
-from heatwright.spec import Interface, kinds
 
 ALL = ("barrel", "chamber", "dryer", "extruder", "fabricator", "feeder", "hotplate", "incubator",
        "kiln", "kiln_uno", "press", "printer")  # fmt: skip
 DOOR = changed("chamber", ("\nsafety:", "\nsafety:\n  inputs: {door: {pin: D2, trips: false}}"))
-
-
-def test_there_is_a_seat_at_each_kind_of_interface() -> None:
-    folder = Path(parts.__file__).parent
-    assert {each.stem for each in folder.glob("*.py")} - {"__init__", "seat"} == set(
-        kinds(Interface)
-    )
 
 
 # ---- interfaces ----------------------------------------------------------------------------

@@ -164,29 +164,3 @@ def test_a_program_that_is_too_hot_for_the_type_does_not_start(hot: Cold) -> Non
     assert hot.device.read("program.state") == 0
     hot.send(f"{CHOOSE_S}#8 1;")
     assert hot.device.read("program.state") != 0
-
-
-def test_nor_does_one_from_above_what_the_type_bears(hot: Cold) -> None:
-    hot.send("#7 3,40,900:;")
-    hot.run(3.0)
-    heat(hot, K, 1305)
-    hot.run(6.0)  # for the mean of the readings
-    hot.send("#2 0;#8 1;")
-    assert (hot.device.read("fault.code"), hot.device.read("program.state")) == (0, 0)
-    hot.device.sense(hot.sensor, 1299.0)
-    hot.run(6.0)
-    hot.send("#8 1;")
-    assert hot.device.read("program.state") != 0
-
-
-def test_what_was_kept_is_lowered_after_a_loss_of_power(hot: Cold) -> None:
-    """The type is kept, the setpoint is the first one again."""
-    hot.send(f"#15 {K};#20 1350;")
-    hot.run(12.0)
-    hot.device.power_cycle()
-    hot.device.sense(hot.sensor, ROOM_C)
-    hot.run(3.0)
-    assert hot.chosen == (K, K)
-    assert settings(hot) == (20, 1350)
-    hot.send("#3 1300.1;")
-    assert settings(hot) == (20, 1350)

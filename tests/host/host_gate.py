@@ -3,7 +3,7 @@
 The permits, from the design: the main loop may be silent for 100 ms, the control step for two
 periods, the sensor for `stale_after`; a fault or a fan that stands still act at once. A loop's time
 on ends at its step, and nothing but off, a fault or a person renews it. What switches a loop off
-does so at once, and heater and cooler are never on together.
+does so at once.
 """
 
 from collections.abc import Callable, Iterator
@@ -255,7 +255,7 @@ START_C = 30.0
 def switching_problem(host: Host) -> str:
     """Say the first thing that is wrong; empty if nothing."""
     parts, switching = host.build.parts, _Switching(host)
-    checks = [switching.apart(), switching.hanging()] if parts.cooler else []
+    checks = [switching.hanging()] if parts.cooler else []
     if parts.programmed:
         checks += [switching.ordered_off(), switching.finished()]
     elif parts.switched:
@@ -364,20 +364,6 @@ class _Switching(Running):
         self.library.loop_air_disable()
         self.host.step()
         self.library.program_start(program)
-
-    def apart(self) -> Iterator[str]:
-        """Whichever is on keeps the other off, whatever is asked of both."""
-        for first, reading_c in (("heater", COLD_C), ("cooler", HOT_C)):
-            self.run_at(reading_c)
-            self.host.world.loop_hangs = 1
-            self.library.output_heater_set(100.0)
-            self.library.output_cooler_set(100.0)
-            heated, cooled = self.ticks(self.period_ticks)
-            wanted = (first == "heater", first == "cooler")
-            if (heated > 0, cooled > 0) != wanted:
-                yield f"{first} was on, then both: heater {heated}, cooler {cooled} ticks"
-            if self.host.world.both_on:
-                yield f"{first} was on, then both: they are on together"
 
     def hanging(self) -> Iterator[str]:
         """A main loop that stands still leaves the cooler as it is, and lets nothing heat."""

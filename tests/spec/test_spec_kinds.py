@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 import pytest
-from rig.firmware import EXAMPLES, ROOT, controller_of, finished, sources_of
+from rig.bad_specs import bases
+from rig.firmware import EXAMPLES, ROOT, changed, controller_of, finished, sources_of
 
 from heatwright.cli.contract import UNIONS, lacking
 from heatwright.generator.plan.core import rule_macro
@@ -190,21 +191,6 @@ class Cascade(Pid):
     tunable: ClassVar[bool] = False
     kind: Literal["cascade"]
 '''
-OVEN = """
-heatwright: 1
-controller: {{name: oven, board: uno}}
-sensors: {{air: {{kind: ds18b20, pin: D2}}}}
-outputs: {{heater: {{kind: {output}, pin: D5}}}}
-loops:
-  air:
-    sensor: air
-    heater: heater
-    period: 1 s
-    setpoint: {{initial: 50 °C, minimum: 20 °C, maximum: 60 °C}}
-    algorithm: {{kind: {algorithm}, kp: 4, ki: 0.01}}
-    protection: {{maximum: 80 °C, minimum: 0 °C, rise_rate: 5 K/s, heating: off, runaway: off,
-                  frozen: off, stale_after: 5 s}}
-"""
 
 
 @pytest.mark.parametrize(
@@ -212,7 +198,7 @@ loops:
     [
         ("pid", "digital", False),
         ("cascade", "digital", False),
-        ("cascade", "time_proportional, window: 1 s", True),
+        ("cascade", "time_proportional", True),
     ],
 )
 def test_a_duty_of_any_size_needs_an_output_that_can_make_it(
@@ -221,7 +207,11 @@ def test_a_duty_of_any_size_needs_an_output_that_can_make_it(
     (tmp_path / "lag").mkdir()
     (tmp_path / "lag" / "__init__.py").write_text("import heatwright.spec\n")
     (tmp_path / "lag" / "model.py").write_text(CASCADE)
-    (tmp_path / "oven.yaml").write_text(OVEN.format(algorithm=algorithm, output=output))
+    spec = changed(
+        bases()["pid_oven"], ("kind: pid", f"kind: {algorithm}"),
+        ("time_proportional", output), (", window: 1 s", ", window: 1 s" * fits),
+    )  # fmt: skip
+    (tmp_path / "oven.yaml").write_text(spec)
     words = ("check", "--quick", str(tmp_path / "oven.yaml"))
     told = beside(tmp_path, {"algorithm.cascade": "lag.model:Cascade"}, *words, package=tmp_path)
     assert told.returncode == (0 if fits else 2), told

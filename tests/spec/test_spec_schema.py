@@ -133,19 +133,6 @@ def test_short_forms_fit_too() -> None:
     assert load_text(text)
 
 
-def test_defaults_are_those_of_the_models() -> None:
-    """A default shown to the user, written into the file, must change nothing."""
-    definitions: Any = schema()["$defs"]
-    active = definitions["DigitalOutput"]["properties"]["active"]["default"]
-    written = changed("chamber", ("power: 240 W", f"power: 240 W, active: {active}"))
-    assert load_text(written).controller == load_text(TEXTS["chamber"]).controller
-    protection = definitions["Protection"]["properties"]
-    defaults = {key: told["default"] for key, told in protection.items() if "default" in told}
-    assert defaults == {
-        "maximum_adjustable": False, "minimum": "-10 °C", "rise_rate": "5 K/s", "stale_after": "5 s"
-    }  # fmt: skip
-
-
 @pytest.mark.parametrize("dimension", DIMENSIONS, ids=lambda dimension: dimension.name)
 @settings(max_examples=20)
 @given(number=st.sampled_from(["1", "-2.5", "+.5", "1e3", "1.", "5e-1"]), data=st.data())
