@@ -81,10 +81,10 @@ def falling_comes_back(machine: Machine) -> Findings:
     """Find a rule `runaway_below` that trips if a setpoint is raised while the machine cools.
 
     If the reading is just above the new setpoint − `below`, the rule is active at once, and the
-    machine cools further until the heater's heat arrives.
+    machine cools further until the heater, which has to wait, may switch on.
     """
     rule = machine.loop.protection.runaway
-    if rule is None or rule.below_k is None or not machine.course:
+    if rule is None or rule.below_k is None or not machine.course or not machine.held_off_s:
         return
     edge_k = machine.target_k - rule.below_k
     beyond_s = sum(
