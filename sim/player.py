@@ -145,7 +145,7 @@ class Player:
         self.segments += 1
         values = self._begun_with(0, number)
         code = int(row["fault.code"])
-        tripped = self._reference.fault_code and (
+        tripped = self._reference.fault_code == code and (
             code not in (*WATCHED_FAULTS, MONITOR_LIMIT) or self._is_equal(values, row)
         )
         time_s = float(row["time_s"])

@@ -183,11 +183,12 @@ class _Trial:
         """Wait until the machine is well below its maximum, which would rightly trip again.
 
         It must also be within its setpoints: above them, one step of an analog sensor may be
-        large enough to count as a jump.
+        large enough to count as a jump. And the reading must no longer follow the heat too fast.
         """
         loop = self.world.site.loop
         limit_c = min(loop.protection.maximum_c - COOLER_K, loop.setpoint.maximum_c)
         self.world.until(below(limit_c), COOLING_S)
+        self._moves_slowly()
 
     def _wait(self, began_s: float, when: str) -> Change | None:
         """Wait until a fault is latched; return None if no rule has tripped, which may be right."""
@@ -400,7 +401,7 @@ class _Trial:
         while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
             if world.is_locked_out:
                 ends_s = min(ends_s, world.now_s + REFUSED_S)
-            self._falls_slowly()
+            self._moves_slowly()
             world.insist(highest_c(world.site))
             world.run(REST_S)
         world.until(SPREAD, SPREADING_S)
@@ -413,10 +414,10 @@ class _Trial:
         self._holds(trips[-1], "after repeated acknowledgements")
         return trips[-1]
 
-    def _falls_slowly(self) -> None:
-        """Wait until the tip falls by half of what `rise_rate` allows: readings come in steps."""
+    def _moves_slowly(self) -> None:
+        """Wait until the tip moves by half of what `rise_rate` allows: readings come in steps."""
         loop, before_c = self.world.site.loop, math.inf
-        while before_c - self.world.tip_c > loop.rise_per_period_k / 2:
+        while abs(before_c - self.world.tip_c) > loop.rise_per_period_k / 2:
             before_c = self.world.tip_c
             self.world.run(loop.periods_s(1))
 

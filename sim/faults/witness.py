@@ -6,6 +6,7 @@ first, and the firmware has latched its fault in the same step. The readings mus
 temperatures of the sensors' tips, and the currents that flowed, unless the sensor is faulty.
 """
 
+import math
 from collections.abc import Collection, Iterator
 
 import numpy as np
@@ -125,7 +126,8 @@ def _extremes(values: Numbers, spans: NDArray[np.intp]) -> tuple[Numbers, Number
 def _not_flowed(world: World, name: str) -> Iterator[str]:
     """Compare each reading of the heater's current with the real one, to one code of the ADC.
 
-    A step takes the last complete sum of one code per tick, which began in the period before.
+    A step takes the last complete sum of one code per tick, which began in the period before; the
+    first one after a reset takes a sum of the start-up, whose end depends on the crystal.
     """
     controller, loop = world.site.controller, world.site.controller.loops[name]
     current = facts_of(controller, name).current
@@ -137,7 +139,9 @@ def _not_flowed(world: World, name: str) -> Iterator[str]:
     volts = current_v(sensor, flowed_a)
     codes = np.minimum(np.floor(CODES * volts / reference_v(sensor, controller.board)), CODES - 1)
     age_s = loop.next_step_s(sensor.oversample * TICK_S) + world.step_s
-    spans = _spans(times_s, log["time_s"] - age_s, log["time_s"] + world.step_s)
+    before_s = np.insert(log["time_s"], 0, -math.inf)[:-1]
+    since_s = np.where(log["steps"] == 1, before_s, log["time_s"] - age_s)
+    spans = _spans(times_s, since_s, log["time_s"] + world.step_s)
     least, most = _extremes(codes, spans)
     code = log["current.raw"] / sensor.oversample
     is_true = (least - 1 <= code) & (code <= most + 1)

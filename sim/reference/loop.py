@@ -220,6 +220,7 @@ class Reference:
             by_hand,
             ZERO if self._also is None else self._monitors[self._also].temperature_c,
             self.program is not None and self.program.moves,
+            bool(self.cooling),
         )
 
     def _mind_others(self, orders: Orders, setpoint: Single) -> None:

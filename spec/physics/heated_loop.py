@@ -144,8 +144,12 @@ class HeatedLoop:
     @property
     def late_s(self) -> float:
         """Longest time from asking for heat to its reading: dead time, forced pause, two steps."""
-        rest_s = max(waits_s(self._heater), self._cooled_s)
-        return self.plant.delay_s + rest_s + 2 * self.period_s
+        return self.plant.delay_s + self._rest_s + 2 * self.period_s
+
+    @property
+    def _rest_s(self) -> float:
+        """Longest time for which the heater may have to stay off when it is asked for heat, s."""
+        return max(waits_s(self._heater), self._cooled_s)
 
     @cached_property
     def hold_w(self) -> float:
@@ -278,21 +282,31 @@ class HeatedLoop:
         """Return the longest time that full power takes for a rise, s, and where it began, °C.
 
         From cold and from all starts, up to `short_k` below the highest setpoint. A reading may be
-        up to a step too low.
+        up to a step too low. Where the heater has to wait first, the machine cools meanwhile; of
+        this time only what is beyond that wait is counted.
         """
+        risen_k = rise_k + self.step_k
         return max(
-            (longest_to_rise(course, rise_k + self.step_k), self.ambient_c + course[0][1])
-            for course in (self._short(course, short_k) for course in self._courses)
+            (longest_to_rise(self._short(course, short_k), risen_k) - wait_s, from_c)
+            for wait_s, from_c, course in self._courses
         )
 
     @cached_property
-    def _courses(self) -> list[list[tuple[float, float]]]:
-        """Times and temperatures at full power, from all starts and from cold."""
-        heating = [self._heating(state, MOST_POINTS) for state in self.starts]
-        return [
-            [(time_s, self.plant.sensed_k(state)) for time_s, state in course]
-            for course in (*heating, self._cold)
-        ]
+    def _courses(self) -> list[tuple[float, float, list[tuple[float, float]]]]:
+        """Waits, s, first temperatures, °C, and courses at full power, from all starts and cold."""
+        rest_s, plant = self._rest_s, self.plant
+        waits = [(0.0, state) for state in self.starts]
+        waits += [(rest_s, state) for state in self.starts] if rest_s else []
+        found = []
+        for wait_s, state in waits:
+            heated = self._heating(
+                plant.advance(state, 0.0, wait_s) if wait_s else state, MOST_POINTS
+            )
+            course = [(wait_s + time_s, plant.sensed_k(later)) for time_s, later in heated]
+            first = [(0.0, plant.sensed_k(state))] if wait_s else []
+            found.append((wait_s, self.ambient_c + plant.sensed_k(state), [*first, *course]))
+        cold = [(time_s, plant.sensed_k(state)) for time_s, state in self._cold]
+        return [*found, (0.0, self.ambient_c + cold[0][1], cold)]
 
     def _short(
         self, course: list[tuple[float, float]], short_k: float

@@ -150,6 +150,9 @@ static uint8_t effort(void)
             code = FAULT_EFFORT_LOW;
         }
     }
+    if (loop_nozzle.cooling) {
+        code = FAULT_NONE; /* the limits are those of a machine that is not cooled */
+    }
     if (code != FAULT_NONE) {
         if (fabsf(moved_k) < LOOP_NOZZLE_EFFORT_MOVE_K) {
             guard_nozzle.effort_steps++;

@@ -101,6 +101,7 @@ class EffortNames:
     lines: list[list[str]]
     high: LineNames | None
     low: LineNames | None
+    cooled: bool
 
 
 def effort_names(loop: Loop, prefix: str) -> EffortNames | None:
@@ -129,6 +130,7 @@ def effort_names(loop: Loop, prefix: str) -> EffortNames | None:
         ],
         high=named("high"),
         low=named("low"),
+        cooled=loop.cooler is not None,
     )
 
 

@@ -89,10 +89,9 @@ def _harmless(site: Site) -> Iterator[Fault]:
 
 def _never_believed(world: World) -> str:
     """Check that the chip's power-on value was never used as a temperature."""
-    log = world.device.steps(world.site.loop_name)
+    log, name = world.device.steps(world.site.loop_name), world.site.loop.sensor
     highest_c = float(log["temperature_c"].max())
-    sensor = world.site.controller.thermometers[world.site.loop.sensor]
-    may_k = world.site.loop.protection.rise_rate_k_per_s + sensor.step_k
-    if highest_c > world.peak_c + may_k:
+    _, tips_c = world.told(name)
+    if highest_c > tips_c.max() + world.site.controller.thermometers[name].step_k:
         return f"the power-on value {highest_c:.1f} °C was used as a temperature"
     return ""

@@ -49,6 +49,8 @@ class Look(NamedTuple):
     """The reading of the second sensor, if there is one."""
     moved: bool = False
     """Whether a program has changed the setpoint, and the band with it."""
+    cooled: bool = False
+    """Whether the cooler has been on since the step before."""
 
 
 class GuardRule(Kept, ABC):
@@ -288,6 +290,8 @@ class EffortRule(GuardRule):
         if self._percent <= limit:
             limit = low_per_k * temperature_c + low
             code = 0 if self._percent >= limit else EFFORT_LOW
+        if look.cooled:
+            code = 0
         moved_k = temperature_c - self._from_c
         if code:
             if moved_k < self._move and moved_k > -self._move:

@@ -1,5 +1,6 @@
 """Checks of a machine after its heater is off: it rises further (coasts), and then it cools."""
 
+import math
 from itertools import pairwise
 
 from heatwright.spec.checks.finding import Finding, Findings
@@ -73,6 +74,32 @@ def falling_stays_above_below(machine: Machine) -> Findings:
             f"{about(needed_k)} K below it in a plant that is {number(FASTER)} times as fast",
             f"Use more than {rounded_up(needed_k)} K or a longer `for`, or let the heater switch "
             "on sooner",
+        )
+
+
+def falling_comes_back(machine: Machine) -> Findings:
+    """Find a rule `runaway_below` that trips if a setpoint is raised while the machine cools.
+
+    If the reading is just above the new setpoint − `below`, the rule is active at once, and the
+    machine cools further until the heater's heat arrives.
+    """
+    rule = machine.loop.protection.runaway
+    if rule is None or rule.below_k is None or not machine.course:
+        return
+    edge_k = machine.target_k - rule.below_k
+    beyond_s = sum(
+        later_s - time_s
+        for (time_s, sensed_k), (later_s, _) in pairwise(machine.falling(edge_k, 0.0))
+        if sensed_k <= edge_k
+    )
+    if edge_k > 0 and beyond_s >= rule.for_s:
+        yield machine.finding(
+            ("protection", "runaway", "for"),
+            f"if a setpoint of {celsius(machine.loop.setpoint.maximum_c)} is commanded while this "
+            f"plant cools through {celsius(machine.ambient_c + edge_k)}, the reading is more than "
+            f"{number(rule.below_k)} K below it for {duration(math.ceil(beyond_s))}, until the "
+            "heater's heat arrives",
+            f"Use more than {duration(math.ceil(beyond_s))}, or let the heater switch on sooner",
         )
 
 

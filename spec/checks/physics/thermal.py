@@ -11,6 +11,7 @@ from heatwright.spec.checks.physics.coasting import (
     coasting_settles,
     cooling_is_slow_enough,
     dead_band_holds,
+    falling_comes_back,
     falling_stays_above_below,
     overshoot_stays_below_maximum,
 )
@@ -54,6 +55,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             overshoot_stays_below_maximum,
             coasting_settles,
             cooling_is_slow_enough,
+            falling_comes_back,
             falling_stays_above_below,
             dead_band_holds,
             pid.window_is_smoothed,
