@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -69,12 +69,13 @@ class Number(NamedTuple):
 
 
 _FOR = Number("runaway", "for_s", "for", "s")
+_BELOW = Number("runaway", "below_k", "below", "K")
 NUMBERS = {
     "rise_rate": (Number("", "rise_rate_k_per_s", "rise_rate", "K/s"),),
     "sensor_frozen": (Number("frozen", "for_s", "for", "s"),),
     "heating_failed": (Number("heating", "within_s", "within", "s"),),
     "runaway_above": (Number("runaway", "above_k", "above", "K"), _FOR),
-    "runaway_below": (Number("runaway", "below_k", "below", "K"), _FOR),
+    "runaway_below": (_BELOW, _FOR),
     "rising_while_off": (
         Number("rising_while_off", "rise_k", "rise", "K"),
         Number("rising_while_off", "settle_s", "settle", "s"),
@@ -143,7 +144,7 @@ def rehearse(controller: Controller, part: Part, progress: Progress) -> tuple[Tr
     Each healthy machine of `verify` is tried, with rules that are stricter by MARGIN.
     """
     if part.loop is None:
-        found = _of_scenario(stricter(controller), progress)
+        found = _of_scenario(controller, progress)
         return () if found is None else (found,)
     place = Place(with_setting(controller, part.setting), part.loop)
     tried = list(machines(place))
@@ -175,6 +176,14 @@ def findings(controller: Controller, tripped: Iterable[Tripped]) -> tuple[Findin
 
 
 def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tripped | None:
+    for strict in all_stricter(controller):
+        found = _run_scenario(strict, progress)
+        if found is not None:
+            return found
+    return None
+
+
+def _run_scenario(controller: Controller, progress: Progress | None) -> Tripped | None:
     longer, device = long_enough(controller), ReferenceDevice(controller)
     trace = bench(longer, device, progress=progress)
     for loop, log in trace.steps.items():
@@ -187,11 +196,12 @@ def _of_scenario(controller: Controller, progress: Progress | None = None) -> Tr
 
 
 def _of_machine(place: Place, machine: Healthy, setting: Setting) -> Tripped | None:
-    world = _World(Place(stricter(place.controller), place.loop_name), machine)
-    try:
-        take_through(world, machine.setpoints_c)
-    except _TrippedError:
-        return world.tripped()._replace(setting=setting)
+    for strict in all_stricter(place.controller):
+        world = _World(Place(strict, place.loop_name), machine)
+        try:
+            take_through(world, machine.setpoints_c)
+        except _TrippedError:
+            return world.tripped()._replace(setting=setting)
     return None
 
 
@@ -260,15 +270,27 @@ def _enough(controller: Controller, number: Number, tripped: Sequence[Tripped]) 
 def _once_more(controller: Controller, tripped: Tripped) -> Tripped | None:
     """Repeat the run of a trip with other numbers, and return the next trip."""
     if tripped.part is None or tripped.machine is None:
-        return _of_scenario(stricter(controller))
+        return _of_scenario(controller)
     place = Place(with_setting(controller, tripped.setting), tripped.part)
     return _of_machine(place, tripped.machine, tripped.setting)
 
 
-def stricter(controller: Controller) -> Controller:
-    """Return the controller with stricter rules: their numbers are reduced by MARGIN."""
+def all_stricter(controller: Controller) -> Iterator[Controller]:
+    """Yield the controller with stricter rules, and again with each `below` as it is.
+
+    A smaller `below` is not stricter everywhere: a machine that swings far below its setpoint while
+    it warms up may never reach the smaller band, but reach and leave the larger one.
+    """
+    yield stricter(controller)
+    if any(_value(loop, _BELOW) is not None for loop in controller.loops.values()):
+        yield stricter(controller, _BELOW)
+
+
+def stricter(controller: Controller, kept: Number | None = None) -> Controller:
+    """Return the controller with stricter rules: their numbers but one are reduced by MARGIN."""
+    numbers = {each for rule in NUMBERS if rule != NO_MARGIN for each in NUMBERS[rule]} - {kept}
     for name, loop in controller.loops.items():
-        for number in {each for rule in NUMBERS if rule != NO_MARGIN for each in NUMBERS[rule]}:
+        for number in numbers:
             value = _value(loop, number)
             if value is not None:
                 controller = _with(controller, name, number, _less(value, number, loop))

@@ -1,12 +1,14 @@
 """What a healthy machine can do: how hot it gets, how fast, and up to which setpoint."""
 
 import math
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from itertools import tee
+from itertools import islice, tee
 
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
+from heatwright.sim.reference.numbers import steps
 from heatwright.spec import Controller, Heating, Loop, ThermalNetwork
 
 COURSE_STEP_S = 1.0
@@ -62,11 +64,12 @@ def room_k(site: Place) -> float:
 
 
 def jump_k(site: Place, start_c: float, hold_c: float) -> float:
-    """Return the largest jump of a tip that trips no `rise_rate`, K; negative if there is none.
+    """Return the largest jump up that trips no rule on its way back, K; negative: there is none.
 
     The machine warms up meanwhile from a steady state to a setpoint, °C, and is cooled above that;
     the reading has steps and noise. A chip that converts by itself may give two readings further
-    apart than a period.
+    apart than a period: `rise_rate`. After a jump back the machine has to warm up by the jump and
+    by the rise of `heating` in the time of that rule.
     """
     loop = site.loop
     sensor, sense = site.controller.thermometers[loop.sensor], site.network.sense[loop.sensor]
@@ -76,7 +79,31 @@ def jump_k(site: Place, start_c: float, hold_c: float) -> float:
     # A sum of readings has the noise of their mean.
     noise_k = PEAK * math.sqrt(2 / getattr(sensor, "oversample", 1)) * sense.noise_k
     step_k = sensor.step_at_k(hold_c, site.controller.board.mcu)
-    return loop.rise_per_period_k - moves_k - math.hypot(step_k, noise_k)
+    blurred_k = math.hypot(step_k, noise_k)
+    return min(loop.rise_per_period_k - moves_k, _regained_k(site, start_c, hold_c)) - blurred_k
+
+
+def _regained_k(site: Place, start_c: float, hold_c: float) -> float:
+    """Return how much more than `heating` demands the sensor rises at full power at least, K.
+
+    This is on the way to a setpoint, from a steady state but for a cold element.
+    """
+    rule, most_c = site.loop.protection.heating, hold_c + _beyond_k(site.loop)
+    if rule is None:
+        return math.inf
+    starts_c = _with_cold_element(site, site.network, site.ambient_c, start_c)
+    taken = course(
+        site, site.network, ambient_c=site.ambient_c, starts_c=starts_c, step_s=site.loop.period_s
+    )
+    periods, least_k = steps(rule.within_s, site.loop), math.inf
+    before_c: deque[float] = deque(maxlen=periods)
+    for _, sensed_c in islice(taken, MOST_ROWS + periods):
+        if sensed_c >= most_c:
+            break
+        if len(before_c) == periods:
+            least_k = min(least_k, sensed_c - before_c[0])
+        before_c.append(sensed_c)
+    return least_k - rule.rise_k
 
 
 def _fastest_k(site: Place, start_c: float, asked: Mapping[str, float]) -> float:
@@ -160,10 +187,11 @@ def course(
     *,
     ambient_c: float,
     starts_c: Mapping[str, float] | None = None,
+    step_s: float | None = None,
 ) -> Iterator[tuple[float, float]]:
     """Yield time (s) and temperature (°C) at full power, from cold or from given temperatures."""
     at_rest = network.model_copy(update={"initial_c": ambient_c})
-    step_s = max(COURSE_STEP_S, site.loop.period_s)
+    step_s = step_s or max(COURSE_STEP_S, site.loop.period_s)
     plant = plant_of(
         site.controller, at_rest, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c
     )
@@ -222,15 +250,20 @@ def _comes_warm(
     start_c, most_c = target_c - WARM_K, target_c + _beyond_k(site.loop)
     if start_c <= ambient_c:
         return True  # as from cold
-    rested_c = profile_c(
-        site.controller, network, site.loop_name, start_c, ambient_c=ambient_c
-    )  # fmt: skip
-    spread_c = {node: min(start_c, each_c) for node, each_c in rested_c.items()}
+    spread_c = _with_cold_element(site, network, ambient_c, start_c)
     taken = course(site, network, ambient_c=ambient_c, starts_c=spread_c)
     return all(
         _rising_until(each, most_c, *need) >= most_c
         for each, need in zip(tee(taken, len(needs)), needs, strict=True)
     )
+
+
+def _with_cold_element(
+    site: Place, network: ThermalNetwork, ambient_c: float, start_c: float
+) -> dict[str, float]:
+    """Return the nodes' temperatures, °C: the steady state at the sensor's, but none above that."""
+    rested_c = profile_c(site.controller, network, site.loop_name, start_c, ambient_c=ambient_c)
+    return {node: min(start_c, each_c) for node, each_c in rested_c.items()}
 
 
 def _needed_rises(site: Place) -> Iterator[tuple[float, float]]:

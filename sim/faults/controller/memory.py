@@ -31,6 +31,7 @@ BYTES = 7
 REFERENCE_OFF = 0.6
 WRONG_S = 1.0 + 2 * TICK_S
 """Longest time to a trip: the ADC is checked once a second; plus one tick before and after."""
+HALF_PERCENT = 50.0
 LOOKS = 3
 HELD_S = (LOOKS + 2) * TICK_S
 """Longest time to a trip: LOOKS reads of a pin, the first at its switching, and two ticks."""
@@ -174,12 +175,16 @@ def _asked_within_s(output: Any) -> float:
 def hold_other(world: World, output: str, within_s: float, *, at_start: bool = False) -> None:
     """Short an output's pin to the level that it does not have now, until a fault is latched.
 
+    In windows it is the level that it has for the shorter time: a low duty is on for too few looks.
     at_start -- restart first, so that this is the level of an output that is on.
     """
     if at_start:
         world.power_cut(world.step_s)
     avr, switch = world.device.avr, world.device.outputs[output]
-    held: Level = "low" if switch.on == (switch.active == "high") else "high"
+    on = switch.on
+    if world.site.controller.switches[output].is_windowed:
+        on = world.loop("duty_percent") >= HALF_PERCENT
+    held: Level = "low" if on == (switch.active == "high") else "high"
     latches, tripped = world.site.program.function("fault_trip"), False
 
     def act(end_s: float) -> None:

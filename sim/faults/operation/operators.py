@@ -108,9 +108,19 @@ def _last_on_s(world: World) -> float:
 
 
 def _one_step(world: World) -> str:
-    """Check that a stuck key counts as one press, or as none on a menu's first screen."""
-    moves_k = 0.0 if world.site.has_menu else world.site.key_step_k
-    return starts.setpoint_moved(world, starts.highest_c(world.site) - moves_k)
+    """Check that a stuck DOWN counts as one press, or as none on a menu's first screen.
+
+    The last step before the lowest setpoint may be shorter. There DOWN switches the loop off,
+    which is a setpoint of 0 for a host.
+    """
+    site, before_c = world.site, starts.highest_c(world.site)
+    lowest_c, expected_c = site.loop.setpoint.minimum_c, before_c
+    if not site.has_menu and site.key_step_k:
+        if before_c > lowest_c + starts.SINGLE_K:
+            expected_c = max(lowest_c, before_c - site.key_step_k)
+        elif site.facts.hosted:
+            expected_c = 0.0
+    return starts.setpoint_moved(world, expected_c)
 
 
 def _play(world: World) -> None:
