@@ -25,9 +25,9 @@ class StateLog:
     """
 
     def __init__(self, elf: Elf, variables: Variables, controller: Controller, name: str) -> None:
+        self._counter = variables[f"loop_{name}.steps"]
         # A tick ends there. A master may be answered after it, before the processor sleeps.
         self._ends = elf.function("clock_wait")
-        self._counter = variables[f"loop_{name}.steps"]
         self._variables = variables
         self._columns = _columns(variables, controller, name)
         kept = [variables[path] for path in self._columns.values()]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from any_machine.drawing import MACHINES, drawn_machine
 from machines import events
-from rig.firmware import changed, controller_of, example, whole
+from rig.firmware import changed, controller_of, edited, example, whole
 from suite import SEED, amount
 
 from heatwright.sim.arrays.masks import afresh
@@ -70,12 +70,15 @@ def begun(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule
     return effort
 
 
-def stepped(effort: EffortRule, celsius: float, duty: float, steps: int = 1) -> list[int]:
+def stepped(
+    effort: EffortRule, celsius: float, duty: float, steps: int = 1, *, cooled: bool = False
+) -> list[int]:
     found = []
     for _ in range(steps):
         effort.feel(Single(duty))
-        t = Single(celsius)
-        found.append(effort.check(Look(t, t, 1, 0, t, Single(duty), Single(duty), Single(100))))
+        t, asked = Single(celsius), Single(duty)
+        look = Look(t, t, 1, 0, t, asked, asked, Single(100), cooled=cooled)
+        found.append(effort.check(look))
     return found
 
 
@@ -95,6 +98,16 @@ def test_too_much_trips_and_what_fits_begins_the_time_anew() -> None:
     assert not any(stepped(effort, 60.0, 80.0, first))
     stepped(effort, 60.0, 0.0, 5)
     assert not any(stepped(effort, 60.0, 80.0, 5))
+
+
+def test_what_is_cooled_needs_more_and_begins_the_time_anew() -> None:
+    effort = begun()
+    assert not any(stepped(effort, 60.0, 80.0, 300, cooled=True))
+    assert stepped(effort, 60.0, 80.0, 5) == [0, 0, 0, 0, EFFORT_HIGH]
+    effort = begun()
+    for _ in range(50):
+        assert not any(stepped(effort, 60.0, 80.0, 4))
+        assert not any(stepped(effort, 60.0, 80.0, cooled=True))
 
 
 def test_a_reading_that_moves_counts_for_nothing_and_takes_the_power_along() -> None:
@@ -271,8 +284,9 @@ def test_a_wide_hysteresis_is_no_leak_wherever_it_is_switched_off(
 
 def test_a_loop_that_switches_through_a_long_window_is_not_watched_unless_asked() -> None:
     """Much else is asked for than is given: healthy machines had 33 then."""
-    windows = "kind: time_proportional, window: 5 s, resolution: 20 ms, pin: D3"
+    windows = "kind: time_proportional, window: 4 s, resolution: 20 ms, pin: D3"
     text = WIDE.replace("kind: digital, pin: D3", windows).replace("200 J/K", "60 J/K")
+    text = edited(text, "{simulation.plant.bears: {air: 250 °C}}")
     assert controller_of(text).loops["air"].protection.effort is None
     for asked_for in ("{}", "{for: 10 min}"):
         watched_text = text.replace("      rise", f"      effort: {asked_for}\n      rise")

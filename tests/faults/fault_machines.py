@@ -106,6 +106,8 @@ class Machine(NamedTuple):
 
 UNSEEN = ("heater_aged", "reading_drifts_low")
 """Where the band allows all power at the setpoints that people can ask for."""
+NOISY = ("small_jumps",)
+"""Where noise and a pulse of the heater together may jump as far as `rise_rate` allows."""
 
 MACHINES = {
     "chamber": Machine("chamber", healthy=True),
@@ -127,7 +129,7 @@ MACHINES = {
         bed("falling", interface=KEYS).replace("stale_after: 1 s", "stale_after: 50 s")
         .replace("{rise: 2 K, within: 60 s}", "{rise: 0.5 K, within: 7 s}"),
         otherwise={"intermittent_wire": "heating_failed"},
-        only=("intermittent_wire",), absent=("reading_drifts_low",),
+        only=("intermittent_wire",), absent=("reading_drifts_low", "small_jumps"),
     ),
     # In half a second it falls too little to jump. The heavy one that loses much is too weak.
     "bare": Machine(
@@ -136,9 +138,11 @@ MACHINES = {
     # Its integral begins above what the band lets be seen.
     "extruder": Machine("extruder", absent=UNSEEN),
     # Its switch that has died gives the whole supply, which is above what trips.
-    "fabricator": Machine("fabricator", otherwise={
-        "switch_shorted_when_hot": "over_current", "switch_shorted_in_band": "over_current",
-    }),
+    "fabricator": Machine(
+        "fabricator", otherwise={
+            "switch_shorted_when_hot": "over_current", "switch_shorted_in_band": "over_current",
+        }, absent=NOISY,
+    ),
     "kiln": Machine("kiln"),
     "kiln_uno": Machine(
         "kiln_uno",
@@ -150,6 +154,7 @@ MACHINES = {
             "open", "heater_open", "switch_shorted_when_hot", "switch_shorted_in_band", "fire",
             "cooler_shorted", "heating_and_cooling_by_turns", "hung_while_cooling",
         ),
+        absent=NOISY,
     ),
     **{
         kind: Machine(
@@ -182,7 +187,7 @@ MACHINES = {
     **{
         f"left_{name}": Machine(
             changed(name, *others), only=("left_on", "switched_on_anew", "on_time_flipped"),
-            absent=UNSEEN * (name == "extruder"),
+            absent={"extruder": UNSEEN, "fabricator": NOISY}.get(name, ()),
         )
         for name, *others in (
             ("chamber", ("starts: enabled  ", "starts: disabled "),
@@ -205,7 +210,8 @@ MACHINES = {
     ),
     # A fire reaches a loop that cools from its start on.
     "at_once": Machine(
-        changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",)
+        changed("fabricator", ("starts: disabled", "starts: enabled")), only=("fire",),
+        absent=NOISY,
     ),
 }  # fmt: skip
 

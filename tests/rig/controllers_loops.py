@@ -380,9 +380,11 @@ class LoopDraw:
         rules["rise_rate"] = text(tidy(rate, 4), "K/s")
         slowest = self.rate_k_per_s * (1 - 1 / self.strength)
         rise_k = draws.one(2.0, 0.1, 10.0)
-        waits_s = max(self.held_off_s, self.cooler_on_s, self.window_s)
+        waits_s = max(self.held_off_s, self.cooler_on_s, 2 * self.window_s)
         held_s = self.delay_s + waits_s + 3 * self.lag_s
-        within_s = 4 * (rise_k + self.step_k) / slowest + 2 * held_s + 2 * self.period_s
+        # What the machine loses while the heater waits, at most as fast as it heats, it regains.
+        regains_s = waits_s * self.rate_k_per_s / slowest / self.strength
+        within_s = 4 * (rise_k + self.step_k) / slowest + 2 * (held_s + regains_s + self.period_s)
         self._rule(rules, "heating", {"rise": text(rise_k, "K"), "within": self._time(within_s)})
         rules |= {"heating": "off"} if within_s > longest_s else {}
         self._runaway(rules)
@@ -445,7 +447,7 @@ class LoopDraw:
         self.above_k: float = self._beyond_dead_band(draws.number(least_k, least_k + 50, 10, 0.1))
         rule = {"above": text(self.above_k, "K")}
         if draws.some():
-            waits_s = max(self.held_off_s, self.cooler_on_s, self.window_s)
+            waits_s = max(self.held_off_s, self.cooler_on_s, 2 * self.window_s)
             late_s = 0.0 if self.kind == "pid" else self.late_s + waits_s + 2 * self.period_s
             least_k += math.ceil(3 * late_s * self.rate_k_per_s / self.strength)
             if self.kind == "pid" and not self.integrates:  # comes to rest below its setpoint
@@ -453,6 +455,7 @@ class LoopDraw:
                 least_k += math.ceil(1.5 * held / self.algorithm["kp"])
             below_k = self._beyond_dead_band(draws.number(least_k, least_k + 50, 10, 0.1))
             rule["below"] = text(below_k, "K")
+            held_s = max(held_s, 1.1 * waits_s)
             self.above_k = min(self.above_k, below_k)
         rule["for"] = self._time(max(2 * held_s, draws.one(60, 10, 1000) * self.period_s))
         self._rule(rules, "runaway", rule)
