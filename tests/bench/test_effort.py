@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from any_machine.drawing import MACHINES, drawn_machine
 from machines import events
-from rig.firmware import changed, controller_of, edited, example, whole
+from rig.firmware import changed, controller_of, example, whole
 from suite import SEED, amount
 
 from heatwright.sim.arrays.masks import afresh
@@ -286,7 +286,7 @@ def test_a_loop_that_switches_through_a_long_window_is_not_watched_unless_asked(
     """Much else is asked for than is given: healthy machines had 33 then."""
     windows = "kind: time_proportional, window: 4 s, resolution: 20 ms, pin: D3"
     text = WIDE.replace("kind: digital, pin: D3", windows).replace("200 J/K", "60 J/K")
-    text = edited(text, "{simulation.plant.bears: {air: 250 °C}}")
+    text = text.replace("    sense:", "    bears: {air: 250 °C}\n    sense:")
     assert controller_of(text).loops["air"].protection.effort is None
     for asked_for in ("{}", "{for: 10 min}"):
         watched_text = text.replace("      rise", f"      effort: {asked_for}\n      rise")
