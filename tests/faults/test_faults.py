@@ -66,6 +66,49 @@ STOPPED = changed(
     ("within: 120 s", "within: 1 h"), ("above: 10 K", "above: 30 K"),
 )  # fmt: skip
 """A host stops it in the middle of a long period."""
+IDLE = edited("fabricator", """
+interfaces: null
+comparison: null
+sensors.current: null
+outputs.supply_relay: null
+outputs.heater: {kind: digital, pin: PD5, power: 76.6 W}
+loops.nozzle.starts: null
+loops.nozzle.setpoint.initial: 21 °C
+loops.nozzle.protection.master_lost_after: null
+safety: {watchdog: 1 s}
+simulation.plant.sense: {nozzle: {node: block, lag: 3 s}}
+simulation.scenario: [{for: 10 s}]
+""")  # fmt: skip
+"""The room is within its dead band: neither heater nor cooler ever goes on."""
+RELAYED = edited("fabricator", "{outputs.heater: {kind: pwm, pin: PD5, frequency: 1 kHz, "
+    "power: 76.6 W, supply: 43 V, current: {sensor: current, trip: 4 A}}}")  # fmt: skip
+"""A shorted wire takes more than the heater's full current through the relay."""
+BESIDE = edited("printer", """
+interfaces.0.loops: {T0: hotend}
+loops.bed.setpoint: {initial: 60 °C, minimum: 30 °C, maximum: 110 °C}
+loops.bed.autotune: null
+simulation.scenario: [{for: 10 s}]
+""")  # fmt: skip
+"""Nobody commands the bed, but the hotend's host acknowledges its faults."""
+KEYED_LID = edited("chamber", """
+sensors.lid: {kind: ds18b20, pin: A2}
+outputs.lid_heater: {kind: digital, pin: A3, power: 100 W}
+loops.lid: {sensor: lid, heater: lid_heater, period: 1 s, starts: disabled,
+  setpoint: {initial: 40 °C, minimum: 30 °C, maximum: 60 °C},
+  algorithm: {kind: on_off, hysteresis: 1 K}, protection: {maximum: 75 °C, stale_after: 5 s}}
+loops.air.starts: null
+loops.air.setpoint.initial: 30 °C
+interfaces.0.loop: lid
+simulation.scenario: [{for: 10 s}]
+simulation.plant.nodes.lid: 400 J/K
+simulation.plant.links.3: {between: [lid, ambient], resistance: 1 K/W}
+simulation.plant.heat.lid_heater: lid
+simulation.plant.sense.lid: {node: lid}
+""")  # fmt: skip
+"""The display shows a loop that is off while another one is tried."""
+RARELY_SAVED = edited("kiln_uno", "{programs.save_every: 1 h, "
+    "programs.after_power_loss: {resume_within: 1 K, otherwise: pause}}")  # fmt: skip
+"""After a loss of power it is much warmer than at the last save."""
 KNOWN = {rule.id for rule in RULES.values()}
 ELSEWHERE = {"monitor_limit", "fan_stopped", "input_open", "sensors_disagree"}
 """Rules of what only some machines have: test_beside.py trips them."""
@@ -130,11 +173,20 @@ def test_a_spec_without_machine(chamber: Controller) -> None:
         (WARM_TWO, "lid.unplugged"), (GENTLE, "heater_shorted"), (SLOW, "relay_contact_shorted"),
         (SLOW_KEYS, "lid.unplugged"), (STOPPED, "host_stop"),
         (changed("fabricator", ("stale_after: 1 s", "stale_after: 5 s")), "adc_hangs"),
+        (IDLE, "pin_held"), (RELAYED, "heater_shorted"), (BESIDE, "bed.fallen_out_insisted"),
     ],
 )  # fmt: skip
 def test_a_fault_of_one_loop_is_one_of_all(spec: str, fault: str) -> None:
     """Also one that both tell of in the same tick, as of a converter that both have."""
     assert judged(spec, fault)
+
+
+def test_a_display_shows_again_what_it_showed() -> None:
+    assert judged(KEYED_LID, "display_unplugged") is None
+
+
+def test_a_program_that_is_rarely_saved_waits_after_a_loss_of_power() -> None:
+    assert judged(RARELY_SAVED, "power_cut_in_program") is None
 
 
 @pytest.mark.parametrize(

@@ -1,105 +1,32 @@
-"""What a touch display may order, what that changes, and what its pages show, told from
-docs/nextion.md alone; and thousands of bad orders.
+"""What a touch display may order, and what its pages show, told from docs/nextion.md; and thousands
+of bad orders.
 """
 
 import random
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from decimal import ROUND_HALF_UP, Context, Decimal
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from decimal import ROUND_HALF_UP, Decimal
 
 import numpy as np
 
+from heatwright.sim.reference.interfaces.display import Editor
+from heatwright.sim.reference.programs.copies import FAST, HOLD, OVER, RATE, UNTIL, Copy, Part
 from heatwright.spec import Controller, facts_of
 from heatwright.spec.nextion import display_pages
 from heatwright.spec.nextion.parts import AMBER, FIELD, GREEN
 
-Segment = tuple[int, int, int]
-"""Kind, target in tenths of a degree, amount in seconds or tenths of a kelvin per hour."""
-OVER, RATE, FAST, HOLD, UNTIL = range(1, 6)
-KINDS = (OVER, RATE, FAST, UNTIL, HOLD)
-"""By their number in an order."""
-TARGETED = (OVER, RATE, FAST)
-POINTS, HIGHEST_DC, LONGEST_S, FASTEST = 10, 11_000, 31 * 86_400, 65_535
-MOST_HUNDREDTHS, MOST_TENTHS, MOST_DIGITS = 99_999_999, 32_767, 9
+POINTS = 10
 NUMBER = re.compile(r"-?([0-9]+\.?[0-9]*|\.[0-9]+)")
-EXACT = Context(prec=400)
 WORDS = {OVER: "time", RATE: "K/h", FAST: "fast", HOLD: "hold", UNTIL: "until"}
 RUNS = ("runs", "held back", "waits for temperature", "waits for the operator")
 STATES = {2: "paused", 3: "returns to its setpoint", 5: "paused by a fault"}
 ENDS = ("off", "finished", "stopped", "stopped by a fault")
 
 
-def scaled(text: str, decimals: int) -> int | None:
-    """A number in units of its last decimal, rounded half away from zero; none if it is not one."""
-    if NUMBER.fullmatch(text) is None:
-        return None
-    exact = EXACT.scaleb(EXACT.create_decimal(text), decimals)
-    if abs(int(exact)) >= 10**MOST_DIGITS:
-        return None
-    return int(exact.to_integral_value(ROUND_HALF_UP))
-
-
-def whole(text: str, most: int) -> int | None:
-    return int(text) if re.fullmatch("[0-9]+", text) and int(text) <= most else None
-
-
-def changed_by(before: Sequence[Segment], text: str) -> list[Segment] | None:
-    """A program after order 7; none where the order is refused."""
-    after = list(before)
-    *points, rest = text.split(":")
-    for fields in (point.split(",") for point in points):
-        if len(fields) not in {3, 4}:
-            return None
-        number, kind = whole(fields[0], POINTS + 1), whole(fields[3:][0] if fields[3:] else "0", 4)
-        amount, target = amount_of(fields[1], is_rate=kind == 1), scaled(fields[2], 1)
-        if number is None or kind is None or amount is None or target is None:
-            return None
-        possible = 0 <= amount <= MOST_HUNDREDTHS and abs(target) <= MOST_TENTHS
-        if not possible or not 1 <= number <= len(after) + 1:
-            return None
-        if kind == amount == target == 0:
-            del after[number - 1 :]
-        elif number > POINTS:
-            return None
-        else:
-            after[number - 1 : number] = [made(after[: number - 1], KINDS[kind], amount, target)]
-    return after if points and not rest and all(map(is_sound, after)) else None
-
-
-def amount_of(text: str, *, is_rate: bool) -> int | None:
-    """A time in hundredths of a minute, or a rate; a time may have its hours before an `h`."""
-    hours, h, minutes = text.partition("h")
-    amount = scaled(hours, 2)
-    if not h:
-        return amount
-    rest = scaled(minutes, 2) if minutes else 0
-    if is_rate or amount is None or rest is None or amount < 0 or amount % 100:
-        return None
-    return 60 * amount + rest if 0 <= rest < 6000 else None
-
-
-def made(before: Sequence[Segment], kind: int, amount: int, target: int) -> Segment:
-    """A segment behind others: to where they lead already, it is a hold."""
-    seconds = (6 * amount + 5) // 10
-    led_to = [to for other, to, _ in before if other in TARGETED]
-    if kind == HOLD or (kind == OVER and led_to[-1:] == [target]):
-        return HOLD, 0, seconds
-    amounts = {OVER: seconds, RATE: (amount + 5) // 10}
-    return kind, target if kind in TARGETED else 0, amounts.get(kind, 0)
-
-
-def is_sound(segment: Segment) -> bool:
-    kind, target, amount = segment
-    most = {OVER: LONGEST_S, HOLD: LONGEST_S, RATE: FASTEST}.get(kind)
-    return 0 <= target <= HIGHEST_DC and (most is None or 1 <= amount <= most)
-
-
-def segments_of(state: Mapping[str, str]) -> list[Segment]:
+def segments_of(state: Mapping[str, str]) -> Copy:
     """The program that is shown."""
-    return [
-        (int(kind), int(target), int(amount))
-        for kind, target, amount in (each.split("/") for each in state["points"].split(",")[:-1])
-    ]
+    return tuple(Part(*map(int, each.split("/"))) for each in state["points"].split(",")[:-1])
 
 
 # -- pages
@@ -158,7 +85,7 @@ def _row(state: Mapping[str, str], row: int) -> dict[str, object]:
         f"p{row}.bco": AMBER if marked else GREEN if running else FIELD,
         f"k{row}.txt": WORDS.get(kind, ""),
         f"m{row}.txt": _amount(kind, rounded(amounts[kind], 2)) if kind in amounts else "",
-        f"t{row}.txt": short(Decimal(target) / 10) if kind in TARGETED else "",
+        f"t{row}.txt": short(Decimal(target) / 10) if kind in (OVER, RATE, FAST) else "",
     }
 
 
@@ -230,6 +157,7 @@ class Grammar:
         assert programs is not None
         loop = controller.loops[interface.loop]
         self.setpoints_c = loop.setpoint.minimum_c, loop.setpoint.maximum_c
+        self.editor = Editor(controller)
         self.places, self.points = programs.places, programs.points
         self.wholes = {
             2: (0, 1), 8: (1, self.places), 9: (0, 1), 10: (1, self.points), 11: (0, self.points),
@@ -252,11 +180,13 @@ class Grammar:
             return data.isdigit() and low <= int(data) <= high
         if order in self.numbers:
             low, high = self.numbers[order]
-            return scaled(data, 2) is not None and low <= float(data) <= high
+            return NUMBER.fullmatch(data) is not None and low <= float(data) <= high
         if order == 14:
             return 1 <= len(data) <= 12 and bool(data.strip()) and not set(data) & set('"\\')
-        before = ([(FAST, 0, 0)] * count for count in range(self.points + 1))
-        return order == 7 and any(changed_by(each, data) is not None for each in before)
+        after = None
+        with suppress(ValueError):
+            after = self.editor.edited(self.points * (Part(UNTIL),), data)
+        return order == 7 and after is not None
 
 
 class Malice:

@@ -46,3 +46,17 @@ def test_a_part_of_any_kind_acts_when_it_says(monkeypatch: pytest.MonkeyPatch) -
     assert not device.is_attended
     assert beacon.acted_s == pytest.approx([EVERY_S * each for each in range(1, 9)], abs=1e-3)
     assert beacon.records > 0
+
+
+def test_a_step_is_logged_as_it_is_at_the_end_of_its_tick() -> None:
+    """A master's answer, before the processor sleeps, belongs to the next step."""
+    device = device_of("chamber", 25.0)
+    avr, steps = device.avr, device.variables["loop_air.steps"]
+    ends = device.elf.function("clock_wait")
+    device.advance(3.5)
+    while device.read("loop_air.steps") < 5:
+        assert avr.run_to_code(ends, device.cycle_at(10.0))
+    avr.run_to(avr.cycle + 1)
+    avr.write_ram(steps.address, bytes([0]))
+    device.advance(4.9)
+    assert device.steps("air")["steps"].tolist()[-2:] == [4, 5]

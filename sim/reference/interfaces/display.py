@@ -6,6 +6,8 @@ See docs/nextion.md, "Segments".
 import re
 from collections.abc import Callable
 from contextlib import suppress
+from fractions import Fraction
+from math import floor
 
 from heatwright.sim.reference.interfaces.operator import Operator
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
@@ -96,21 +98,30 @@ def _orders(operator: ProgrammedOperator) -> Does:
     }
 
 
-TIMED, AT_A_RATE, AT_ONCE, FOR_OPERATOR, HELD = range(5)
-"""Kinds of segments, as they are sent."""
-SECONDS = MINUTES = 60
-LONGEST_S, FASTEST = 2_678_400, 65_535
+TIMED, AT_A_RATE, HELD = 0, 1, 4
+"""Kinds of segments, as they are sent; 2 is as fast as possible, 3 waits for the operator."""
+LIMITS = {OVER: 2_678_400, HOLD: 2_678_400, RATE: 65_535}
+"""Longest times, s, and fastest rate, 0.1 K/h."""
+MOST_HUNDREDTHS, MOST_TENTHS = 99_999_999, 32_767
+"""Largest numbers that may be sent: an amount, and a temperature."""
+HOUR = 6_000
+"""In hundredths of a minute."""
+_NUMBER = r"-?(?:\d+\.?\d*|\.\d+)"
+_SEGMENT = re.compile(rf"(\d+),(?!,)(?:({_NUMBER})h)?({_NUMBER})?,({_NUMBER})(?:,(\d+))?", re.ASCII)
 
 
-def _minutes(text: str) -> float:
-    """Parse minutes, or hours and minutes: 90, 1h30, 1h. Raises ValueError."""
-    hours, h, minutes = text.partition("h")
-    if not h:
-        return float(text)
-    rest = float(minutes or 0)
-    if not float(hours).is_integer() or float(hours) < 0 or not 0 <= rest < MINUTES:
-        raise ValueError(f"{text}: whole hours, and less than 60 minutes")
-    return MINUTES * float(hours) + rest
+def _steps(text: str, decimals: int) -> int:
+    """Parse a number in units of its last decimal; halves are rounded away from zero."""
+    size: int = floor(Fraction(text.removeprefix("-")) * 10**decimals + Fraction(1, 2))
+    return -size if text.startswith("-") else size
+
+
+def _hundredths(hours: str | None, amount: str | None) -> int:
+    """Parse minutes or a rate, as 90, or hours and minutes, as 1h30 or 1h. Raises ValueError."""
+    whole, rest = _steps(hours or "0", 2), _steps(amount or "0", 2)
+    if hours and (whole < 0 or whole % 100 or not 0 <= rest < HOUR):
+        raise ValueError(f"{hours}h{amount or ''}: whole hours, and less than 60 minutes")
+    return whole // 100 * HOUR + rest
 
 
 class Editor:
@@ -130,43 +141,41 @@ class Editor:
         Raises ValueError: some of it is invalid; the program is then unchanged.
         """
         parts = list(copy)
-        for point in text.removesuffix(":").split(":"):
-            fields = point.split(",")
-            if len(fields) not in (3, 4):
-                raise ValueError(f"{point}: a segment has three numbers, or four")
-            number = float(fields[0])
-            is_rate = fields[3:] == [str(AT_A_RATE)]
-            amount = float(fields[1]) if is_rate else _minutes(fields[1])
-            rest = [amount, *map(float, fields[2:])]
-            place = int(number)
-            if place != number or not 1 <= place <= min(len(parts) + 1, self._points):
-                raise ValueError(f"{point}: there is no place {number:g}")
-            if rest == [0, 0]:
+        if not text.endswith(":"):
+            raise ValueError(f"{text!r} does not end with a colon")
+        for point in text[:-1].split(":"):
+            found = _SEGMENT.fullmatch(point)
+            if found is None:
+                raise ValueError(f"{point!r} is no segment")
+            place, kind = int(found[1]), int(found[5] or TIMED)
+            amount, to_dc = _hundredths(found[2], found[3]), _steps(found[4], 1)
+            if kind == AT_A_RATE and found[2]:
+                raise ValueError(f"{point}: a rate has no hours")
+            if not 0 <= amount <= MOST_HUNDREDTHS or abs(to_dc) > MOST_TENTHS or kind > HELD:
+                raise ValueError(f"{point}: a number is out of range")
+            ends = kind == amount == to_dc == 0
+            if not 1 <= place <= min(len(parts) + 1, self._points + ends):
+                raise ValueError(f"{point}: there is no place {place}")
+            if ends:
                 del parts[place - 1 :]
             else:
-                parts[place - 1 : place] = [self._part(parts[: place - 1], *rest)]
+                parts[place - 1 : place] = [_part(parts[: place - 1], kind, amount, to_dc)]
+        if not all(map(self._is_sound, parts)):
+            raise ValueError(f"{text}: a temperature, time or rate is out of range")
         return tuple(parts)
 
-    def _part(self, before: list[Part], amount: float, celsius: float, kind: float = TIMED) -> Part:
-        to_dc = round(10 * celsius)
-        targets = [part.to_dc for part in before if part.target_c is not None]
-        stays = kind == TIMED and targets and targets[-1] == to_dc
-        if kind == HELD or stays:
-            return self._sound(Part(HOLD, 0, round(SECONDS * amount)), LONGEST_S)
-        if kind == FOR_OPERATOR:
-            return Part(UNTIL)
-        if not self._range_dc[0] <= to_dc <= self._range_dc[1]:
-            raise ValueError(f"{celsius:g} °C is no setpoint")
-        if kind == AT_ONCE:
-            return Part(FAST, to_dc)
-        if kind == AT_A_RATE:
-            return self._sound(Part(RATE, to_dc, round(10 * amount)), FASTEST)
-        if kind == TIMED:
-            return self._sound(Part(OVER, to_dc, round(SECONDS * amount)), LONGEST_S)
-        raise ValueError(f"there is no kind {kind:g}")
+    def _is_sound(self, part: Part) -> bool:
+        lowest, highest = self._range_dc
+        return (part.target_c is None or lowest <= part.to_dc <= highest) and (
+            part.kind not in LIMITS or 1 <= part.amount <= LIMITS[part.kind]
+        )
 
-    @staticmethod
-    def _sound(part: Part, most: int) -> Part:
-        if not 1 <= part.amount <= most:
-            raise ValueError(f"{part.amount} is not within 1 to {most}")
-        return part
+
+def _part(before: list[Part], kind: int, amount: int, to_dc: int) -> Part:
+    """Return a segment behind others: to where they lead already, it is a hold."""
+    targets = [part.to_dc for part in before if part.target_c is not None]
+    if kind == TIMED and targets[-1:] == [to_dc]:
+        kind = HELD
+    seconds, rate = (6 * amount + 5) // 10, (amount + 5) // 10
+    over, at_a_rate = Part(OVER, to_dc, seconds), Part(RATE, to_dc, rate)
+    return (over, at_a_rate, Part(FAST, to_dc), Part(UNTIL), Part(HOLD, 0, seconds))[kind]
