@@ -34,6 +34,7 @@ def _shorted(site: Site, heater: Measured) -> Fault:
     """A wire with so little resistance that the current trips at any duty.
 
     Without an operator the loop may ask for less than the shortest pulse: then no current flows.
+    With one, an integral alone may take long to ask for it again after the acknowledgement.
     """
     shorted = Heated(site.loop.heater, Heat(once_asked=BEYOND * heater.over_a / heater.mean_a))
     return Fault(
@@ -45,7 +46,7 @@ def _shorted(site: Site, heater: Measured) -> Fault:
             ("over_current",),
             reading_s(site.loop) + STEP_S,
             given(site),
-            WATCH_S,
+            starts.LONGEST_S if site.is_set else WATCH_S,
             certain=site.is_set,
         ),
         again=True,
