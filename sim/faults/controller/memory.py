@@ -161,7 +161,7 @@ def _held_pin(site: Site, start_s: float) -> Fault:
     holds = partial(
         hold_other, output=output, within_s=within_s, at_start=bool(switch.frequency_hz)
     )
-    return tripping(site, "pin_held", holds, Trip(("pin_held",), within_s))
+    return tripping(site, "pin_held", holds, Trip(("pin_held",), within_s + STEP_S))
 
 
 def _asked_within_s(output: Any) -> float:
@@ -176,10 +176,13 @@ def hold_other(world: World, output: str, within_s: float, *, at_start: bool = F
     """Short an output's pin to the level that it does not have now, until a fault is latched.
 
     In windows it is the level that it has for the shorter time: a low duty is on for too few looks.
-    at_start -- restart first, so that this is the level of an output that is on.
+    at_start -- restart first, so that this is the level of an output that is on. Otherwise a relay
+    first has to follow its heater.
     """
     if at_start:
         world.power_cut(world.step_s)
+    else:
+        world.run(world.step_s)
     avr, switch = world.device.avr, world.device.outputs[output]
     on = switch.on
     if world.site.controller.switches[output].is_windowed:
@@ -189,14 +192,16 @@ def hold_other(world: World, output: str, within_s: float, *, at_start: bool = F
 
     def act(end_s: float) -> None:
         nonlocal tripped
-        avr.pins.drive(switch.pin, held)
         tripped = avr.run_to_code(latches, world.device.cycle_at(end_s))
-        avr.pins.drive(switch.pin, None)
+        if tripped:
+            avr.pins.drive(switch.pin, None)
         world.device.advance(end_s)
 
     end_s = world.now_s + within_s
+    avr.pins.drive(switch.pin, held)
     while not tripped and world.now_s < end_s:
         world.act_within(act)
+    avr.pins.drive(switch.pin, None)
 
 
 def unseal(world: World) -> None:
