@@ -186,8 +186,12 @@ class Controller(Model):
     @property
     def lockout(self) -> Lockout | None:
         """The lock-out after repeated trips; None if it is off, or nobody can acknowledge."""
-        can = any(interface.acknowledges for interface in self.interfaces)
-        return self.safety.lockout if can else None
+        return self.safety.lockout if self.is_acknowledged else None
+
+    @property
+    def is_acknowledged(self) -> bool:
+        """Whether somebody can acknowledge faults, of all loops alike."""
+        return any(interface.acknowledges for interface in self.interfaces)
 
     @property
     def shortest_period_s(self) -> float:

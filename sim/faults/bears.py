@@ -17,6 +17,7 @@ WARM_DAY_C = 35.0
 REST_K = 1.0
 """A machine in its steady state is at least this far from its limits, plus one sensor step."""
 SIGMAS = 6.0
+"""Noise is at most this many times its standard deviation."""
 LEVEL_K = 0.001
 """A smaller rise in a minute counts as none."""
 

@@ -36,7 +36,9 @@ def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     """
     found: list[Fault] = []
     sites = [Site(controller, name, program) for name in controller.loops]
-    quickest = min(sites, key=lambda site: (not site.is_acknowledged, answer_s(site.loop)))
+    quickest = min(
+        sites, key=lambda site: (not site.controller.is_acknowledged, answer_s(site.loop))
+    )
     for site in sites:
         prefix = _prefix(controller, site.loop_name)
         found += [replace(fault, id=f"{prefix}{fault.id}") for fault in _of_loop(site)]

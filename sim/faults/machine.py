@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import islice, tee
 
+from heatwright.sim.faults.bears import SIGMAS
 from heatwright.sim.faults.site import Place
 from heatwright.sim.plants import FOREVER_S, full_power, plant_of, profile_c
 from heatwright.sim.reference.numbers import steps
@@ -21,8 +22,6 @@ WARM_K = 15.0
 """How far below its setpoint a machine starts in trials that begin warm."""
 NEAR_K = 0.5
 """Precision of the search for the highest setpoint."""
-PEAK = 6.0
-"""Noise is at most this many times its standard deviation."""
 MOST_ROWS = 10_000
 """More periods than a sensor takes to follow its machine."""
 
@@ -63,6 +62,7 @@ def room_k(site: Place) -> float:
     return max(0.0, min(left_k)) / 2
 
 
+@lru_cache(maxsize=16)
 def jump_k(site: Place, start_c: float, hold_c: float) -> float:
     """Return the largest jump up that trips no rule on its way back, K; negative: there is none.
 
@@ -77,7 +77,7 @@ def jump_k(site: Place, start_c: float, hold_c: float) -> float:
     moves_k = max(_fastest_k(site, start_c, heated), _fastest_k(site, hold_c, cooled))
     moves_k *= 1 + loop.periods_in(sensor.free_running_s)
     # A sum of readings has the noise of their mean.
-    noise_k = PEAK * math.sqrt(2 / getattr(sensor, "oversample", 1)) * sense.noise_k
+    noise_k = SIGMAS * math.sqrt(2 / getattr(sensor, "oversample", 1)) * sense.noise_k
     step_k = sensor.step_at_k(hold_c, site.controller.board.mcu)
     blurred_k = math.hypot(step_k, noise_k)
     return min(loop.rise_per_period_k - moves_k, _regained_k(site, start_c, hold_c)) - blurred_k

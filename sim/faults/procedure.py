@@ -150,7 +150,7 @@ class _Trial:
             return
         self._holds(self.first, "after the trip")
         latched: Change | None = self.first
-        can = self.world.site.is_acknowledged and not self.world.is_locked_out
+        can = self.world.site.controller.is_acknowledged and not self.world.is_locked_out
         if self.fault.again and can:
             latched = self._again()
         if self.fault.insisted:
@@ -424,7 +424,7 @@ class _Trial:
     def _clears(self) -> None:
         """Acknowledge after the cure: no fault may stay latched, and no rule may trip."""
         world = self.world
-        if not world.site.is_acknowledged:
+        if not world.site.controller.is_acknowledged:
             return
         since_s = world.now_s
         world.acknowledge()

@@ -54,11 +54,6 @@ class Place:
         return self.facts.switched and not others
 
     @property
-    def is_acknowledged(self) -> bool:
-        """Whether somebody can acknowledge faults, also beside another loop."""
-        return any(interface.acknowledges for interface in self.controller.interfaces)
-
-    @property
     def is_set(self) -> bool:
         """Whether somebody can set the loop's setpoint."""
         return self.facts.commanded or self.key_step_k > 0

@@ -49,7 +49,7 @@ def faults(site: Site) -> Iterator[Fault]:
     yield tripping(site, "setpoint_flipped", flip_setpoint, flipped)
     if facts_of(site.controller).checked:
         yield from (replace(fault, floats=True) for fault in _self_checked(site, start_s))
-    if site.is_acknowledged:
+    if site.controller.is_acknowledged:
         yield Fault(
             "record_cut_short",
             lambda: latched(site),
@@ -161,7 +161,15 @@ def _held_pin(site: Site, start_s: float) -> Fault:
     holds = partial(
         hold_other, output=output, within_s=within_s, at_start=bool(switch.frequency_hz)
     )
-    return tripping(site, "pin_held", holds, Trip(("pin_held",), within_s + STEP_S))
+    found = tripping(site, "pin_held", holds, Trip(("pin_held",), within_s))
+    return replace(found, make=lambda: _followed(site))
+
+
+def _followed(site: Site) -> World:
+    """Return a world that heats, in which the relay has followed the heater."""
+    world = starts.heating(site)
+    world.run(world.step_s)
+    return world
 
 
 def _asked_within_s(output: Any) -> float:
@@ -176,13 +184,10 @@ def hold_other(world: World, output: str, within_s: float, *, at_start: bool = F
     """Short an output's pin to the level that it does not have now, until a fault is latched.
 
     In windows it is the level that it has for the shorter time: a low duty is on for too few looks.
-    at_start -- restart first, so that this is the level of an output that is on. Otherwise a relay
-    first has to follow its heater.
+    at_start -- restart first, so that this is the level of an output that is on.
     """
     if at_start:
         world.power_cut(world.step_s)
-    else:
-        world.run(world.step_s)
     avr, switch = world.device.avr, world.device.outputs[output]
     on = switch.on
     if world.site.controller.switches[output].is_windowed:

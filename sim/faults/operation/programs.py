@@ -177,10 +177,14 @@ def _relay_closed_cycles(world: World) -> int:
 
 def _resumes_to(world: World, after: AfterPowerLoss) -> tuple[int, ...]:
     """Return the states that may follow a resumption."""
-    gone_k = abs(world.loop("temperature_c") - _program(world, "before_c"))
-    if after.resume_within_k > 0 and gone_k <= after.resume_within_k:
+    if _is_within(after, world.loop("temperature_c") - _program(world, "before_c")):
         return RETURNING, RUNNING
     return (PAUSED if after.otherwise == "pause" else IDLE,)
+
+
+def _is_within(after: AfterPowerLoss, gone_k: float) -> bool:
+    """Whether a program resumes although the temperature has changed so far, K."""
+    return after.resume_within_k > 0 and bool(abs(gone_k) <= after.resume_within_k)
 
 
 def _place(world: World) -> list[Any]:
@@ -259,7 +263,9 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         lambda world: world.power_cut(),
         calm=True,
         watch_s=shows_s(site),
-        judge=lambda world: _goes_on(world, programs) if _is_near(world) else stops(world),
+        judge=lambda world: (
+            _goes_on(world, programs) if _is_near(world, programs) else stops(world)
+        ),
     )
     yield again
     yield replace(
@@ -309,20 +315,18 @@ def _cools_in_s(world: World, cold_c: float) -> float:
     return COOLING_S
 
 
-def _is_near(world: World) -> bool:
+def _is_near(world: World, programs: Programs) -> bool:
     """Whether the first reading after the loss of power is near the one at the last save.
 
     A program may have moved on since: from a cold machine, for `save_every`.
     """
-    programs, log = world.site.controller.programs, world.device.steps(world.site.loop_name)
+    log = world.device.steps(world.site.loop_name)
     after = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
-    if programs is None or not len(after):
+    if not len(after):
         return False
     single = "reading_c" if "reading_c" in (log.dtype.names or ()) else "temperature_c"
-    gone_k = abs(after[0][single] - after[0]["program.before_c"])
-    return programs.after_power_loss.resume_within_k > 0 and bool(
-        gone_k <= programs.after_power_loss.resume_within_k
-    )
+    gone_k = after[0][single] - after[0]["program.before_c"]
+    return _is_within(programs.after_power_loss, gone_k)
 
 
 def _goes_on(world: World, programs: Programs) -> str:

@@ -1,6 +1,7 @@
 """Checks of a machine after its heater is off: it rises further (coasts), and then it cools."""
 
 import math
+from collections.abc import Iterable
 from itertools import pairwise
 
 from heatwright.spec.checks.finding import Finding, Findings
@@ -59,11 +60,7 @@ def falling_stays_above_below(machine: Machine) -> Findings:
     below_k = algorithm.on_at_k
     course = list(machine.falling(machine.target_k - below_k, algorithm.lead_s))
     limit_k = machine.target_k - (below_k + (rule.below_k - below_k) / FASTER)
-    beyond_s = sum(
-        later_s - time_s
-        for (time_s, sensed_k), (later_s, _) in pairwise(course)
-        if sensed_k <= limit_k
-    )
+    beyond_s = _below_s(course, limit_k)
     if beyond_s >= rule.for_s:
         fall_k = machine.target_k - min(sensed_k for _, sensed_k in course)
         needed_k = below_k + FASTER * (fall_k - below_k)
@@ -90,11 +87,7 @@ def falling_comes_back(machine: Machine) -> Findings:
     if machine.held_off_s < rule.for_s / 2:
         return
     edge_k = machine.target_k - rule.below_k
-    beyond_s = sum(
-        later_s - time_s
-        for (time_s, sensed_k), (later_s, _) in pairwise(machine.falling(edge_k, 0.0))
-        if sensed_k <= edge_k
-    )
+    beyond_s = _below_s(machine.falling(edge_k, 0.0), edge_k)
     if edge_k > 0 and beyond_s >= rule.for_s:
         yield machine.finding(
             ("protection", "runaway", "for"),
@@ -104,6 +97,15 @@ def falling_comes_back(machine: Machine) -> Findings:
             "heater's heat arrives",
             f"Use more than {duration(math.ceil(beyond_s))}, or let the heater switch on sooner",
         )
+
+
+def _below_s(course: Iterable[tuple[float, float]], limit_k: float) -> float:
+    """Return for how long a course is at a limit or below, s."""
+    return sum(
+        later_s - time_s
+        for (time_s, sensed_k), (later_s, _) in pairwise(course)
+        if sensed_k <= limit_k
+    )
 
 
 def cooling_is_slow_enough(machine: Machine) -> Findings:
