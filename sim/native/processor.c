@@ -205,17 +205,22 @@ static int may_sleep(hw *h) {
     return !h->sleep_register || (h->avr->data[h->sleep_register] & h->sleep_enable);
 }
 
-/* One instruction, for a profile with simavr's core, or at the start of one with ours. */
+/* One instruction: for simavr's core if there is a mark or a profile, for ours at the start of one. */
 static avr_flashaddr_t step(hw *h) {
-    profile_before(h);
+    if (h->reference && h->avr->pc == h->mark)
+        snapshots_take(h, h->mark);
+    if (h->profile)
+        profile_before(h);
     avr_flashaddr_t pc = h->reference ? avr_run_one(h->avr) : fast_run(h);
-    profile_after(h, pc);
+    if (h->profile)
+        profile_after(h, pc);
     return pc;
 }
 
 static avr_flashaddr_t burst(hw *h) {
     avr_t *avr = h->avr;
-    int stepped = h->profile && (h->reference || !profile_settled(h));
+    int stepped = h->reference ? h->profile || h->mark != HW_AT_SLEEP
+                               : h->profile && !profile_settled(h);
     if (stepped || avr->interrupt_state)
         avr->run_cycle_count = 1;
     avr->run_cycle_limit = stepped ? 1 : BURST;

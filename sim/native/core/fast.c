@@ -15,8 +15,7 @@ struct fast {
     struct decoded *code;       /* one for each word of flash, and one beyond */
     uint8_t special[SPECIAL];
     struct part part;
-    uint32_t mark;              /* before the instruction here, snapshots are taken */
-    uint8_t marked;             /* its operation */
+    uint8_t marked;             /* the operation at the mark */
 };
 
 #ifndef PROFILED
@@ -57,16 +56,16 @@ void fast_init(hw *h) {
     h->fast->part = (struct part){.flash = h->avr->flash, .flash_end = h->avr->flashend,
                                   .ram_end = h->avr->ramend, .special = h->fast->special};
     h->fast->code[words].op = SLOW;
-    h->fast->mark = HW_AT_SLEEP;
+    h->mark = HW_AT_SLEEP;
     fast_forget(h);
 }
 
 /* Take the snapshots of the code at an address before each time that it runs. Returns 0 if there is
    another such address. */
 int fast_mark(hw *h, uint32_t at) {
-    if (h->fast->mark != HW_AT_SLEEP && h->fast->mark != at)
+    if (h->mark != HW_AT_SLEEP && h->mark != at)
         return 0;
-    h->fast->mark = at;
+    h->mark = at;
     fast_forget(h);
     return 1;
 }
@@ -409,7 +408,7 @@ avr_flashaddr_t fast_run(hw *h) {
 UNDECODED:
     PROFILED(p->coverage[i - code] = 1;)
     *i = decode(&h->fast->part, PC);
-    if (PC == h->fast->mark) {
+    if (PC == h->mark) {
         h->fast->marked = i->op;
         i->op = MARKED;
     }

@@ -119,6 +119,7 @@ struct hw {
     int entry_cycles;
     struct fast *fast;
     int reference;              /* use simavr's core, not ours */
+    uint32_t mark;              /* snapshots are taken before the instruction here */
     struct timer *stop;
     struct timer timers[HW_TIMERS];
     int timer_count;

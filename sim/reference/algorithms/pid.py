@@ -125,9 +125,12 @@ class PidControl(Kept):
         return self._limited(self._integrated(error))
 
     def _end(self, temperature_c: Single, error: Single, duty_percent: Single) -> None:
-        self._last = error if self._of_error else temperature_c
-        self._started = 1
-        self._kept = duty_percent
+        if self._differentiates:
+            self._last = error if self._of_error else temperature_c
+        if self._integrates or self._differentiates:
+            self._started = 1
+        if self._keeps:
+            self._kept = duty_percent
 
     def _restart_integral(self) -> None:
         self._integral = clamp(ZERO, *self._integral_limits) if self._integrates else ZERO

@@ -267,6 +267,7 @@ class EffortRule(GuardRule):
         self._lines = tuple(tuple(map(Single, line)) for line in band.lines)
         self._limit = steps(effort.for_s, loop)
         self._percent = ZERO
+        self._steps = 0
         self.reset()
 
     def reset(self) -> None:
