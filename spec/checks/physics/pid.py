@@ -1,10 +1,17 @@
 """Pid on the simulated machine: its gains and limits suffice, and do not overheat."""
 
+from collections.abc import Iterator
+from itertools import islice
+
 from heatwright.spec.algorithms import Pid
 from heatwright.spec.checks.finding import Finding, Findings
-from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.checks.physics.coasting import FASTER
+from heatwright.spec.checks.physics.machine import MOST_POINTS, Machine
 from heatwright.spec.physics.heated_loop import BORNE_HALVINGS, most_borne
 from heatwright.spec.quantity import about, celsius, duration, number, rounded_up
+
+STEPS_OF_A_RULE = 1000
+"""Least number of steps in which a rule's time is simulated, if the loop's period allows it."""
 
 
 def rest_is_not_below(machine: Machine) -> Findings:
@@ -32,16 +39,78 @@ def rest_is_not_below(machine: Machine) -> Findings:
     )
 
 
+def restart_stays_above_below(machine: Machine) -> Findings:
+    """Find a `runaway.below` that trips after a restart at a warm machine: the integral is lost.
+
+    A machine may fall twice as fast as its plant: capacities and resistances 30 % smaller.
+    """
+    algorithm, rule = machine.loop.algorithm.pid, machine.loop.protection.runaway
+    if algorithm is None or not algorithm.ki or not machine.reaches:
+        return
+    if rule is None or rule.below_k is None:
+        return
+    if _is_held(machine, algorithm, machine.target_k, rule.below_k):
+        return
+    step_s = max(machine.loop.period_s, rule.for_s / STEPS_OF_A_RULE)
+    below_s = longest_s = deepest_k = 0.0
+    for short_k in islice(_restarted(machine, algorithm, step_s), MOST_POINTS):
+        if short_k < deepest_k and short_k < rule.below_k:
+            break
+        deepest_k = max(deepest_k, short_k)
+        below_s = below_s + step_s if short_k > rule.below_k else 0.0
+        longest_s = max(longest_s, below_s)
+    if longest_s >= rule.for_s:
+        yield machine.finding(
+            ("protection", "runaway", "below"),
+            f"after a restart at {celsius(machine.loop.setpoint.maximum_c)} the integral is at "
+            f"{number(_start(algorithm))} %, and until it has grown, the reading falls to "
+            f"{about(deepest_k)} K below the setpoint in a plant that is {number(FASTER)} times "
+            "as fast",
+            f"Use more than {rounded_up(deepest_k)} K or a longer `for`, or larger gains",
+        )
+
+
+def _restarted(machine: Machine, algorithm: Pid, step_s: float) -> Iterator[float]:
+    """Yield in steps how far the reading is below the highest setpoint where it has been, K."""
+    state, (least, most) = machine.plant.rest(machine.target_k), _limits(algorithm)
+    integral = _start(algorithm)
+    while True:
+        short_k = machine.target_k - machine.plant.sensed_k(state)
+        yield short_k
+        if short_k > algorithm.dead_band_k:
+            integral = min(max(integral + algorithm.ki * step_s * short_k, least), most)
+        power_w = _given_w(machine, algorithm, short_k, integral)
+        state = machine.plant.advance(state, power_w, FASTER * step_s)
+
+
 def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) -> bool:
-    """Return whether the duty at `below_k` below a setpoint holds the machine there, or nearer."""
-    percent = algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0
+    """Return whether the duty at `below_k` below a setpoint holds the machine there, or nearer.
+
+    The integral, if there is one, is as at its start.
+    """
+    power_w = _given_w(machine, algorithm, below_k, _start(algorithm))
+    return machine.plant.steady_k(power_w) >= target_k - below_k
+
+
+def _given_w(machine: Machine, algorithm: Pid, below_k: float, integral: float) -> float:
+    """Return the power at `below_k` below a setpoint, W; integral -- in percent."""
+    percent = integral + (algorithm.kp * below_k if below_k > algorithm.dead_band_k else 0.0)
     if algorithm.band_k is not None and below_k >= algorithm.band_k:
         percent = algorithm.output.maximum_percent
     percent = max(percent, algorithm.output.minimum_percent)
     output = machine.output
     percent *= percent / 100 * output.cycle_s >= output.shortest_pulse_s
-    power_w = min(machine.power_w * percent / 100, machine.full_power_w)
-    return machine.plant.steady_k(power_w) >= target_k - below_k
+    return min(machine.power_w * percent / 100, machine.full_power_w)
+
+
+def _limits(algorithm: Pid) -> tuple[float, float]:
+    return algorithm.integral.minimum_percent, algorithm.integral.maximum_percent
+
+
+def _start(algorithm: Pid) -> float:
+    """Return the integral after a start, in percent."""
+    least, most = _limits(algorithm)
+    return min(max(0.0, least), most) if algorithm.ki else 0.0
 
 
 def window_is_smoothed(machine: Machine) -> Findings:

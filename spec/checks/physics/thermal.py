@@ -62,6 +62,7 @@ def thermal(controller: Controller, *, any_setpoint: bool = True) -> Findings:
             readings_do_not_jump,
             doses_do_not_run_away,
             pid.rest_is_not_below,
+            pid.restart_stays_above_below,
         ):
             yield from check(machine)
         if machine.course:
