@@ -26,7 +26,7 @@ from rig.firmware import ROOT, Board, compiled, example, finished, powered, runn
 from streams import CHIPS, RECORD, REGISTERS, Chip, Errors, H, Image, S, V, Z, image
 from suite import amount
 
-from heatwright.sim.avr import Avr, AvrError
+from heatwright.sim.avr import Avr, AvrError, instructions_by
 from heatwright.sim.binary.dwarf import Variables
 from heatwright.sim.native.pins import Source, pin_name
 from heatwright.spec.board.uses import pin_uses
@@ -326,6 +326,20 @@ def test_programs_run_alike(what: str) -> None:
         assert state(ours) == state(simavrs)
     assert ours.sleep_cycles == simavrs.sleep_cycles
     assert np.array_equal(ours.pins.take(), simavrs.pins.take())
+
+
+def test_snapshots_at_a_function_are_alike() -> None:
+    program = compiled(MASKED)
+    place, function = program.symbols["seen"], program.function("step")
+    images = []
+    for core in ("own", "simavr"):
+        with instructions_by(core):
+            avr = powered(program)
+            recorded = avr.snapshots((place, 2), (place, 8), function)
+            avr.run_to(100_000)
+            images.append(recorded.take())
+    assert len(images[0]) > 100
+    assert np.array_equal(*images)
 
 
 def test_sbi_on_a_pin_register_toggles_that_pin_alone() -> None:
