@@ -455,7 +455,7 @@ class LoopDraw:
                 least_k += math.ceil(1.5 * held / self.algorithm["kp"])
             below_k = self._beyond_dead_band(draws.number(least_k, least_k + 50, 10, 0.1))
             rule["below"] = text(below_k, "K")
-            held_s = max(held_s, 1.1 * waits_s)
+            held_s = max(held_s, 1.1 * (waits_s + 2 * self.late_s))
             self.above_k = min(self.above_k, below_k)
         rule["for"] = self._time(max(2 * held_s, draws.one(60, 10, 1000) * self.period_s))
         self._rule(rules, "runaway", rule)

@@ -78,13 +78,10 @@ def falling_comes_back(machine: Machine) -> Findings:
     """Find a rule `runaway_below` that trips if a setpoint is raised while the machine cools.
 
     If the reading is just above the new setpoint − `below`, the rule is active at once, and the
-    machine cools further until the heater, which has to wait, may switch on. A wait of less than
-    half of the rule's time changes little.
+    machine cools further until the heater may switch on and its heat reaches the sensor.
     """
     rule = machine.loop.protection.runaway
     if rule is None or rule.below_k is None or not machine.course:
-        return
-    if machine.held_off_s < rule.for_s / 2:
         return
     edge_k = machine.target_k - rule.below_k
     beyond_s = _below_s(machine.falling(edge_k, 0.0), edge_k)

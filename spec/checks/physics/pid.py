@@ -51,7 +51,8 @@ def restart_stays_above_below(machine: Machine) -> Findings:
         return
     if _is_held(machine, algorithm, machine.target_k, rule.below_k):
         return
-    step_s = max(machine.loop.period_s, rule.for_s / STEPS_OF_A_RULE)
+    loop = machine.loop
+    step_s = loop.periods_s(max(loop.periods_in(rule.for_s / STEPS_OF_A_RULE), 1.0))
     below_s = longest_s = deepest_k = 0.0
     for short_k in islice(_restarted(machine, algorithm, step_s), MOST_POINTS):
         if short_k < deepest_k and short_k < rule.below_k:
