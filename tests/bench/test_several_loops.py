@@ -1,15 +1,18 @@
 """Several loops: the model of all of them does, bit for bit, what the binary does; and a healthy
-machine that another loop warms.
+machine that another loop warms, or whose setpoint is raised while it cools.
 """
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
 from machines import at, course, events
 from matplotlib.colors import to_hex
+from rig.bad_specs import bases
 from rig.controllers import LENGTH_S, drawings
 from rig.firmware import began_s, changed, controller_of, device_of, spec_of, whole
 from suite import SEED, amount
@@ -18,7 +21,9 @@ from heatwright.sim.bench import ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.plots.plot import run_figure
 from heatwright.sim.plots.plot_data import all_faults
+from heatwright.sim.reference.protection.rules import RUNAWAY_BELOW
 from heatwright.sim.replay import replay_all
+from heatwright.sim.trace import StepLog
 from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 
@@ -229,3 +234,37 @@ def test_what_the_plant_says_does_not_trip_in_health() -> None:
     for machine, expected in ((spec, {0}), (with_old_rules(spec), {11, 13})):
         log = bench(machine, ReferenceDevice(machine), step_s=1.0).steps["lower"]
         assert log["fault.code"].max() in expected
+
+
+COOLING = changed(
+    bases()["simulated_pid_oven"],
+    (
+        "simulation:\n",
+        "    protection: {runaway: {below: 12 K, for: 63 s}}\n"
+        "interfaces: [{kind: modbus_rtu, address: 1, baud: 9600}]\nsimulation:\n",
+    ),
+)
+
+
+@pytest.mark.parametrize(("for_s", "code"), [(40.0, RUNAWAY_BELOW), (63.0, 0)])
+def test_a_setpoint_raised_while_the_machine_cools_trips_as_check_says(
+    for_s: float, code: int
+) -> None:
+    """`check` refuses up to 62 s: at 58 °C the rule is active, and the heater's heat comes late."""
+    controller = controller_of(COOLING)
+    loop = controller.loops["air"]
+    runaway = loop.protection.runaway.model_copy(update={"for_s": for_s})
+    protection = loop.protection.model_copy(update={"runaway": runaway})
+    loops = {"air": loop.model_copy(update={"protection": protection})}
+    controller = controller.model_copy(update={"loops": ReadOnlyDict(loops)})
+
+    def told(*again: Mapping[str, Any]) -> StepLog:
+        hot = {"at": "1 s", "write": {"air.enabled": True, "air.setpoint": "70 °C"}}
+        low = {"at": "10 min", "write": {"air.setpoint": "10 °C"}}
+        lines = events(hot, low, *again, {"for": "30 min"})
+        return bench(controller, ReferenceDevice(controller), lines).steps["air"]
+
+    log = told()
+    at_s = log["time_s"][(log["time_s"] > 600) & (log["temperature_c"] < 58.2)][0]
+    log = told({"at": f"{at_s} s", "write": {"air.setpoint": "70 °C"}})
+    assert set(log["fault.code"].tolist()) == {0, code}
