@@ -31,7 +31,7 @@ PID = changed(
     ("maximum: 70 °C}", "maximum: 70 °C, stored: true}"),
     (ON_OFF, "{kind: pid, kp: 12, ki: 0.05, kd: 300, derivative_filter: 4 s}"),
     ("heating: {rise: 2 K, within: 120 s}", "heating: off\n      frozen: {for: 90 s}"),
-    ("{above: 10 K, for: 60 s}", "{above: 10 K, below: 8 K, for: 30 s}"),
+    ("{above: 10 K, for: 60 s}", "{above: 10 K, below: 8 K, for: 90 s}"),
     ("watchdog: 2 s", "watchdog: 500 ms\n  relay: contactor\n  relay_feedback: D12"),
 )  # fmt: skip
 
