@@ -12,14 +12,11 @@ from heatwright.sim.binary.elf import Elf
 
 
 def problem(program: Elf) -> str:
-    """Work the keys of this program."""
     test_start.program = lambda: program
     return first_complaint([test_panel, test_start])
 
 
 def timed(name: str, spec: str, *tests: Callable[[], object]) -> Firmware:
-    """Return the chamber with a time or numbers that people set, and the tests of it as judges."""
-
     def judge(program: Elf) -> str:
         test_panel.whole = lambda _: program
         for test in tests:

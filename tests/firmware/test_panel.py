@@ -20,7 +20,6 @@ from heatwright.spec.rules import RULES
 
 
 def started(phase_s: float = 0.0) -> AvrDevice:
-    """Return the chamber after its first control step."""
     device = power_on()
     device.advance(1.5 + phase_s)
     return device
@@ -118,15 +117,13 @@ def test_somebody_at_the_keys_stands_in_for_the_host() -> None:
     assert device.read("fault.code") == 0  # of a loop that is off nothing need be heard
 
 
-TIMED = ("up", "right", "up")
-"""On, for the shortest time."""
+TIMED = ("up", "right", "up")  # On, for the shortest time
 KEYS = ("up", "down", "left", "right", "select")
 PLOTTER = "kind: serial_plotter, loop: air, baud: 9600"
 STARTS = ("starts: enabled  ", "starts: disabled ")
 
 
 def time_of(keys: str) -> tuple[str, str]:
-    """Let people set a time."""
     return "step: 10 K}", f"step: 10 K, countdown: {{{keys}}}}}"
 
 
@@ -135,7 +132,6 @@ LEAD = "lead: {minimum: 2.5 s, maximum: 20 s, step: 2.5 s}"
 
 
 def adjusted(numbers: str, others: str = "") -> tuple[str, str]:
-    """Let people set numbers."""
     return "step: 10 K}", f"step: 10 K, adjust: {{{numbers}}}{others}}}"
 
 
@@ -236,7 +232,6 @@ OF_NUMBER = "settings.air_hysteresis_k", "algorithm_air.hysteresis_k"
 
 
 def numbered(eeprom: bytes = b"") -> AvrDevice:
-    """Return the chamber that is on, and whose display shows the hysteresis."""
     device = device_of(OTHERS["numbers"], ROOM_C)
     device.avr.eeprom.contents = eeprom
     device.advance(1.5)
@@ -296,7 +291,6 @@ SLOW = changed(
 
 
 def timed() -> AvrDevice:
-    """Return the chamber that is on for three minutes."""
     device = device_of(LONG, ROOM_C)
     device.advance(1.5)
     for key in ("up", "right", "up", "up", "up"):

@@ -18,8 +18,7 @@ SETPOINT = "settings.air_setpoint_c"
 HEATER, FAN = pin_number("PD3"), pin_number("PB3")
 WDTCSR, WDE, WDIE = 0x60, 0x08, 0x40
 WDP_2S = 0x07
-DDRC, PORTC = 0x27, 0x28
-"""ATmega328P data sheet, register summary; A0 is bit 0."""
+DDRC, PORTC = 0x27, 0x28  # ATmega328P data sheet, register summary; A0 is bit 0
 DRIVEN_WITHIN = 12
 """Cycles: the jump from the vector, then two single-bit instructions, and a few in between."""
 HANG_MARK, MARKED = 0x5AC3, "reset_hang_mark"
@@ -32,7 +31,6 @@ def program() -> Elf:
 
 
 def power_on(eeprom: bytes = b"", felt_c: float = ROOM_C, elf: Elf | None = None) -> AvrDevice:
-    """Return the chamber's controller at time 0, its sensor at a temperature."""
     device = AvrDevice(CHAMBER, elf or program())
     device.log_edges(["heater"])
     device.avr.eeprom.contents = eeprom
@@ -41,7 +39,6 @@ def power_on(eeprom: bytes = b"", felt_c: float = ROOM_C, elf: Elf | None = None
 
 
 def latched() -> AvrDevice:
-    """Power on with an EEPROM that holds an unacknowledged fault."""
     device = power_on()
     device.advance(2.5)
     device.sensors["air"].unplug()  # type: ignore[attr-defined]
@@ -58,7 +55,6 @@ def press(device: AvrDevice, key: str, for_s: float = 0.1) -> None:
 
 
 def put(device: AvrDevice, name: str, value: int) -> None:
-    """Set a variable of the firmware."""
     variable = device.variables[name]
     device.avr.write_ram(variable.address, value.to_bytes(variable.size, "little"))
 

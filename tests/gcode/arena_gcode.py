@@ -27,8 +27,6 @@ def tools(built: Path) -> str:
 
 
 def beds(called: str) -> InItsWorld:
-    """Bed and chamber, called so."""
-
     def problem(built: Path) -> str:
         board = lambda: test_gcode_tools.on_host(built)  # noqa: E731 - made anew for each test
         return first_complaint([test_gcode_bed], board=board, called=called)

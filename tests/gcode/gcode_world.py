@@ -28,7 +28,6 @@ def celsius(value: float, of: str = "nozzle") -> bytes:
 
 
 def setpoint_becomes(degrees: int) -> bytes:
-    """By somebody else."""
     return b"s" + struct.pack("<H", degrees)
 
 
@@ -46,7 +45,6 @@ def fault(code: int) -> bytes:
 
 
 def numbered(number: int, line: str, begin: str = "N") -> bytes:
-    """A line with its number and checksum."""
     text = f"{begin}{number} {line}".encode()
     return text + b"*%d\n" % reduce(xor, text)
 
@@ -60,13 +58,11 @@ class Said:
 
     @property
     def answers(self) -> list[str]:
-        """Without the greeting."""
         assert self.lines[0] == "start"
         return self.lines[2:]
 
 
 def run(program: Path, *script: bytes) -> Said:
-    """Play a script."""
     said, _, state = play(program, script).partition(b"=setpoint ")
     pairs = [line.split(" ", 1) for line in f"setpoint {state.decode()}".splitlines()]
     states = {name.lstrip("="): value for name, value in pairs}
@@ -74,7 +70,6 @@ def run(program: Path, *script: bytes) -> Said:
 
 
 def spoken(*lines: str | bytes) -> list[bytes]:
-    """Lines that come in one by one, each with time for its answer."""
     script = [ticks(10)]
     for line in lines:
         script += [received(line if isinstance(line, bytes) else f"{line}\n".encode()), ticks(12)]
@@ -99,13 +94,11 @@ class Board:
     _known = 0
 
     def told(self, line: str, seconds: float = 0.5) -> list[str]:
-        """Send a line and wait; give what is answered."""
         self.heard()
         self.tell(line, seconds)
         return self.heard()
 
     def heard(self) -> list[str]:
-        """Give what was said since the last time."""
         lines = self.lines()
         known, self._known = self._known, len(lines)
         return lines[known:]
@@ -181,7 +174,6 @@ class BinaryBoard(Board):
         self.device.advance(self.device.time_s + seconds)
 
     def on_fraction(self, output: str, seconds: float = 2.0) -> float:
-        """How much of the time from now on an output is on."""
         self.device.on_fraction(output)
         self.wait(seconds)
         return self.device.on_fraction(output)

@@ -43,7 +43,6 @@ def called(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(params=["host", "binary"])
 def board(request: pytest.FixtureRequest, called: str) -> Board:
-    """These files on this computer, and the binary."""
     if request.param == "binary":
         spare = {"spare": 40.4} if "spare" in CALLED[called] else {}
         return BinaryBoard(spec_of(called), nozzle=30.0, bed=20.0, **spare)

@@ -93,8 +93,7 @@ def test_no_rest_of_a_period_is_heated_after_an_acknowledgement(board: BinaryBoa
     assert board.device.on_fraction("heater") > 0.0
 
 
-HOST_LOST_S = 600.0
-"""After which a silent host is lost, where the spec does not say."""
+HOST_LOST_S = 600.0  # after which a silent host is lost, where the spec does not say
 
 
 def test_a_silent_host_does_not_leave_a_heater_on(board: BinaryBoard) -> None:
@@ -115,10 +114,8 @@ def test_a_silent_host_does_not_leave_a_heater_on(board: BinaryBoard) -> None:
     assert replay(example("extruder").controller, board.device.steps("nozzle")).mismatches == 0
 
 
-NARROW = (24.0, 40.0, 30.0)
-"""Integral's least and most, and output's most, %."""
-WITHIN_S, PERIOD_S = 20.0, 0.1
-"""In which full power must show, and the loop's period."""
+NARROW = (24.0, 40.0, 30.0)  # Integral's least and most, and output's most, %
+WITHIN_S, PERIOD_S = 20.0, 0.1  # in which full power must show, and the loop's period
 
 
 def limits_of(board: BinaryBoard) -> tuple[float, ...]:

@@ -9,7 +9,6 @@ HOT = "M104 S200"
 
 @pytest.fixture(params=["host", "binary"])
 def feeder(request: pytest.FixtureRequest) -> Board:
-    """The feeder at 200 °C, ready: its files on this computer, and its binary."""
     if request.param == "binary":
         return ready(BinaryBoard("feeder", nozzle=200.0))
     return ready(HostBoard(gcode_world("feeder").sanitized().program(), celsius(200)))

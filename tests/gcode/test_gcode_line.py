@@ -234,7 +234,6 @@ def test_a_second_wait_is_like_the_first(world: Path) -> None:
 
 
 def session(seed: int) -> list[bytes]:
-    """Anything a line can bring: noise, near misses, commands, numbers out of any bounds."""
     chance = random.Random(seed)  # noqa: S311 - the same in every run
     script = [celsius(20)]
     for _ in range(200):

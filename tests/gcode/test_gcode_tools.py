@@ -36,7 +36,6 @@ def on_host(program: Path) -> Board:
 
 @pytest.fixture(params=["host", "binary"])
 def board(request: pytest.FixtureRequest) -> Board:
-    """These files on this computer, and the binary."""
     if request.param == "binary":
         return BinaryBoard(SPEC, nozzle=30.0, bed=20.0)
     return on_host(gcode_world(SPEC).sanitized().program())
@@ -133,7 +132,6 @@ def test_each_tool_has_its_limits_and_controls_and_others_are_not_there(
 
 
 def swung(board: HostBoard) -> None:
-    """Let the relay of a tuning switch twice, and hear of it."""
     for count in range(1, 3):
         board.play(switched(count))
         board.wait(1.5)

@@ -26,10 +26,8 @@ from suite import amount
 
 from heatwright.sim.live import Clock
 
-PATIENCE_S = 120.0
-"""Real time after which something is not going to happen."""
-WRITING_STEPS = 5
-"""0.5 s of the board's own time: a record of 48 bytes is written within 0.25 s."""
+PATIENCE_S = 120.0  # real time after which something is not going to happen
+WRITING_STEPS = 5  # 0.5 s of the board's own time: a record of 48 bytes is written within 0.25 s.
 
 
 class PrintrunHost:
@@ -45,7 +43,6 @@ class PrintrunHost:
         core.errorcb = lambda line: self.errors.append(str(line).rstrip())
 
     def print(self, lines: list[str]) -> None:
-        """Send lines as a print is sent, numbered and with checksums; wait for the end."""
         assert self.core.startprint(LightGCode(lines))
         self.wait(lambda: not self.core.printing)
         self.wait(self._listens_again)
@@ -56,20 +53,17 @@ class PrintrunHost:
         return self.core.print_thread is None and bool(sending and sending.is_alive())
 
     def ask(self, line: str, answer: str) -> str:
-        """Send a line beside any print; wait for an answer that begins so."""
         known = len(self.heard)
         self.core.send_now(line)
         self.wait(lambda: any(text.startswith(answer) for text in self.heard[known:]))
         return next(text for text in self.heard[known:] if text.startswith(answer))
 
     def wait(self, done: Callable[[], bool]) -> None:
-        """Wait until something has happened."""
         wait_for(done, lambda: self.heard[-10:], PATIENCE_S, 0.01)
 
 
 @contextmanager
 def printrun_host(port: str, baud: int) -> Iterator[PrintrunHost]:
-    """Connect printcore to a port."""
     core = printcore()
     host = PrintrunHost(core)
     core.connect(port, baud)
@@ -82,8 +76,7 @@ def printrun_host(port: str, baud: int) -> Iterator[PrintrunHost]:
 
 CABLE = Cable(115200, speed=50.0)
 TEMPERATURE = re.compile(r"T:(\d+\.\d) /(\d+\.\d) B:0\.0 /0\.0 @:(\d+)")
-NOISE = 0.004
-"""Share of the bytes, both ways: about one line in ten is hit."""
+NOISE = 0.004  # share of the bytes, both ways: about one line in ten is hit
 
 
 @pytest.fixture
@@ -210,8 +203,7 @@ def test_the_clock_waits_for_the_boards_time(
 
 
 PROGRAM = ROOT / "build" / "judges" / "octoprint" / "bin" / "octoprint"
-LONG_S = 600.0
-"""Real time after which something is not going to happen."""
+LONG_S = 600.0  # real time after which something is not going to happen
 KEY = "0123456789abcdef0123456789abcdef"
 CALLS_HOME = [
     "achievements", "announcements", "backup", "discovery", "errortracking", "health_check",
@@ -233,8 +225,7 @@ CONFIG = {
 MACHINE = "printer"
 TARGETS_C = {"tool0": 200.0, "bed": 60.0}
 MONITOR, MONITOR_C = "drivers", (15.0, 60.0)
-DAMAGED = 0.005
-"""Share of the bytes, both ways: about one line in ten is hit."""
+DAMAGED = 0.005  # share of the bytes, both ways: about one line in ten is hit
 DAMAGING = Cable(
     115200, speed=20.0, to_board_share=DAMAGED, to_host_share=DAMAGED, spares=b"Resend"
 )
@@ -277,11 +268,9 @@ class OctoPrint:
             return False
 
     def wait(self, done: Callable[[], bool]) -> None:
-        """Wait until something has happened."""
         wait_for(done, lambda: self._log.read_text("utf-8")[-2000:], LONG_S, 0.25)
 
     def ask(self, path: str, body: dict[str, Any] | None = None) -> Any:
-        """Get a resource, or post to it."""
         data = None if body is None else json.dumps(body).encode()
         return self._ask(path, data, "application/json")
 
@@ -313,7 +302,6 @@ class OctoPrint:
         return self.state.startswith(("Closed", "Error", "Offline"))
 
     def heat(self) -> None:
-        """Set all targets, and wait until it sees them reached."""
         for heater, target in TARGETS_C.items():
             body = {"target": target} if heater == "bed" else {"targets": {heater: target}}
             self.ask(f"printer/{heater.rstrip('0')}", {"command": "target", **body})
@@ -330,7 +318,6 @@ class OctoPrint:
         self.ask("printer/command", {"command": line})
 
     def print(self, name: str) -> None:
-        """Print a file to its end; another one than the last, whose end it remembers."""
         self.ask(f"files/local/{name}", {"command": "select", "print": True})
         self.wait(lambda: self._has_printed(name) or self.is_offline)
         assert self._has_printed(name), self.ask("job")

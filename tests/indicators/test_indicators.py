@@ -52,10 +52,8 @@ IMPATIENT = HOSTED.replace("stale_after: 5 s", "stale_after: 5 s, master_lost_af
 """The same with the rule `master_lost`."""
 FULL_A = 76.6 / 43
 STEP_S = 0.1
-FASTEST_K = 10.0
-"""Change of the temperature in a step; `rise_rate` allows twice that."""
-SETTLED_S = 4.0
-"""A step of the loop or some, the current's soft start, and two seconds of looking."""
+FASTEST_K = 10.0  # Change of the temperature in a step; `rise_rate` allows twice that
+SETTLED_S = 4.0  # A step of the loop or some, the current's soft start, and two seconds of looking
 
 
 class Shown:
@@ -71,7 +69,6 @@ class Shown:
 
     @property
     def leds(self) -> list[Led]:
-        """With all that they have shown up to now."""
         self.device.feed()
         return list(self._indicators.leds.values())
 
@@ -85,7 +82,6 @@ class Shown:
             self.device.advance(self._now_s)
 
     def lights(self, seconds: float = SETTLED_S) -> dict[str, Light]:
-        """Run on, then say what each LED shows."""
         self.run(seconds)
         self.device.feed()
         return self._indicators.lights()
@@ -98,7 +94,6 @@ class Shown:
         self.device.sensors["block"].wiring = Wiring(opened=True)  # type: ignore[attr-defined]
 
     def ask_another(self) -> None:
-        """Let a master ask somebody else on the line."""
         request = frames.framed(2, frames.read(4, 0, 1))
         self.device.avr.uarts[0].send(request, 19_200, Format(8, "even", 1))
 
@@ -107,8 +102,7 @@ COLD = {"enabled": "lit", "heating": "lit", "cooling": "dark", "warm": "blinking
 HELD_BACK = COLD | {"heating": "blinking"}
 NEAR = COLD | {"heating": "dark", "warm": "lit"}
 HOT = COLD | {"heating": "dark", "cooling": "lit"}
-LOST = COLD | {"heating": "dark"}
-"""No reading, and not yet for so long that it is a fault."""
+LOST = COLD | {"heating": "dark"}  # no reading, and not yet for so long that it is a fault
 BROKEN_OFF = {
     "enabled": "blinking", "heating": "dark", "cooling": "lit", "warm": "dark", "fault": "blinking",
 }  # fmt: skip

@@ -50,7 +50,6 @@ def folder() -> Iterator[Path]:
 
 
 def linuxcnc_files(files: Mapping[str, str]) -> dict[str, str]:
-    """Return what is generated for LinuxCNC, by its name in a configuration's folder."""
     found = {Path(path): text for path, text in files.items()}
     return {path.name: text for path, text in found.items() if path.parts[0] == "linuxcnc"}
 
@@ -82,13 +81,11 @@ class Hal:
         self._stop()
 
     def command(self, *words: str) -> str:
-        """What halcmd answers; an error of its own fails the test."""
         done = self._run("halcmd", *words)
         assert done.returncode == 0, f"halcmd {' '.join(words)}: {done.stderr}\n{self.log()}"
         return done.stdout.strip()
 
     def signal(self, name: str, verb: str = "gets") -> float:
-        """Return the value of a signal, or with `getp` that of a pin."""
         text = self.command(verb, name)
         return float({"TRUE": "1", "FALSE": "0"}.get(text, text))
 
@@ -160,8 +157,6 @@ DEAD_BAND_K = 2
 
 
 class MadeUpBoard:
-    """Answers at `port`; a context manager."""
-
     def __init__(self) -> None:
         self.oracle = Oracle(controller_of(FABRICATOR))
         self.nozzle = self.oracle.loops["nozzle"]
@@ -199,7 +194,6 @@ class MadeUpBoard:
         return round(self.nozzle.setpoint, 4)
 
     def restart(self) -> None:
-        """Lose the power for a moment."""
         self._start = time.monotonic()
         self.nozzle.enabled = self.nozzle.released = False
 
@@ -208,7 +202,6 @@ class MadeUpBoard:
         self.nozzle.enabled = self.nozzle.released = False
 
     def turn_digest(self, bits: int) -> None:
-        """Be the firmware of another spec: turn some bits of the digest."""
         self.oracle.digest = f"{int(self.oracle.digest, 16) ^ bits:08x}"
 
     def _serve(self) -> None:

@@ -15,8 +15,7 @@ from heatwright.spec import load_text
 
 DOCS = (ROOT / "docs" / "linuxcnc.md").read_text("utf-8")
 LONGEST = 24
-MOST_LOOPS = 8
-"""Channels of the ATmega2560's ADC that the simulation knows."""
+MOST_LOOPS = 8  # channels of the ATmega2560's ADC that the simulation knows
 
 HEAD = """
 heatwright: 1
@@ -73,7 +72,6 @@ def mb2hal_of(files: dict[str, str]) -> ConfigParser:
 
 
 def addresses(spec: str) -> dict[tuple[str, int], str]:
-    """What stands where, by the simulated master's own map."""
     found = {}
     for register in registers(controller_of(spec)).values():
         name = register.name.rpartition(".")[2].replace("_", "-")

@@ -19,13 +19,10 @@ from rig.live import Cable, LiveBoard, live_board, wait_for
 from heatwright.sim.interfaces.modbus_rtu import format_of
 from heatwright.spec import ModbusRtu
 
-ROUND_S = 1 / 3.6
-"""MAX_UPDATE_RATE of the generated mb2hal.ini."""
-OBEYED_S = 3 * ROUND_S + 2 * 0.2
-"""Three rounds and two control steps: until then ON waits for WORK."""
+ROUND_S = 1 / 3.6  # MAX_UPDATE_RATE of the generated mb2hal.ini.
+OBEYED_S = 3 * ROUND_S + 2 * 0.2  # three rounds and two control steps: until then ON waits for WORK
 HEARD_S = 5.0
-LATE_S = 10.0
-"""What a busy machine may take on top."""
+LATE_S = 10.0  # what a busy machine may take on top
 
 ENABLED, WORK = "fabricator-nozzle-enabled", "fabricator-nozzle-work"
 
@@ -56,7 +53,6 @@ def board(place: Path) -> Iterator[MadeUpBoard]:
 
 @pytest.fixture
 def hal(board: MadeUpBoard, place: Path) -> Iterator[Hal]:
-    """The generated HAL with the simulated slave, no panel."""
     with Hal(place, "test.hal") as session:
         session.wait("fabricator-exchange", 1)
         yield session
@@ -202,7 +198,6 @@ def display() -> Iterator[str]:
 
 
 def touch(place: Path) -> None:
-    """Put a finger on the panel."""
     shutil.copy(Path(__file__).with_name(FINGER), place)
     panel = place / "fabricator_panel.hal"
     own = f"-Wn fabricator-panel /usr/bin/python3 {FINGER}"
@@ -263,8 +258,7 @@ SPEED = 3
 """The board's seconds to one of ours. The master is lost after 5 s of the board; mb2hal's round
 comes twice a second, so that more than a second of ours is left for a busy machine."""
 HOT_C, MILD_C = 300, 30
-BAND_K = 2 + 1.16
-"""The dead band and half a step of the ADC."""
+BAND_K = 2 + 1.16  # the dead band and half a step of the ADC
 WITHIN_S = 1000 / SPEED
 """The spec's own scenario gives it 300 s; a busy computer runs the board slower than it should."""
 LEDS = {"work": "enabled", "heat": "heating", "cool": "cooling"}
@@ -275,7 +269,6 @@ PAGE = ROOT / "docs" / "evidence.md"
 
 @pytest.fixture
 def firmware(place: Path) -> Iterator[LiveBoard]:
-    """The unmodified binary and its machine at the end of the line."""
     controller = controller_of(FABRICATOR)
     (bus,) = (each for each in controller.interfaces if isinstance(each, ModbusRtu))
     with live_board(FABRICATOR, Cable(bus.baud, format_of(bus), SPEED)) as board:
@@ -285,7 +278,6 @@ def firmware(place: Path) -> Iterator[LiveBoard]:
 
 
 def shows(hal: Hal, board: LiveBoard, *expected: str) -> None:
-    """See that these lights are lit and no others, on the panel and on the board itself."""
     wanted = {light: float(light in expected) for light in LEDS}
     lights = {LEDS[light]: "lit" if lit else "dark" for light, lit in wanted.items()}
 

@@ -14,7 +14,6 @@ class Menu(InItsWorld):
 
 
 def problem(world: Path) -> str:
-    """Walk until something is not as the model has it."""
     return next(filter(None, (problem_of(world, walk) for walk in walks(77))), "")
 
 

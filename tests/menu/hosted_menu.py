@@ -84,7 +84,6 @@ DRAWN = [name for name, (_, values) in PLACES.items() if values]
 
 
 def placed(name: str, value: Any) -> bytes:
-    """Return the command that puts a value, or its bytes, at a place."""
     form = PLACES[name][0] or f"{len(value)}s"
     return struct.pack(f"<cB{form}", b"p", list(PLACES).index(name), value)
 
@@ -181,7 +180,6 @@ class Walk:
         self._press(*["left"] * self._draw.choice((5, 5, 30)))
 
     def _keep(self) -> None:
-        """Save what is edited, and edit another one."""
         self._press("select", "select")
         self._put_lists()
         self._press(*self._way[3:], *["right"] * self._draw.choice((0, 0, 2, 20)))
@@ -195,7 +193,6 @@ class Walk:
         self._press("select")
 
     def _acknowledge(self) -> None:
-        """Press SELECT as it is meant, or nearly so."""
         draw = self._draw
         self._put("fault", draw.choice((0, 5, 13)))
         self._wait(draw.choice((99, 100, 101, 102, 150)), "")
@@ -203,7 +200,6 @@ class Walk:
         self._wait_and_look()
 
     def _stir(self) -> None:
-        """Make another machine of it, which is shown at once, or when a key counts."""
         draw = self._draw
         for name in ("state", "ended", "segments", "clock", *draw.sample(DRAWN, 5)):
             self._put(name, draw.choice(PLACES[name][1]))
@@ -244,13 +240,10 @@ class Walk:
 
 @cache
 def walks(number: int) -> list[Walk]:
-    """Return so many, always the same ones."""
     return [Walk(seed) for seed in range(number)]
 
 
 class _Display:
-    """What the pins tell it."""
-
     def __init__(self) -> None:
         self.chip, self.upset = Hd44780(SLOW), False
         self._falls, self._set_ups, self._last = list[int](), list[int](), (0, 0)
@@ -284,7 +277,6 @@ class _Display:
 
 
 def problem_of(world: Path, walk: Walk) -> str:
-    """Play a walk; say what is not as the model has it."""
     display, looks, told = _Display(), iter(walk.looks), list[str]()
     for line in play(world, [walk.script]).decode("latin-1").splitlines():
         if line.startswith(">"):

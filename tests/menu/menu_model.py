@@ -49,7 +49,6 @@ class Machine(SimpleNamespace):
 
 
 def number(value: float, decimals: int = 0) -> str:
-    """Write a number of single precision as the firmware rounds it."""
     size = np.float32(min(abs(value), 20e6))
     for _ in range(decimals):
         size *= np.float32(10)
@@ -117,7 +116,6 @@ class Run(State):
         self.number, self.choice, self.asked, self.refused = 1, 0, "", False
 
     def _named(self, *names: str) -> str:
-        """Return the name of what is chosen: pause or resume, skip, stop, go to."""
         first = names[self.m.state == PAUSED], *names[2:4]
         return first[self.choice] if self.choice < 3 else f"{names[4]} {self.choice - 2}"
 
@@ -245,7 +243,6 @@ class Values(State):
         self.wanted: float | None = None
 
     def _now(self) -> Any:
-        """Return what is changed next."""
         now = getattr(self.m, VALUES[self.title] or "is_on")
         now = 3 if self.title == "Thermocouple" and now not in TYPES else now
         return now if self.wanted is None else self.wanted
@@ -313,7 +310,6 @@ class Values(State):
 
 
 def gain(now: float, by: int) -> float:
-    """A twentieth more or less; below a thousandth there is only 0."""
     least, factor = np.float32(0.001), np.float32(1.05)
     if by > 0:
         return min(float(least if np.float32(now) < least else np.float32(now) * factor), 1e6)

@@ -9,8 +9,7 @@ from suite import amount
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.scenario import PRESS_S
 
-TYPE_S = 6
-"""The converter's code of the type (MAX31856 data sheet, CR1)."""
+TYPE_S = 6  # the converter's code of the type (MAX31856 data sheet, CR1)
 
 
 def test_walks_through_the_screens() -> None:

@@ -6,8 +6,7 @@ import test_slave
 from rig.hosted import InItsWorld, first_complaint
 from test_slave import fuzz, played, slave_world
 
-SOME, MANY = 1000, 12_000
-"""Frames: most mutants do not outlive the first few."""
+SOME, MANY = 1000, 12_000  # Frames: most mutants do not outlive the first few
 
 
 def problem(slave: Path) -> str:

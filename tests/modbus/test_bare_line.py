@@ -24,10 +24,8 @@ from heatwright.sim.native.pins import pin_number
 from heatwright.sim.timing import steps, waits
 from heatwright.spec import Controller, facts_of
 
-ANSWER_S = 0.005
-"""An answer begins within this long after the silence that ends its request."""
-SETTLE_CHARACTERS = 100
-"""What the unplugged master had on the line is over by then."""
+ANSWER_S = 0.005  # an answer begins within this long after the silence that ends its request
+SETTLE_CHARACTERS = 100  # what the unplugged master had on the line is over by then
 
 CALM = {
     "fabricator": (
@@ -54,7 +52,6 @@ CALM = {
 def slave_of(
     name: str, baud: int | None = None, *replaced: tuple[str, str], warm_c: float = 45.0
 ) -> tuple[Controller, AvrDevice]:
-    """Power an example, with other parts and speed of its line; all its sensors are as warm."""
     text = changed(name, *replaced)
     if baud is not None:
         text = re.sub(r"\bbaud: \d+", f"baud: {baud}", text)
@@ -113,7 +110,6 @@ class Wire:
         return self.bus.send(data, form=sent.form, baud=sent.baud, gap_s=gaps_s, flips=sent.flips)
 
     def ask(self, sent: Sent) -> Frame | None:
-        """Send a frame and wait for its answer, as long as one may take to begin."""
         self.frames.clear()
         return self.answer_since(self.put(sent))
 
@@ -128,7 +124,6 @@ class Wire:
         return frame
 
     def answers(self, pdu: bytes) -> bool:
-        """Whether a good request is answered now."""
         return self.ask(Sent(framed(self.address, pdu))) is not None
 
     def counter(self, name: str) -> int:
@@ -152,8 +147,7 @@ ROOM_C = 50.0
 VOLATILE = {2: range(3), 4: range(3), 17: (0, 1, 2, 3, *range(5, 40))}
 """Functions whose answers tell what only the machine knows: what of them is compared."""
 
-BITS = 11
-"""Bits of a character: start, data, parity, stop."""
+BITS = 11  # bits of a character: start, data, parity, stop
 BORNE, ENDING = 2.5, 1.1
 """Gaps inside a frame: in characters one that is borne, in silences one that ends the frame."""
 
@@ -303,12 +297,10 @@ def test_a_reset_in_the_middle_of_anything(at_us: int) -> None:
     assert wire.bus.unheard == cut_off
 
 
-MASKED_US = 20.0
-"""Interrupts off, at most."""
+MASKED_US = 20.0  # interrupts off, at most
 LOAD_S = float(amount("modbus_load_s"))
 """Time for each kind; a request falls at every phase of a tick, and of a control step."""
-ANSWER_MS = 1.0
-"""A tick waits at most so long for an answer to be made."""
+ANSWER_MS = 1.0  # A tick waits at most so long for an answer to be made
 SEED = 5
 REQUESTS = (
     frames.read(4, 0, 16), frames.read(4, 100, 5), frames.read(2, 100, 5), frames.read(3, 100, 1),
@@ -318,13 +310,11 @@ REQUESTS = (
 
 
 def asked(wire: Wire, chance: random.Random) -> None:
-    """One request after the other, each at once after the last one's answer, of a working loop."""
     assert wire.answers(chance.choice(REQUESTS))
     wire.run_for(chance.random() * 0.002)
 
 
 def strangers(wire: Wire, chance: random.Random) -> None:
-    """Frames of other slaves, one after the other with nothing but their silence between."""
     data = frames.framed(wire.address + 1, pdu(chance, SHORT))
     gaps = (1.1 * wire.bus.silence_s, *(0.0,) * (len(data) - 1))
     wire.run_to(wire.put(Sent(data, gaps_s=gaps)))

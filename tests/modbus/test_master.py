@@ -42,10 +42,8 @@ PINS = {
     "atmega2560": ("PF1", "PA0", "PA1"),
     **dict.fromkeys(("atmega644p", "atmega1284p", "atmega32", "atmega16"), ("PA1", "PB0", "PD2")),
 }
-SOON_S = 0.001
-"""An idle slave makes its answer in less: what a control step may wait for it."""
-RELEASED_S = 10e-6
-"""The interrupt behind the last stop bit, and another before it."""
+SOON_S = 0.001  # an idle slave makes its answer in less: what a control step may wait for it
+RELEASED_S = 10e-6  # the interrupt behind the last stop bit, and another before it
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -160,8 +158,7 @@ int main(void)
     }
 }
 """
-GOOD = frames.framed(1, bytes([4, 2, 0xFF, 0xF6]))
-"""Minus ten steps of a half."""
+GOOD = frames.framed(1, bytes([4, 2, 0xFF, 0xF6]))  # Minus ten steps of a half
 RELEASE = "PORTD &= (uint8_t)~_BV(2);"
 
 HARMLESS = {"WAIT": "2500", "DRIVE": "PORTD |= _BV(2);", "RELEASE": RELEASE, "MIDDLE": "",

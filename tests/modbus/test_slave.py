@@ -68,7 +68,6 @@ def slave_world() -> World:
 
 
 def frame(data: bytes) -> bytes:
-    """A frame comes in, with silence behind it, and is answered."""
     return b"f" + struct.pack("<H", len(data)) + data
 
 
@@ -77,7 +76,6 @@ def value(name: str, number: float) -> bytes:
 
 
 def run(slave: Path, script: Iterable[bytes]) -> list[bytes]:
-    """Play a script; return what came out, piece by piece."""
     pieces, rest = [], memoryview(play(slave, script))
     while rest:
         size = rest[0] | rest[1] << 8
@@ -124,7 +122,6 @@ class Play(NamedTuple):
 
 
 def written(steps: Iterable[bytes | tuple[str, float]]) -> Play:
-    """Let the oracle answer frames, in a world that others change."""
     oracle = Oracle(spec_of(SLAVE).controller)
     script, asked, expected = [], [], []
     for step in steps:
@@ -143,7 +140,6 @@ def written(steps: Iterable[bytes | tuple[str, float]]) -> Play:
 
 
 def played(slave: Path, play: Play) -> str:
-    """Say where the slave differs from the oracle; an empty text if nowhere."""
     answers = run(slave, play.script)
     if len(answers) != len(play.expected):
         return f"{len(answers)} answers, not {len(play.expected)}"
@@ -225,7 +221,6 @@ def _frame(chance: random.Random, address: int, counts: Sequence[int]) -> bytes:
 
 
 def pdu(chance: random.Random, counts: Sequence[int] = COUNTS) -> bytes:
-    """Return a request, often one that may be served."""
     if chance.random() < 0.4:
         return _apt(chance)
     function = chance.choice((*FUNCTIONS, chance.randrange(256)))
@@ -249,7 +244,6 @@ def pdu(chance: random.Random, counts: Sequence[int] = COUNTS) -> bytes:
 
 
 def _apt(chance: random.Random) -> bytes:
-    """Choose what a master says that knows the map."""
     on, coil = chance.choice((0, 0xFF00)), chance.choice(COILS)
     duty, kp = chance.choice((0, 1, 437, 999, 1000, 1001, 0xFFFF)), chance.choice(GAIN_VALUES)
     write_gain = struct.pack(">HHBf", chance.choice((102, 104, 106)), 2, 4, kp)
@@ -270,7 +264,6 @@ def _apt(chance: random.Random) -> bytes:
 
 
 def _sized(chance: random.Random, data: bytes) -> bytes:
-    """Put its size before data; now and then another one, and data that go with that."""
     if chance.random() < 0.05:
         data = (data + bytes(3))[: max(0, len(data) + chance.choice((-1, 1, 2)))]
     return bytes([len(data) & 0xFF]) + data

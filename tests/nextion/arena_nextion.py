@@ -7,8 +7,7 @@ import test_touch_shows
 from hosted_kiln import WORLD
 from rig.hosted import InItsWorld, first_complaint
 
-JUDGES = (test_touch_shows, test_touch_orders)
-"""The quick ones first."""
+JUDGES = (test_touch_shows, test_touch_orders)  # the quick ones first
 
 
 def problem(built: Path) -> str:

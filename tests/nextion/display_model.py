@@ -25,7 +25,6 @@ ENDS = ("off", "finished", "stopped", "stopped by a fault")
 
 
 def segments_of(state: Mapping[str, str]) -> Copy:
-    """The program that is shown."""
     return tuple(Part(*map(int, each.split("/"))) for each in state["points"].split(",")[:-1])
 
 
@@ -76,7 +75,6 @@ def _state(state: Mapping[str, str]) -> str:
 
 
 def _row(state: Mapping[str, str], row: int) -> dict[str, object]:
-    """A segment, or none."""
     runs = state["state"] != "0" and state["number"] == state["shown"]
     running, marked = runs and state["segment"] == str(row), state["marked"] == str(row)
     kind, target, amount = [*segments_of(state), *POINTS * [(0, 0, 0)]][row - 1]
@@ -103,12 +101,10 @@ def rounded(value: str | Decimal, decimals: int = 0) -> Decimal:
 
 
 def short(value: Decimal) -> str:
-    """Without the zeros at the end."""
     return f"{value.normalize():f}"
 
 
-PLAIN = {12, 16, 17, 18, 22}
-"""Orders with nothing behind their number."""
+PLAIN = {12, 16, 17, 18, 22}  # orders with nothing behind their number
 LAST_TYPE = 7
 MOST_GAIN = 1e6
 NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "nan", "inf", "1,5",
@@ -117,8 +113,7 @@ NASTY = ("", "-", ".", "-.", "..", "1.2.3", "--1", "1-", "+1", "1e3", "0x10", "n
          'a"b', "a\\b", "a" * 13, "ÿ", "\x01", "\x1f", "\x7f", "\r\n",
          "\r\n#", "#", "##")  # fmt: skip
 """What a number or a name is not."""
-FILLERS = ("1", "9,9,9:", "a", " ", "0")
-"""What orders are filled with that are too long."""
+FILLERS = ("1", "9,9,9:", "a", " ", "0")  # what orders are filled with that are too long
 BEYOND = (0, 5, 23, 24, 99, 100, 255, 258, 264, 10**20, 7153.6, -3300, 1100.1, 44641, 42949673)
 """Numbers that are no order's, no kind's, or of no segment."""
 EDGES = (-1, -0.5, 0.5, 1, 2, 256, 65536, 2**32)
@@ -128,7 +123,6 @@ ALPHABETS = (bytes(range(256)), b"#;0123456789,:. -", b"#;7 1,0:.", b"\xff\x00\x
 
 
 def noise(chance: random.Random, count: int) -> bytes:
-    """Random bytes, from each of the alphabets in turn, sound orders among them."""
     data = bytearray()
     while len(data) < count:
         data += bytes(chance.choices(chance.choice(ALPHABETS), k=chance.randint(1, 500)))
@@ -168,7 +162,6 @@ class Grammar:
         self.numbers |= dict.fromkeys((5, 6, 19), (0, MOST_GAIN))
 
     def allows(self, text: str) -> bool:
-        """Whether an order may be taken."""
         found = re.fullmatch(r"(\d+) ?(.*)", text, re.DOTALL)
         if found is None:
             return False
@@ -210,7 +203,6 @@ class Malice:
                 yield data
 
     def noise(self, count: int) -> bytes:
-        """Random bytes; a `#` that begins something that may be taken is none any more."""
         data = bytearray(self._chance.randbytes(count))
         while any(map(self._grammar.allows, frames(data))):
             for found in re.finditer(rb"#[ -~]*;", bytes(data)):
@@ -228,7 +220,6 @@ class Malice:
             )) + b"\xff" * chance.choice((3, 3, 3, 3, 1, 2, 4, 7))  # fmt: skip
 
     def sound(self) -> str:
-        """An order that may be taken."""
         chance, grammar = self._chance, self._grammar
         order = chance.choice((2, 3, 4, 5, 6, *8 * (7,), 8, 9, 10, 11, 13, 14, 15, 19, 20, 21))
         data = {
@@ -247,7 +238,6 @@ class Malice:
         )  # fmt: skip
 
     def _changed(self) -> bytes:
-        """An order with some of its bytes changed, left out, doubled, or nasty words put in."""
         text = bytearray(f"#{self.sound()};".encode())
         for _ in range(self._chance.randint(1, 4)):
             at = self._chance.randrange(1, len(text))
@@ -264,7 +254,6 @@ class Malice:
         return bytes(text)
 
     def _replaced(self) -> bytes:
-        """An order of which a number, the name, or all behind its number is something else."""
         draw, text = self._chance.choice, self.sound()
         found = draw(list(re.finditer(draw((r"[\d.]+", r"[a-z]+|^\d+", " .*")), text)))
         return f"#{text[: found.start()]}{draw(self._words)}{text[found.end() :]};".encode()

@@ -60,17 +60,14 @@ PAGE = {page.name: page.id for page in display_pages(TOUCHED)}
 
 
 def command(letter: str, number: int = 0, data: bytes = b"") -> bytes:
-    """What the world is told (hosted_kiln.c)."""
     return struct.pack("<cI", letter.encode(), number & 0xFFFFFFFF) + data
 
 
 def received(data: bytes) -> bytes:
-    """Bytes that come in, at once."""
     return command("r", len(data), data)
 
 
 def ordered(*orders: str) -> bytes:
-    """Orders that come in, at once."""
     return received("".join(f"#{each};" for each in orders).encode("latin-1"))
 
 
@@ -80,7 +77,6 @@ def told(text: str) -> bytes:
 
 
 def damaged(data: bytes, error: str = "d") -> bytes:
-    """The same, a byte with a framing error (d) or an overrun (b) before them."""
     return command(error, len(data), data)
 
 
@@ -134,12 +130,10 @@ class Said:
 
     @property
     def state(self) -> dict[str, str]:
-        """At the last look."""
         return self.states[-1]
 
     @property
     def shown(self) -> dict[str, str]:
-        """The last value of every attribute."""
         pairs = (line.split("=", 1) for line in self.instructions if "=" in line)
         return {name: value.strip('"') for name, value in pairs}
 
@@ -161,7 +155,6 @@ def run(hosted: Path, *parts: str | bytes) -> Said:
 
 
 def order(hosted: Path, *orders: str, before: str = "2 s") -> Said:
-    """Give orders one by one, each with time for what it does, after some peace."""
     return run(hosted, before, *(ordered(each) + script("2 s; look") for each in orders))
 
 

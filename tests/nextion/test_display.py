@@ -40,7 +40,6 @@ STARTED = b"\0\0\0\xff\xff\xff#21 0;\x88\xff\xff\xff"
 
 
 def display(*pages: Page) -> Display:
-    """Return a display that has started, and said so."""
     made = Display(pages or PAGES)
     made.start()
     made.take()
@@ -52,7 +51,6 @@ def page_of(*components: Component, **events: Any) -> Page:
 
 
 def tell(shown: Display, *instructions: str) -> bytes:
-    """Send instructions; return what it answers."""
     for each in instructions:
         shown.receive(each.encode("latin-1") + b"\xff\xff\xff")
     return shown.take()
@@ -209,7 +207,6 @@ def test_waveforms() -> None:
 
 
 def tap(shown: Display, name: str) -> bytes:
-    """Touch a component; return what the display says."""
     shown.press(name)
     shown.release()
     return shown.take()
@@ -354,7 +351,6 @@ def pixels(shown: Display) -> np.ndarray:
 
 
 def inked(shown: Display, colour: int) -> np.ndarray:
-    """Where a colour is: rows and columns."""
     return np.argwhere((pixels(shown) == rgb(colour)).all(axis=2))
 
 

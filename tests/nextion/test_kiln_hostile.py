@@ -23,14 +23,11 @@ from heatwright.sim.device import AvrDevice
 
 DISPLAY_FILES = sorted(name for name in sources_of("kiln") if re.fullmatch(r"nextion\w*\.c", name))
 """Source files whose variables are the display's own."""
-FIRST = 0x20
-"""Address of the first register; below are those of the core."""
-CORE = slice(0x5D - FIRST, 0x60 - FIRST)
-"""Stack pointer and status register."""
+FIRST = 0x20  # address of the first register; below are those of the core
+CORE = slice(0x5D - FIRST, 0x60 - FIRST)  # stack pointer and status register
 HASTY = re.compile(r"TCNT\d|UDR\d|UCSR\d[ABC]|UBRR\d[HL]?|TIFR\d|PIN[A-L]|EEAR|EEDR")
 """Registers that tell the very moment, those of the line, and where the EEPROM was read last."""
-TICK = "clock.c:ticks_of_second"
-"""Changes once a tick, in the main loop."""
+TICK = "clock.c:ticks_of_second"  # Changes once a tick, in the main loop
 BAUD = 115_200
 LONGEST = b"#7 8,10,100:9,10,200:10,10,100:;"
 """Makes the kiln's program as long as one may be: the next segment is beyond the array."""
@@ -58,7 +55,6 @@ class Watched(AvrDevice):
         return registers + [each for file in DISPLAY_FILES for each in self.variables.of_file(file)]
 
     def differences(self, mine: NDArray[np.uint8], others: NDArray[np.uint8]) -> list[str]:
-        """Name the first bytes that differ after some tick, and should not."""
         places = np.nonzero(((mine != others) & self._same).any(axis=0))[0]
         return [self._name(FIRST + int(place)) for place in places[:5]]
 
@@ -85,7 +81,6 @@ class Kilns:
         assert self.board.read("program.state") == RUNNING
 
     def run(self, seconds: float) -> None:
-        """Let time pass, in steps. Raises AssertionError: a byte differs from the expected one."""
         end_s = self.now_s + seconds
         while self.now_s < end_s:
             self.now_s += STEP_S
@@ -101,7 +96,6 @@ class Kilns:
             self._latest_cycles = max(self._latest_cycles, int(late.max()))
 
     def send(self, chunks: Iterable[bytes], baud: float = BAUD) -> None:
-        """Send all that comes, without a pause."""
         for data in chunks:
             self.board.avr.uarts[0].send(data, baud)
             self.run(10 * len(data) / baud)

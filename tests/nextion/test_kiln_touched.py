@@ -20,13 +20,10 @@ from heatwright.spec.nextion import display_pages
 from heatwright.spec.nextion.parts import GROUND, RED
 
 IDLE, RUNNING, PAUSED, RETURNING = range(4)
-INTERRUPTED = 5
-"""States of a program."""
+INTERRUPTED = 5  # states of a program
 ROOM_C = 20.0
-K, S = 3, 6
-"""Codes of thermocouples (MAX31856 data sheet, configuration register 1)."""
-SAVED = "wait 30"
-"""Settings are kept within this time after they were changed."""
+K, S = 3, 6  # codes of thermocouples (MAX31856 data sheet, configuration register 1)
+SAVED = "wait 30"  # settings are kept within this time after they were changed
 SETPOINT, MAXIMUM = "settings.chamber_setpoint_c", "settings.chamber_maximum_c"
 TYPE, ENABLED = "settings.chamber_thermocouple", "loop_chamber.enabled"
 DUTY, MODE = "loop_chamber.duty_percent", "loop_chamber.mode"
@@ -122,13 +119,11 @@ class KilnDesk:
         return self.device.display
 
     def run(self, seconds: float) -> None:
-        """Let time pass."""
         self.device.sense("chamber", ROOM_C)
         self.device.advance(self.device.time_s + seconds)
         self.device.feed()
 
     def tap(self, *names: str) -> None:
-        """Touch one component after the other, with time for the board to fill a page."""
         for name in names:
             self.display.tap(name)
             self.run(1.0)
@@ -172,7 +167,6 @@ class KilnDesk:
 
 @pytest.fixture
 def desk() -> KilnDesk:
-    """The kiln, its display started, nothing on."""
     made = KilnDesk()
     made.run(2.0)
     return made
@@ -206,7 +200,6 @@ def in_flight(desk: KilnDesk) -> bool:
 
 
 def reds(desk: KilnDesk) -> list[float]:
-    """How much of the page is red, at eight moments of two seconds."""
     found = []
     for _ in range(8):
         desk.run(0.25)

@@ -24,8 +24,7 @@ from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Page, display_pages
 
 FILES = files_of(SPEC)
 SEEN = ("text", "number", "button", "dual_state", "waveform")
-FIGURES = 12
-"""Fields of so many characters or less hold figures; longer ones hold words."""
+FIGURES = 12  # fields of so many characters or less hold figures; longer ones hold words
 DIGITS = {"temp": 4, "set": 4, "duty": 3, "ot": 3, "settled": 6}
 """Digits of numbers that are not days, hours, minutes or places."""
 COMMAND = re.compile(rb"(#\d+( [^#;]*)?;)*")
@@ -99,7 +98,6 @@ def test_every_touch_sends_whole_commands(pages: tuple[Page, ...]) -> None:
 
 
 def after(pages: tuple[Page, ...], *touched: str) -> str:
-    """The page that is shown after touches, the first of them a page's name."""
     shown = Display(pages)
     shown.start()
     shown.show(next(number for number, page in enumerate(pages) if page.name == touched[0]))
@@ -180,7 +178,6 @@ def built(to_read: str) -> dict[str, Made]:
 
 
 def unmarked(text: str) -> str:
-    """Undo what Markdown needs."""
     return re.sub(r"\\(.)", r"\1", text)
 
 

@@ -20,7 +20,6 @@ MEASURED = {"waiting", "works", "saves", "temperature", "target", "duty", "clock
 
 
 def changed(said: Said, step: int) -> dict[str, str]:
-    """What one order has changed: those at and before its look."""
     before, after = said.states[step - 1], said.states[step]
     return {
         key: value for key, value in after.items() if before[key] != value and key not in MEASURED
@@ -185,7 +184,6 @@ KIND = ("", "", "", ",0", ",1", ",1", ",2", ",3", ",4", ",5", ",")
 
 
 def change(chance: random.Random) -> str:
-    """Up to three segments of order 7, of which any number may be one too large, or none."""
     text = ""
     for _ in range(chance.choice((1, 1, 1, 1, 1, 1, 2, 3))):
         amount = chance.choice((*AMOUNTS, *20 * ("20",), f"{chance.uniform(0, 100):.4f}"))
@@ -212,8 +210,7 @@ def test_whatever_is_sent_as_segments_makes_what_is_documented(hosted: Path) -> 
 BYTES = 1_000_000
 ORDERS = 10_000
 PER_RUN = 500
-LONGEST = 200
-"""Length of an order's text, in bytes."""
+LONGEST = 200  # length of an order's text, in bytes
 
 
 @cache  # they take longer to make than to play: an arena's trials share them

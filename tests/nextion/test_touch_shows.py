@@ -233,7 +233,6 @@ def test_the_same_fault_again_is_listed_again(hosted: Path) -> None:
 
 
 def drawn(said: Said, channel: str, tick: int = 0) -> list[int]:
-    """The points of a chart, in pixels."""
     points = [text.removeprefix(f"add {channel},") for text in after(said, tick, f"add {channel},")]
     assert all(str(int(point)) == point for point in points)
     return [int(point) for point in points]

@@ -45,7 +45,6 @@ MOVES = {
 
 
 def moved(name: str, board: str) -> str:
-    """Write the spec of an example for another board: other pins, and no rows, which name pins."""
     changes = ((old, new.replace("{board}", board)) for old, new in MOVES[name].items())
     text, _, _ = changed(name.split(maxsplit=1)[0]).partition("\ncomparison:\n")
     return changed(f"{text}\n", *changes)

@@ -8,8 +8,7 @@ from heatwright.sim.avr import Avr
 from heatwright.sim.native.pins import pin_number
 
 HEATER_SAID = "kind: pwm, pin: PC0, frequency: 500 Hz, power: 40 W"
-SPEC = wired("atmega32", {"heater": HEATER_SAID}).text
-"""Its thermometer is at PA1."""
+SPEC = wired("atmega32", {"heater": HEATER_SAID}).text  # its thermometer is at PA1
 GATE = pin_number("PC7")
 
 MAIN = """

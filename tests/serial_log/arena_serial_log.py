@@ -13,7 +13,6 @@ TALK = ("log", "log_note", "log_talk", "log_port")
 def arena(
     name: str, said: str, broken: tuple[str, ...], *checks: Callable[[LogBoard], None]
 ) -> Firmware:
-    """Say what complains of a board with this log."""
     own = program(said)
     return Firmware(f"serial_log/{name}", own, broken, on(partial(LogBoard, own), *checks))
 

@@ -20,21 +20,18 @@ from heatwright.spec import Controller, Event, SerialLog
 
 KILNS = ("kiln", "kiln_uno")
 FLOOD_S = 60
-SPEED = 60
-"""Times real time: an entry a minute comes every second."""
+SPEED = 60  # times real time: an entry a minute comes every second
 
 
 def fired(
     controller: Controller, device: AvrDevice, duration: str, *stops: dict[str, str]
 ) -> StepLog:
-    """Start the first program, and let it go on for a time."""
     events = [{"at": "5 s", "program": "start 1"}, *stops, {"for": duration}]
     trace = bench(controller, device, [Event.model_validate(event) for event in events])
     return trace.steps["chamber"]
 
 
 def told(device: AvrDevice, command: str) -> list[str]:
-    """Send a command to the log, and return what it answers."""
     device.log_reader.write(command)
     device.advance(device.time_s + 2)
     device.feed()

@@ -85,11 +85,9 @@ HELP = ["log: the whole log, the oldest first", "clear: forget it", "help: this"
 OTHERS = 50.0, 60.0, 70.0  # what the loop reads, shall and does where nothing is noted
 DUTIES = ((0.0, 0), (37.49, 37), (37.5, 38), (99.6, 100), (150.0, 100), (-3.0, 0), (0.4, 0))
 """What a step asks of the heater, %, and what is noted of it."""
-ENTRY = "<HhhBBB"
-"""A slot: lap, temperature, setpoint, duty, digest, the lap's low byte."""
+ENTRY = "<HhhBBB"  # A slot: lap, temperature, setpoint, duty, digest, the lap's low byte
 SLOT = struct.calcsize(ENTRY)
-WRITTEN_S = 0.15
-"""Behind an entry's time it is in its memory: nine bytes, one a tick."""
+WRITTEN_S = 0.15  # behind an entry's time it is in its memory: nine bytes, one a tick
 LONGEST_WAIT_S = 100e-6
 GUARDED = 256  # bytes behind the last variable, far from the stack
 UCSR0B, UDRIE0 = 0xC1, 1 << 5  # of an ATmega328P
@@ -97,7 +95,6 @@ SOON_S = 0.6  # within it 50 lines of the log have come
 
 
 def shown_c(celsius: float) -> float:
-    """Round to what an entry holds: tenths, halves away from zero, within its 16 bits."""
     tenths = min(int(abs(celsius) * 10 + 0.5), 32767)
     return -tenths / 10 if celsius < 0 else tenths / 10
 
@@ -113,8 +110,6 @@ def program(said: str, board: str = "uno") -> Program:
 
 
 class LogBoard(Board):
-    """A processor that runs it, the computer that reads it, and what it should say."""
-
     def __init__(self, program: Program, elf: Elf | None = None, eeprom: bytes = b"") -> None:
         """Power on; with another binary, and what is in the EEPROM, if there is."""
         self.elf = elf or program.elf()
@@ -145,12 +140,10 @@ class LogBoard(Board):
         self.put("loop_air.duty_percent", duty_percent)
 
     def run(self, seconds: float) -> None:
-        """Go on, and let the computer hear."""
         self.avr.run(seconds)
         self.computer.feed(self.avr.pins.take(), self.avr.uarts.take())
 
     def adds(self, ticks: float) -> None:
-        """Go on, with an entry in the next tick."""
         self.put("log.c:ticks", round(self.interface.every_s / TICK_S) - 1)
         self.run(ticks * TICK_S)
 
@@ -159,7 +152,6 @@ class LogBoard(Board):
         return self.computer.rows
 
     def ask(self, command: str, seconds: float = 1.0) -> list[str]:
-        """Send a command and return the lines that came."""
         self.computer.write(command)
         self.run(seconds)
         return self.computer.texts
@@ -176,7 +168,6 @@ class Notes:
         self._spent_s = 0.0
 
     def go(self, temperature_c: float | None, setpoint_c: float = 20.0) -> None:
-        """Go on until the next entry is noted: what the loop reads in that tick."""
         self.bench.reads(*OTHERS)
         self.bench.run(self.every_s - WRITTEN_S - TICK_S - self._spent_s)
         asked, percent = DUTIES[len(self.rows) % len(DUTIES)]
@@ -190,7 +181,6 @@ class Notes:
         self.rows.append(LogRow(time_s + self.every_s, shown, shown_c(setpoint_c), percent))
 
     def ask(self, command: str) -> list[str]:
-        """Send a command and return the lines that came, within the time of an entry."""
         self._spent_s += SOON_S
         return self.bench.ask(command, SOON_S)
 
@@ -208,7 +198,6 @@ class Notes:
 
 
 def course(bench: LogBoard, laps: int = 6) -> None:
-    """Note so many laps of the log, and read them."""
     notes, entries = Notes(bench), bench.interface.entries
     notes.check("nothing noted")
     for celsius, setpoint_c in (
@@ -232,7 +221,6 @@ def course(bench: LogBoard, laps: int = 6) -> None:
 
 
 def commands(bench: LogBoard) -> None:
-    """What is sent, whole, damaged, or more than is taken in a tick, and what is answered."""
     notes, computer = Notes(bench), bench.computer
     notes.go(5.0)
     row = [HEADING, f"{notes.every_s},5.0,20.0,0", ""]
@@ -290,26 +278,21 @@ def slow(bench: LogBoard) -> None:
     assert all(row.temperature_c == row.time_s - 1 for row in rows if row.time_s <= 25)
 
 
-LAPS = 0xFFFF
-"""They are counted from 0 to 65534, and from 0 again; an erased slot says 65535."""
+LAPS = 0xFFFF  # they are counted from 0 to 65534, and from 0 again; an erased slot says 65535
 
 
 class Image:
-    """An EEPROM with a log."""
-
     def __init__(self, board: LogBoard) -> None:
         self.start, self._size = layout(board.controller).history.start, board.interface.entries
         self.contents = bytearray(board.avr.eeprom.contents)
         self._digest = int(sources_of(board.text)["config.h"].partition("DIGEST 0x")[2][6:8], 16)
 
     def put(self, lap: int, place: int, values: tuple[int, int, int]) -> None:
-        """Write an entry; the place behind the last is of nobody."""
         begins, lap = self.start + SLOT * place, lap % LAPS
         slot = struct.pack(ENTRY, lap, *values, self._digest, lap & 0xFF)
         self.contents[begins : begins + SLOT] = slot
 
     def whole(self) -> dict[int, tuple[int, int, int, int]]:
-        """Return lap and values of each slot that holds an entry, by its place."""
         slots = struct.iter_unpack(ENTRY, self.contents[self.start :][: SLOT * self._size])
         return {
             place: (lap, *values) for place, (lap, *values, digest, again) in enumerate(slots)
@@ -337,7 +320,6 @@ class Image:
 
 
 def images(bench: LogBoard, count: int = 60) -> None:
-    """Whatever stands in the EEPROM, whole entries are told; the log goes on, and is cleared."""
     chance, size = random.Random(1), bench.interface.entries  # noqa: S311 - no secret
     newest = [(0, 0), (0, 49), (0, 20), (0x2FF, 48), (0x300, 0), (0x7FFF, 49), (0x8000, 9),
               (LAPS - 2, 49), (LAPS - 1, 0), (LAPS - 1, 48), (LAPS - 1, 49)]  # fmt: skip
