@@ -187,6 +187,16 @@ static inline void raise_register(avr_t *avr, avr_io_addr_t address, uint8_t val
         raise_irq(irq + bit, value >> bit & 1);
 }
 
+/* Write a register with handlers as simavr does. */
+static inline void write_register(avr_t *avr, uint16_t address, uint8_t value) {
+    const avr_io_addr_t a = AVR_DATA_TO_IO(address);
+    if (avr->io[a].w.c)
+        avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
+    else
+        avr->data[address] = value;
+    raise_register(avr, address, value);
+}
+
 /* As avr_cycle_timer_process, but without the call if no timer is due; returns the cycles to the
    next timer. */
 static inline avr_cycle_count_t pass_timers(avr_t *avr) {

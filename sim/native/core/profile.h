@@ -17,7 +17,7 @@ struct frame {
     uint16_t function;
     enum { CALLED, JUMPED, INTERRUPT } kind;
     uint64_t began, stolen;     /* stolen: cycles of interrupts and sleep within */
-    struct window window;       /* of the interrupted code */
+    struct window window;       /* the interrupted code's */
 };
 
 struct profile {

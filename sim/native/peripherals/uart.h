@@ -37,7 +37,8 @@ struct uart {
     avr_uart_t *io;
     uint8_t format, divisor_high;       /* UCSRC, UBRRH */
     uint64_t shared_read;               /* last read of the address that both share, cycle */
-    uint64_t begins, ends, overruns;    /* of the last character sent; lost bytes */
+    uint64_t begins, ends;      /* of the last character sent, cycles */
+    uint64_t overruns;          /* bytes lost */
     struct timer *buffer_free, *all_sent;
     struct line line;
     struct receiver receiver;

@@ -14,7 +14,7 @@ ON_TOO_LONG = 30
 
 
 class Guard:
-    """Checks the rules of a loop, and names the first one that is broken."""
+    """Applies the rules of a loop, and returns the code of the first one that trips."""
 
     def __init__(self, loop: Loop, raw_width: str = RAW_WIDTH) -> None:
         """Derive the limits; raw_width -- width of the sensor's raw numbers."""
