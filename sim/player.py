@@ -132,9 +132,9 @@ class Player:
 
     def _latched_after(self, values: tuple[object, ...], row: np.void) -> tuple[object, ...] | None:
         """Latch another loop's fault after a step; return None if the row contradicts that."""
-        said = {name: row[name] for name in ("fault.code", "fault.temperature_c")}
+        fault = {name: row[name] for name in ("fault.code", "fault.temperature_c")}
         later = tuple(
-            said.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
+            fault.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
         )
         if not self._has_others or not self._is_equal(later, row):
             return None

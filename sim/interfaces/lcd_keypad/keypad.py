@@ -51,9 +51,10 @@ class Keypad:
         self._set(key)
 
     def flicker(self, keys: Sequence[str | None], dwells_s: Sequence[float], for_s: float) -> None:
-        """Leak for a time: keys seem to be pressed at random, and none is released for long.
+        """Simulate a leak: keys seem to be pressed at random, and none is released for long.
 
-        keys, dwells_s -- the keys that seem pressed, and how long each time.
+        keys, dwells_s -- the keys that seem pressed, and the times for which each seems so, s;
+        for_s -- duration of the leak, s.
         """
         chance = random.Random(len(keys))  # noqa: S311 - noise, not a secret
         cycle, self._pending = self._avr.cycle, []

@@ -86,7 +86,7 @@ struct port {
     avr_ioport_t *io;           /* NULL: this part has no such port */
     uint8_t watched;            /* bits */
     uint8_t sampled;            /* bits with listeners, which are told of reads */
-    uint8_t ddr, port;          /* as last seen */
+    uint8_t ddr, port;          /* their values at the last look */
     struct tap tap_pin;
 };
 
@@ -112,7 +112,8 @@ struct hw {
     avr_t *avr;
     char message[256];
     int limit;
-    uint64_t sleep_cycles, until;       /* in hw_run: its end cycle */
+    uint64_t sleep_cycles;
+    uint64_t until;             /* the cycle at which hw_run ends */
     int dead_sleep;             /* asleep with interrupts off */
     uint16_t sleep_register;
     uint8_t sleep_enable, sleep_mode;

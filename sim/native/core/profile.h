@@ -9,7 +9,7 @@
 
 struct window {
     uint32_t low, high;
-    uint64_t began, paused;     /* cycle of the first instruction; of interrupts, sleep within */
+    uint64_t began, paused;     /* first cycle; cycles of interrupts and sleep within */
 };
 
 struct frame {

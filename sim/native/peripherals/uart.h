@@ -26,8 +26,9 @@ struct received {
 struct receiver {
     int on, count, overrun;
     struct received buffer[RECEIVED];
-    double from, first;         /* looks for a start bit since; its first low sample */
-    int samples, period, data, parity;  /* of the character that arrives */
+    double from;                /* the cycle since which it looks for a start bit */
+    double first;               /* the cycle of the start bit's first low sample */
+    int samples, period, data, parity;  /* the format of the character that arrives */
     struct timer *timer;
 };
 

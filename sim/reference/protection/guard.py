@@ -57,7 +57,7 @@ class Guard:
         self._maximum_c = maximum_c
 
     def count(self, *, on: bool) -> int:
-        """Return 30 if the loop has been on for too long; on -- it is on now, without a fault."""
+        """Return 30 if a loop has been on for too long; on -- whether it is on without a fault."""
         if self._most_on_steps is None:
             return 0
         self._on_steps = self._on_steps + 1 if on else 0
