@@ -287,13 +287,13 @@ class Avr:
         """Put a 1-Wire chip on a pin, with a pull-up resistor on the line."""
         self.pins.pull(pin, "high")
         number = self.pins.watch(pin, logged=False)
-        return attach(self._owner, number, slave, timing or Timing(), self._owner.errors)
+        return attach(self._owner, number, slave, timing or Timing())
 
     def spi(self, wires: spi.Wires, slave: spi.Slave, timing: spi.Timing | None = None) -> spi.Port:
         """Put an SPI chip on its wires."""
         names = wires.select, wires.clock, wires.data, wires.told
         pins = tuple(-1 if name is None else self.pins.watch(name, logged=False) for name in names)
-        return spi.attach(self._owner, pins, slave, timing or spi.Timing(), self._owner.errors)
+        return spi.attach(self._owner, pins, slave, timing or spi.Timing())
 
     def snapshots(self, counter: Range, ram: Range, at: Function | None = None) -> Log:
         """Record a range of RAM each time the counter has changed at the start of a function.

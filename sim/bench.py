@@ -64,9 +64,9 @@ def bench(  # noqa: PLR0913 – all but two have defaults and names
 
     controller -- the specification; device -- the device under test; scenario -- the operator's
     events; the specification's if None; plant -- the machine; the specification's if None;
-    step_s -- time step of the machine, s; if None, a step that suits the loops; seed -- of the
-    sensor noise; progress -- called with the simulated time at intervals. Raises ValueError:
-    the specification has no simulation, or the scenario no end.
+    step_s -- time step of the machine, s; if None, a step that suits the loops; seed -- seed of the
+    sensor noise; progress -- called with the simulated time at intervals. Raises ValueError: the
+    specification has no simulation, or the scenario no end.
     """
     simulation = controller.simulated
     step_s = step_s or step_of(controller)

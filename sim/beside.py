@@ -40,7 +40,7 @@ class RunBeside(Run):
         self._take(self._machine)
 
     def _calm_rows(self, row: int) -> int:
-        """Return how many rows have no action of the operator, or one less."""
+        """Return the number of next rows without an action of the operator, or one less."""
         if self._done == len(self._hand):
             return self._count
         return math.floor(self._hand[self._done].time_s / self._step_s) - row - 1

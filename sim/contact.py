@@ -23,7 +23,7 @@ class Contact:
     def move(self, *, is_open: bool) -> None:
         """Open or close the contact; a broken wire is an open contact."""
         self.is_open = is_open
-        assert self._avr is not None  # noqa: S101 - it is wired before anybody moves it
+        assert self._avr is not None  # noqa: S101 - the device wires it at power-on
         self._avr.pins.drive(self._pin, None if is_open else "low")
 
 

@@ -87,25 +87,26 @@ class Waker(Listener, Protocol):
 class Talker(Waker, Protocol):
     """A part that has exchanges with the board."""
 
-    is_busy: bool  # in the middle of one: it gets the records at the end of each time step
+    is_busy: bool
+    """Whether it is in an exchange: it gets the records at the end of each time step."""
 
 
 @runtime_checkable
 class Partner(Waker, Protocol):
-    """A part that knows the whole controller, at a line's end that another may take instead."""
+    """A part that needs the whole spec, on a serial line that a real partner may take over."""
 
     look: Look | None
     """How C may look in its place while it only waits for the board, otherwise None."""
     is_plugged: bool
 
     def learn(self, controller: Controller) -> None:
-        """Take over what it must know, as a master its slave's registers."""
+        """Take over what it must know of the spec: a master, the registers of its slave."""
 
     def unplug(self) -> None:
-        """Pull its plug."""
+        """Disconnect it from the line."""
 
 
-class _The(Generic[Kind]):
+class _InterfaceOf(Generic[Kind]):
     """The interface of one kind, as an attribute of its device."""
 
     def __init__(self, kind: type[Kind]) -> None:
@@ -224,7 +225,7 @@ class AvrDevice:
             self.host.send(line)
 
     def program(self, order: Order, number: int = 0) -> None:
-        """Give a command to the program as the operator; number -- of a program, or a segment.
+        """Give a command to the program as the operator; number -- the program or the segment.
 
         The command goes by the touch display or, without one, by the menu of the shield's keypad.
         """
@@ -326,12 +327,12 @@ class AvrDevice:
         return self._start_s + self.avr.time_s
 
     # Each raises LookupError: the spec has no such interface.
-    shield = _The(LcdKeypad)
-    plotter = _The(SerialPlotter)
-    log_reader = _The(SerialLog)
-    host = _The(GcodeHost)
-    master = _The(ModbusMaster)
-    display = _The(Nextion)
+    shield = _InterfaceOf(LcdKeypad)
+    plotter = _InterfaceOf(SerialPlotter)
+    log_reader = _InterfaceOf(SerialLog)
+    host = _InterfaceOf(GcodeHost)
+    master = _InterfaceOf(ModbusMaster)
+    display = _InterfaceOf(Nextion)
 
     def interface(self, kind: type[Kind]) -> Kind:
         """Return the interface of a kind, with all records so far."""

@@ -26,7 +26,7 @@ Feel = Callable[[float], float]
 
 
 class Heat(NamedTuple):
-    """Changes the power of a load: from the share that its pin asks for to the real share.
+    """Changes the power of a load: from the share that its pin requests to the real share.
 
     times -- factor; least -- lowest share, also while the pin is off; once_asked -- replaces any
     share above 0.
@@ -94,7 +94,7 @@ def install(ffi: Any) -> None:
 class Machine:
     """A plant and the device that is wired to it.
 
-    sensors -- of temperatures, then of currents; felt -- their values now, °C and A, as a view.
+    sensors -- those of temperatures, then those of currents; felt -- a view of their values, °C, A.
     """
 
     def __init__(
@@ -168,9 +168,9 @@ class Machine:
             tip.past, tip.length = self._array(past), len(past)
         self._draw()
         for number, meter in enumerate(plant.ammeters.values()):
-            told = m.meters[number]
-            told.load, told.full_a = self.loads.index(meter.output), meter.full_a
-            told.share = meter.share
+            shared = m.meters[number]
+            shared.load, shared.full_a = self.loads.index(meter.output), meter.full_a
+            shared.share = meter.share
 
     def _held(self, pointer: Any) -> Any:
         """Keep an object that C points to alive as long as this machine."""

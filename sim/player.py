@@ -132,9 +132,9 @@ class Player:
 
     def _latched_after(self, values: tuple[object, ...], row: np.void) -> tuple[object, ...] | None:
         """Latch another loop's fault after a step; return None if the row contradicts that."""
-        said = {name: row[name] for name in ("fault.code", "fault.temperature_c")}
+        fault = {name: row[name] for name in ("fault.code", "fault.temperature_c")}
         later = tuple(
-            said.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
+            fault.get(name, value) for (name, _), value in zip(self.members, values, strict=True)
         )
         if not self._has_others or not self._is_equal(later, row):
             return None
@@ -171,19 +171,20 @@ class Player:
         """
         self._reference = Reference(self._controller, self._loop)
         row = self._log[number]
-        acknowledged, told_c = count_in(row, ACKNOWLEDGEMENTS), Single(row["fault.temperature_c"])
+        acknowledged, fault_c = count_in(row, ACKNOWLEDGEMENTS), Single(row["fault.temperature_c"])
         if self._reference.program:
             self._reference.program.restore(resumed(row))
             self._load(row)
-        self._acknowledge(acknowledged, told_c)
+        self._acknowledge(acknowledged, fault_c)
         if code or not acknowledged:
-            self._reference.restore(code, told_c)
+            self._reference.restore(code, fault_c)
         return self._fed(number, count_in(row, STARTS), lost=False)
 
     def _passed_c(self, row: np.void) -> Single:
         """Return the temperature of a fault that came and was acknowledged since the step before.
 
-        A stop has none. Another loop's fault has the row's, if no other has tripped since.
+        It is 0 for an emergency stop. For another loop's fault it is that of the row, °C, unless
+        another rule has tripped since.
         """
         seen = self._has_others and not row["fault.code"]
         return Single(row["fault.temperature_c"]) if seen else ZERO

@@ -45,7 +45,7 @@ class AirflowSwitch:
     def fail(self, *, stands: bool = False, wire: Wire = Wire.SOUND) -> None:
         """Set the faults of fan and wire, or repair them."""
         self.stands, self.wire = stands, wire
-        assert self._relay is not None  # noqa: S101 - it is wired before anybody breaks it
+        assert self._relay is not None  # noqa: S101 - the device wires it at power-on
         self._relay.fail(Armature.WELDED if stands else Armature.SOUND, wire)
 
 
@@ -94,7 +94,7 @@ class FanTachometer:
         self._break()
 
     def _break(self) -> None:
-        assert self._motor is not None  # noqa: S101 - it is wired before anybody breaks it
+        assert self._motor is not None  # noqa: S101 - the device wires it at power-on
         self._motor.fail(*self._how)
 
 

@@ -42,7 +42,7 @@ QUICKER = 0.98
 """A chip's conversion time divided by the longest of the data sheet: if conversions were
 synchronous with the loop, the largest differences of two readings would not occur."""
 
-TOLD = ("time_s", "temperature_c", "setpoint_c")
+REPORTED = ("time_s", "temperature_c", "setpoint_c")
 """The members of the tripping step that are reported."""
 
 
@@ -109,7 +109,7 @@ class Tripped(NamedTuple):
 
     loop, rule -- the loop and the rule's id; part -- the loop that was taken through its setpoints,
     None: the scenario; machine -- the healthy machine, None: the spec's plant; setting -- the
-    numbers that the keypad had set; time_s -- its time; reading_c, setpoint_c -- of the loop then.
+    numbers that the keypad had set; time_s, reading_c, setpoint_c -- the loop's values at the trip.
     """
 
     loop: str
@@ -190,8 +190,8 @@ def _run_scenario(controller: Controller, progress: Progress | None) -> Tripped 
         for time_s, code in unasked(longer.simulated, faults(log)):
             if loop == device.fault_loop:
                 row = log[np.searchsorted(log["time_s"], time_s)]
-                told = (float(row[name]) for name in TOLD)
-                return Tripped(loop, RULES[code].id, None, None, (), *told)
+                values = (float(row[name]) for name in REPORTED)
+                return Tripped(loop, RULES[code].id, None, None, (), *values)
     return None
 
 
@@ -355,7 +355,7 @@ def _step_s(controller: Controller) -> float:
 
 
 class _World:
-    """The reference model on a machine, with somebody who sets its setpoints."""
+    """The reference model on a machine, with an operator who sets its setpoints."""
 
     def __init__(self, place: Place, machine: Healthy) -> None:
         controller = place.controller
@@ -456,6 +456,6 @@ class _World:
     def tripped(self) -> Tripped:
         """Describe the trip."""
         device = self._device
-        told = (device.last(device.fault_loop, name) for name in TOLD)
+        values = (device.last(device.fault_loop, name) for name in REPORTED)
         rule = RULES[device.fault].id
-        return Tripped(device.fault_loop, rule, self.site.loop_name, self._machine, (), *told)
+        return Tripped(device.fault_loop, rule, self.site.loop_name, self._machine, (), *values)

@@ -70,5 +70,5 @@ class SafetyRelay:
     @property
     def wired(self) -> Relay:
         """The relay at the processor that was powered on last."""
-        assert self._relay is not None  # noqa: S101 - it is wired before anybody asks
+        assert self._relay is not None  # noqa: S101 - the device wires it at power-on
         return self._relay

@@ -13,7 +13,7 @@ PRESS_S = 0.1
 """A short press: the key is down for this time, then up for at least as long."""
 
 ASKS = Event.model_validate({"at": "1 s", "send": "M105"})
-"""The line by which a host asks for the temperatures as soon as the controller has started."""
+"""The line by which a host requests the temperatures as soon as the controller has started."""
 
 STOP = re.compile(r"\s*(N\d+\s*)?M112(?!\d)", re.IGNORECASE)
 """A host's line with an emergency stop, which latches a fault."""
@@ -23,7 +23,7 @@ DISTURBING = {"G0", "G1", "M106", "M107"}
 
 
 class Operable(Protocol):
-    """A controller that somebody operates."""
+    """A controller as its operator, host, display and master see it."""
 
     def press(self, key: str | None) -> None:
         """Hold a key of the keypad from now on: right, up, down, left, select; None for none."""
@@ -85,7 +85,7 @@ class Action(NamedTuple):
 
 
 def long_enough(controller: Controller) -> Controller:
-    """Lengthen a short scenario; a host that sends nothing in it then asks for the temperatures.
+    """Lengthen a short scenario; a host that sends nothing in it then polls temperatures once.
 
     A real host polls; without polls the firmware would treat it as lost in the additional time.
     """

@@ -48,9 +48,9 @@ class Tape:
     def usual(self) -> list[tuple[int, int]]:
         """Return series of rows in which only readings and commands are new.
 
-        Each is a first row, and the row behind its last: without a reset, an acknowledgement, a
-        start of a tuning, a command to a program or another state of it, and without a fault that
-        is latched or ends.
+        Each series is given by its first row and the row after its last. None of its rows has a
+        reset, an acknowledgement, the start of a tuning, or a command to a program; and neither
+        the program's state nor the fault changes.
         """
         log, names = self._log, self._log.dtype.names or ()
         special = np.array(self.begins) | (np.array(self.acknowledged) > 0)

@@ -13,12 +13,7 @@ Series = NDArray[np.float64]
 StepLog = NDArray[np.void]
 """One row per control step: `time_s` and the members of the state (docs/control.md)."""
 
-UNITS = (
-    ("_k_per_s", "K/s"),
-    ("_percent", "%"),
-    ("_c", "°C"),
-    ("_s", "s"),
-)
+UNITS = (("_k_per_s", "K/s"), ("_percent", "%"), ("_c", "°C"), ("_s", "s"))
 """Units by the end of a member's name."""
 
 

@@ -3,27 +3,21 @@
 import math
 import operator
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from heatwright.sim.arrays.masks import NOW, Value, all_of, any_of, has_array
 
 
-def _least(*values: Value, **words: Value) -> Value:
-    return _extreme(min, operator.lt, values, words)
-
-
-def _most(*values: Value, **words: Value) -> Value:
-    return _extreme(max, operator.gt, values, words)
-
-
 def _extreme(
     plain: Callable[..., Value],
     better: Callable[[Value, Value], Value],
-    values: tuple[Value, ...],
-    words: Mapping[str, Value],
+    *values: Value,
+    **words: Value,
 ) -> Value:
+    """Return `plain(*values, **words)`: the value that is better than all others."""
     listed = list(values[0]) if len(values) == 1 else list(values)
     if words or not has_array(listed):
         return plain(listed, **words)
@@ -50,9 +44,9 @@ def _round(value: Value, *digits: int) -> Value:
 
 
 BUILTINS: dict[str, Value] = {
-    "min": _least, "max": _most, "any": any_of, "all": all_of, "round": _round,
-    "int": _number(int, np.int64), "float": _number(float, np.float64),
-    "bool": _number(bool, np.bool_),
+    "min": partial(_extreme, min, operator.lt), "max": partial(_extreme, max, operator.gt),
+    "any": any_of, "all": all_of, "round": _round, "int": _number(int, np.int64),
+    "float": _number(float, np.float64), "bool": _number(bool, np.bool_),
 }  # fmt: skip
 
 

@@ -155,7 +155,7 @@ class Frame:
 
 def _mask() -> Mask:
     if NOW.active is None:
-        raise AllLanesError("All lanes are meant")
+        raise AllLanesError("All lanes are active where only some may be")
     return NOW.active
 
 
@@ -170,12 +170,12 @@ _YES, _NO = (True,), (False,)
 
 
 def _ways(test: Value) -> Iterator[bool]:
-    whole, told = NOW.active, truth(test)
-    yes = told if whole is None else told & whole
+    whole, true = NOW.active, truth(test)
+    yes = true if whole is None else true & whole
     if not yes.any():
         yield False
         return
-    no = ~told if whole is None else whole & ~told
+    no = ~true if whole is None else whole & ~true
     if not no.any():
         yield True
         return
@@ -202,14 +202,12 @@ class While:
         """Return whether any lane goes on, and make those lanes the active ones."""
         if not isinstance(test, np.ndarray):
             return bool(test)
-        told = truth(test)
-        before = NOW.active
-        stay = told if before is None else told & before
-        out = ~told if before is None else before & ~told
-        if not out.any():
-            return bool(stay.any())
-        self._left = out if self._left is None else self._left | out
-        NOW.active = stay
+        true, before = truth(test), NOW.active
+        stay = true if before is None else true & before
+        out = ~true if before is None else before & ~true
+        if out.any():
+            self._left = out if self._left is None else self._left | out
+            NOW.active = stay
         return bool(stay.any())
 
     def end(self) -> None:
@@ -225,20 +223,20 @@ class While:
 def together(before: Mask | None) -> None:
     """Refuse a `break` or `continue` of some lanes only."""
     if NOW.active is not before:
-        raise AllLanesError("break or continue for some lanes")
+        raise AllLanesError("Only some lanes would break off or continue a loop")
 
 
 def common(value: Value) -> Value:
     """Return a collection that will be changed in place; refuse unless all lanes are active."""
     if NOW.active is not None and isinstance(value, list | dict | set | deque):
-        raise AllLanesError("a collection changes for some lanes")
+        raise AllLanesError("A collection would change for some lanes only")
     return value
 
 
 def raises() -> bool:
     """Return whether to raise an exception; refuse if only some lanes raise it: all would end."""
     if NOW.active is not None and NOW.active.any():
-        raise AllLanesError("an exception for some lanes")
+        raise AllLanesError("Only some lanes would raise an exception")
     return NOW.active is None
 
 
@@ -362,27 +360,27 @@ def choose(test: Value, yes: Callable[[], Value], no: Callable[[], Value]) -> Va
 
 def chain(first: Value, *rest: Value) -> Value:
     """Return a chained comparison: a value, then operators and values in turn."""
-    told: Value = True
+    result: Value = True
     for compare, value in zip(rest[::2], rest[1::2], strict=True):
-        told = both(told, partial(compare, first, value))
+        result = both(result, partial(compare, first, value))
         first = value
-    return told
+    return result
 
 
 def any_of(values: Iterable[Value]) -> Value:
     """Return `any(values)`."""
-    told: Value = False
+    result: Value = False
     for value in values:
-        told = either(told, partial(_same, value))
-    return told
+        result = either(result, partial(_same, value))
+    return result
 
 
 def all_of(values: Iterable[Value]) -> Value:
     """Return `all(values)`."""
-    told: Value = True
+    result: Value = True
     for value in values:
-        told = both(told, partial(_same, value))
-    return told
+        result = both(result, partial(_same, value))
+    return result
 
 
 def _same(value: Value) -> Value:

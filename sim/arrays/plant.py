@@ -129,7 +129,8 @@ class Surfaces:
         exact = self._factor * (here_k * here_k + there_k * there_k) * (here_k + there_k)
         wanted = np.log(exact) / LOG_GRID
         steps = np.rint(wanted)
-        steps[np.abs(np.abs(wanted - steps) - 0.5) < _LOG_ERROR] = np.nan  # either of two steps
+        # Near the middle of two steps, math.log may round to the other one: recompute the lane.
+        steps[np.abs(np.abs(wanted - steps) - 0.5) < _LOG_ERROR] = np.nan
         for lane in np.flatnonzero(steps != self._steps).tolist():
             self._grid[lane] = on_grid(float(exact[lane])) if exact[lane] > 0 else 0.0
         self._steps = steps
@@ -137,7 +138,7 @@ class Surfaces:
 
 
 _LOG_ERROR = 1e-9
-"""More than the difference between numpy's and `math`'s logarithm, in steps of the grid."""
+"""Bound on the difference of numpy's logarithm from that of `math`, in steps of the grid."""
 
 
 class Feelers:

@@ -99,7 +99,7 @@ class _Stack:
 
     def _table(self, values: Sequence[dict[Any, Any]]) -> dict[Any, Any]:
         if any(each.keys() != values[0].keys() for each in values):
-            raise UnlikeError(f"{list(values[0])} and others")
+            raise UnlikeError(f"the keys {list(values[0])} and others")
         return {name: self.joined(tuple(each[name] for each in values)) for name in values[0]}
 
     def _parts(self, values: tuple[Any, ...]) -> list[Any]:

@@ -56,8 +56,8 @@ def are_repeated(controller: Controller, loop: str, log: StepLog, since: Referen
 def resume(model: Reference, log: StepLog, since: Reference, rows: int | slice) -> None:
     """Let a model continue from its state after these rows of a log.
 
-    model -- also the translated one, with a lane for each row; since -- the model after the first
-    row of the log.
+    model -- the model, or the translated one with a lane for each row; since -- the model after the
+    first row of the log.
     """
     model.resume([_at(rows, numbers_in(log, name)) for name, _ in since.members])
     for prefix, first in since.averages.items():
@@ -86,7 +86,7 @@ def _is_from_outside(controller: Controller, loop: str) -> bool:
 
 
 def _at(rows: int | slice, column: NDArray[Any]) -> Any:
-    """Return the numbers of these rows; of a single row a number as the model has it."""
+    """Return a column's numbers in these rows; for a single row, a number of the model's type."""
     found = column[rows]
     return int(found) if isinstance(found, np.integer) else found
 

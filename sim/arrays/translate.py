@@ -3,7 +3,8 @@
 import ast
 from itertools import count
 
-_L = "_lanes"
+_LANES = "_lanes"
+"""The name of the module `masks` in the translated code."""
 _IN_PLACE = {"append", "extend", "insert", "remove", "pop", "popleft", "clear", "update", "add",
              "discard", "setdefault"}  # fmt: skip
 _COMPOUND = (ast.If, ast.While, ast.For, ast.With)
@@ -18,14 +19,16 @@ def translated(tree: ast.Module) -> ast.Module:
     return ast.fix_missing_locations(tree)
 
 
+def _member(holder: str, name: str) -> ast.Attribute:
+    return ast.Attribute(ast.Name(holder, ast.Load()), name, ast.Load())
+
+
+def _method(holder: str, name: str, *arguments: ast.expr) -> ast.Call:
+    return ast.Call(_member(holder, name), list(arguments), [])
+
+
 def _call(name: str, *arguments: ast.expr) -> ast.Call:
-    function = ast.Attribute(ast.Name(_L, ast.Load()), name, ast.Load())
-    return ast.Call(function, list(arguments), [])
-
-
-def _of(holder: str, method: str, *arguments: ast.expr) -> ast.Call:
-    function = ast.Attribute(ast.Name(holder, ast.Load()), method, ast.Load())
-    return ast.Call(function, list(arguments), [])
+    return _method(_LANES, name, *arguments)
 
 
 def _later(value: ast.expr) -> ast.Lambda:
@@ -78,9 +81,9 @@ class _Lanes(ast.NodeTransformer):
             given = {each.arg for each in (*arguments.posonlyargs, *arguments.args,
                                            *arguments.kwonlyargs)}  # fmt: skip
             begin: list[ast.stmt] = [_assign(self._frame, _call("Frame"))]
-            unset = ast.Attribute(ast.Name(_L, ast.Load()), "UNSET", ast.Load())
+            unset = _member(_LANES, "UNSET")
             begin += [_assign(name, unset) for name in sorted(_stored(list(parts)) - given)]
-            body = [*begin, *body, ast.Return(_of(self._frame, "end"))]
+            body = [*begin, *body, ast.Return(_method(self._frame, "end"))]
         self._frame, self._deep, self._loop, self._own = before
         self._functions -= 1
         node.body = body
@@ -96,7 +99,7 @@ class _Lanes(ast.NodeTransformer):
             done += found if isinstance(found, list) else [found]
             rest = body[place + 1 :]
             if rest and isinstance(statement, _COMPOUND) and _returns([statement]):
-                goes_on = _of(self._frame, "goes_on")
+                goes_on = _method(self._frame, "goes_on")
                 return [*done, ast.If(goes_on, self._block(rest), [])]
         return done
 
@@ -118,27 +121,27 @@ class _Lanes(ast.NodeTransformer):
     def visit_While(self, node: ast.While) -> list[ast.stmt]:
         name, before = self._new("while"), self._loop
         self._loop = self._new("round")
-        node.test = _of(name, "again", self.visit(node.test))
+        node.test = _method(name, "again", self.visit(node.test))
         node.body = [_assign(self._loop, _now()), *self._inner(node.body)]
         self._loop = before
-        return [_assign(name, _call("While")), node, ast.Expr(_of(name, "end"))]
+        return [_assign(name, _call("While")), node, ast.Expr(_method(name, "end"))]
 
     def visit_For(self, node: ast.For) -> ast.stmt:
         before, self._loop = self._loop, self._new("round")
         node.iter = self.visit(node.iter)
         begin: list[ast.stmt] = []
         if _returns(node.body):
-            ends = ast.UnaryOp(ast.Not(), _of(self._frame, "goes_on"))
+            ends = ast.UnaryOp(ast.Not(), _method(self._frame, "goes_on"))
             begin.append(ast.If(ends, [ast.Break()], []))
         node.body = [*begin, _assign(self._loop, _now()), *self._inner(node.body)]
         self._loop = before
         return node
 
-    def visit_Break(self, node: ast.Break) -> list[ast.stmt]:
-        return self._out(node)
+    def visit_Break(self, node: ast.Break | ast.Continue) -> list[ast.stmt]:
+        return [ast.Expr(_call("together", ast.Name(self._loop, ast.Load()))), node]
 
     def visit_Continue(self, node: ast.Continue) -> list[ast.stmt]:
-        return self._out(node)
+        return self.visit_Break(node)
 
     def visit_Raise(self, node: ast.Raise) -> ast.stmt:
         self.generic_visit(node)
@@ -149,12 +152,12 @@ class _Lanes(ast.NodeTransformer):
         if not self._frame:
             return ast.Return(value)
         if not self._deep:
-            return ast.Return(_of(self._frame, "end", value))
+            return ast.Return(_method(self._frame, "end", value))
         name = self._new("value")
         return [
             _assign(name, value),
-            ast.If(_of(self._frame, "is_whole"), [ast.Return(ast.Name(name, ast.Load()))], []),
-            ast.Expr(_of(self._frame, "leave", ast.Name(name, ast.Load()))),
+            ast.If(_method(self._frame, "is_whole"), [ast.Return(ast.Name(name, ast.Load()))], []),
+            ast.Expr(_method(self._frame, "leave", ast.Name(name, ast.Load()))),
         ]
 
     def visit_Assign(self, node: ast.Assign) -> list[ast.stmt]:
@@ -213,11 +216,8 @@ class _Lanes(ast.NodeTransformer):
             holder, key = self.visit(target.value), self.visit(target.slice)
             return ast.Expr(_call("put_item", holder, key, value))
         if self._deep and self._frame and isinstance(target, ast.Name):
-            value = _of(self._frame, "set", ast.Name(target.id, ast.Load()), value)
+            value = _method(self._frame, "set", ast.Name(target.id, ast.Load()), value)
         return ast.Assign([target], value)
-
-    def _out(self, node: ast.stmt) -> list[ast.stmt]:
-        return [ast.Expr(_call("together", ast.Name(self._loop, ast.Load()))), node]
 
     # ---- expressions ----
 
@@ -245,16 +245,16 @@ class _Lanes(ast.NodeTransformer):
         self.generic_visit(node)
         first, right = node.ops[0], node.comparators[0]
         if isinstance(first, ast.In | ast.NotIn) and isinstance(right, ast.Tuple):
-            told = _call("among", node.left, right)
-            return told if isinstance(first, ast.In) else _call("not_", told)
+            found = _call("among", node.left, right)
+            return found if isinstance(first, ast.In) else _call("not_", found)
         is_none = isinstance(right, ast.Constant) and right.value is None
         if isinstance(first, ast.Is | ast.IsNot) and is_none:
-            told = _call("is_none", node.left)
-            return told if isinstance(first, ast.Is) else _call("not_", told)
+            found = _call("is_none", node.left)
+            return found if isinstance(first, ast.Is) else _call("not_", found)
         if len(node.ops) == 1:
             return node
         parts: list[ast.expr] = [node.left]
-        table = ast.Attribute(ast.Name(_L, ast.Load()), "COMPARISONS", ast.Load())
+        table = _member(_LANES, "COMPARISONS")
         for compare, value in zip(node.ops, node.comparators, strict=True):
             kind = ast.Constant(type(compare).__name__)
             parts += [ast.Subscript(table, kind, ast.Load()), value]
@@ -284,5 +284,4 @@ def _assign(name: str, value: ast.expr) -> ast.stmt:
 
 
 def _now() -> ast.expr:
-    now = ast.Attribute(ast.Name(_L, ast.Load()), "NOW", ast.Load())
-    return ast.Attribute(now, "active", ast.Load())
+    return ast.Attribute(_member(_LANES, "NOW"), "active", ast.Load())

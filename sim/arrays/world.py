@@ -31,9 +31,9 @@ def bench_lanes(
     """Run reference devices against their machines; each trace is that of `bench` alone.
 
     controllers -- their numbers may differ, and those of their machines, but no times; scenario --
-    the events of all lanes; machines -- the controllers whose machines they are wired to; their own
-    if None; seed -- of the sensor noise. Raises UnlikeError: the controllers differ in more than
-    numbers; AllLanesError: something that all lanes share would change for some of them only;
+    the events of all lanes; machines -- the controllers to whose machines they are wired; their own
+    if None; seed -- seed of the sensor noise. Raises UnlikeError: the controllers differ in more
+    than numbers; AllLanesError: something that all lanes share would change for some of them only;
     ValueError: one has no simulation.
     """
     runs = _Runs(controllers, machines or controllers, tuple(scenario), seed=seed)

@@ -52,7 +52,7 @@ class Elf:
             raise ElfError(f"{self.path} is not a linked AVR program.")
         self.flash, self.eeprom = _images(elf)
         symbols = _symbols(elf)
-        self.symbols = {name: _own(address) for name, address, _ in symbols}
+        self.symbols = {name: _without_offset(address) for name, address, _ in symbols}
         self._sizes = _sizes(elf)
         self.functions = _functions(elf, symbols)
         self.static_ram = _static_ram(elf)
@@ -72,7 +72,7 @@ class Elf:
         raise ElfError(f"{self.path.name} has no function {name}.")
 
     def size_of(self, symbol: str) -> int:
-        """Return the bytes a variable or constant takes. Raises ElfError: there is none."""
+        """Return how many bytes a variable or constant takes. Raises ElfError: there is none."""
         if symbol not in self._sizes:
             raise ElfError(f"{self.path.name} has no variable {symbol}.")
         return self._sizes[symbol]
@@ -91,7 +91,7 @@ def _sizes(elf: Any) -> dict[str, int]:
     return {symbol.name: symbol["st_size"] for symbol in symbols if symbol["st_size"]}
 
 
-def _own(address: int) -> int:
+def _without_offset(address: int) -> int:
     for offset in (EEPROM, RAM):
         if address >= offset:
             return address - offset
@@ -119,7 +119,7 @@ def _symbols(elf: Any) -> list[tuple[str, int, str]]:
     return [
         (symbol.name, symbol["st_value"], symbol["st_info"]["type"])
         for symbol in table.iter_symbols()
-        if symbol.name and isinstance(symbol["st_shndx"], int)  # in a section
+        if symbol.name and isinstance(symbol["st_shndx"], int)  # defined in a section
     ]
 
 

@@ -19,7 +19,7 @@ NO_FUNCTION = 0xFFFF
 class FunctionProfile:
     """A function's calls and cycles: with the functions it calls (total, longest), and its own.
 
-    Interrupts and sleep during it do not count. masked: the longest time with interrupts off that
+    Interrupts and sleep during it do not count. masked -- the longest time with interrupts off that
     began in it.
     """
 
@@ -56,7 +56,7 @@ class Lines:
 class Profile:
     """Profiling from the moment it is made until ``stop``; see Avr.profile.
 
-    log -- of the entries of traced functions, in the shim.
+    log -- the shim's log of the entries of traced functions.
     """
 
     def __init__(self, hw: Hw, program: Elf) -> None:
@@ -107,12 +107,12 @@ class Profile:
         }
 
     def trace(self, function: str) -> None:
-        """Log each call of a function from now on; see entries. ElfError if there is none."""
+        """Log each call of a function from now on: see entries. Raises ElfError: there is none."""
         number = self._program.functions.index(self._program.function(function))
         self._lib.hw_profile_trace_entry(self._hw, number, 1)
 
     def entries(self, function: str) -> NDArray[np.uint64]:
-        """Return the cycles at which a traced function was called since the last call of this."""
+        """Return the cycles of a traced function's calls that have not been returned yet."""
         start = self._program.function(function).start
         found = np.concatenate([self._others, self.log.take()])
         mine = found["pc"] == start

@@ -10,14 +10,9 @@ from heatwright.sim.circuits.elements import SUPPLY_V, Array, element_ohm
 from heatwright.spec import Amplifier, Analog, Board, CurrentSensor, Divider, Rtd, Thermistor
 
 INTERNAL_REFERENCE_V = {
-    "atmega328p": 1.1,
-    "atmega32u4": 2.56,
-    "atmega644p": 2.56,
-    "atmega1284p": 2.56,
-    "atmega2560": 2.56,
-    "atmega32": 2.56,
-    "atmega16": 2.56,
-}
+    "atmega328p": 1.1, "atmega32u4": 2.56, "atmega644p": 2.56, "atmega1284p": 2.56,
+    "atmega2560": 2.56, "atmega32": 2.56, "atmega16": 2.56,
+}  # fmt: skip
 """The ADC's internal reference with REFS1 and REFS0 both set (data sheets, ADC, "ADMUX")."""
 
 

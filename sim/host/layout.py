@@ -63,8 +63,8 @@ def state_type(ffi: Any, parts: Parts) -> np.dtype[Any]:
         for prefix, structure in structures.items()
         for name, field in ffi.typeof(f"struct {structure}").fields
     ]
-    told = "state" if parts.switched else "ready"
-    return np.dtype([*fields, *([(told, "u1")] if parts.commanded else [])])
+    last = "state" if parts.switched else "ready"
+    return np.dtype([*fields, *([(last, "u1")] if parts.commanded else [])])
 
 
 def _width(kind: Any) -> str:

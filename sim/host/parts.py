@@ -172,7 +172,7 @@ def names_for_loop(controller: Controller, parts: Parts) -> list[str]:
     flags = [f"-DLOOP={parts.name}", f"-DSENSOR={parts.sensor}", f"-DHEATER={parts.heater}"]
     flags.append(f"-DRAW={_raw_type(controller.thermometers[parts.sensor])}")
     flags.append(f"-DPERIOD_TICKS={period_us(control) // TICK_US}u")
-    flags += ["-DHOSTED"] * (parts.hosted)
+    flags += ["-DHOSTED"] * parts.hosted
     flags += ["-DSWITCHED"] * parts.switched + ["-DTUNABLE"] * parts.tunable
     flags += ["-DAUTOTUNE"] * parts.autotune + ["-DADJUSTABLE"] * parts.adjustable
     flags += ["-DLIMITS"] * parts.limits_adjustable + ["-DPROGRAMMED"] * parts.programmed

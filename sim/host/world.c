@@ -2,7 +2,8 @@
  *
  * Linked first, so that its data is at the start of the memory that a reset restores. The command
  * line includes the firmware's headers, and defines names: LOOPS has LOOP(name) for each loop, in the
- * order of the spec; if any, STEPPER, RELAY, its CONTACT, PROGRAMMED, PROOFS, COUNTED ones, INPUTS.
+ * order of the spec. These are defined only if the machine has the part: STEPPER, RELAY, CONTACT (the
+ * relay's mirror contact), PROGRAMMED, PROOFS, COUNTED (the proofs by tachometer), INPUTS.
  */
 #include "world.h"
 
@@ -132,8 +133,8 @@ void eeprom_write_byte(uint8_t *place, uint8_t value)
 /* ---- pins ---- */
 
 #ifdef PROOFS
-/* Whether a line with a pull-up is held to ground. A pulse is high in its second half; a pulse of odd
- * length is low for one read longer. */
+/* Returns whether a line with a pull-up is held to ground. A pulse is high in its second half; one of
+ * odd length is low for one read longer. */
 static bool is_grounded(uint16_t healthy)
 {
     const uint16_t line = world->proof_line == HOST_PROVES ? healthy : world->proof_line;
@@ -183,7 +184,7 @@ uint8_t host_level(uint8_t port)
     return level;
 }
 
-/* ---- the firmware's life ---- */
+/* ---- power-up, ticks, commands ---- */
 
 /* The clock's interrupts within a tick, without the gate. */
 static void look_at_lines(void)
@@ -376,8 +377,8 @@ uint32_t host_state(uint8_t loop, uint8_t *to)
     return loops[loop]->state(to);
 }
 
-/* Whether a course is not done; each continues with its next input after all loops have run in the
- * tick. */
+/* Returns whether any course is not done. Each course continues with its next input after all loops
+ * have run in the tick. */
 static bool go_on(void)
 {
     bool left = false;

@@ -12,8 +12,8 @@
 struct host_input {
     uint8_t reading_status;
     uint8_t acknowledge; /* acts before the command */
-    int32_t reading_raw; /* of any kind of sensor */
-    float setpoint_c; /* for a loop without a host; otherwise see HOST_SET */
+    int32_t reading_raw; /* the raw number of any kind of sensor */
+    float setpoint_c; /* used only without a host; otherwise see HOST_SET */
     uint8_t command;
     float value;
     float gains[3]; /* kp, ki, kd; for HOST_LIMITS: integral minimum and maximum, output maximum */
@@ -43,7 +43,7 @@ enum {
     HOST_EMERGENCY = 9,
     HOST_ENABLE = 10,
     HOST_DISABLE = 11,
-    HOST_PERCENT = 12, /* manual duty of `value`, now or later */
+    HOST_PERCENT = 12, /* set the manual duty to `value`; it acts while the mode is manual */
     HOST_AUTOMATIC = 13,
     HOST_MAXIMUM = 14, /* set the critical temperature to `value` */
     HOST_NUMBERS = 15, /* write `gains` to the keypad's numbers without a check, like a fault of the RAM */
@@ -66,7 +66,7 @@ struct host_loop {
     uint8_t fan_mask;
     uint8_t fan_off;
     struct host_input input;
-    uint32_t heater_counts; /* for which the heater was on, over all ticks */
+    uint32_t heater_counts; /* ticks or timer counts with the heater on, over all ticks */
 };
 
 /* The inputs of one loop, and its results. */
@@ -85,11 +85,11 @@ struct host_world {
     uint8_t loop_hangs;       /* the main loop runs, the control step is never due */
     uint8_t fan_stands_still; /* nothing drives the fan's line */
     uint16_t proof_line;      /* HOST_PROVES to HOST_SHORTED, or reads per pulse */
-    uint8_t open_inputs;      /* of the machine, by their bits; 0 at power-up */
+    uint8_t open_inputs;      /* the machine's open inputs, by their bits; 0 at power-up */
     uint8_t pull_ups_flip;    /* the inputs lose pull-up and direction after each `gate_tick` */
-    uint32_t looks;           /* reads of the proof's line since the reset */
+    uint32_t looks;           /* reads of the proofs' lines since the reset */
     uint32_t ticks;           /* since the reset */
-    uint32_t heater_counts;   /* for which the heater was on, over all ticks since the reset */
+    uint32_t heater_counts;   /* ticks or timer counts with the heater on, since the reset */
     uint8_t eeprom[4096];
     uint16_t eeprom_bytes;
     uint32_t eeprom_outside;  /* accesses outside the EEPROM */

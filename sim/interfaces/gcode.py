@@ -129,7 +129,7 @@ class GcodeHost:
 
     @property
     def wake_cycle(self) -> int | None:
-        """The cycle at which it next reads answers or polls; None before a line, or unplugged."""
+        """The cycle of its next read or poll; None before its first line, or while unplugged."""
         if self.is_busy:
             return self._avr.cycle + round(TALK_S * self._avr.clock_hz)
         return None if self._poll_cycle is None else max(self._avr.cycle, self._poll_cycle)

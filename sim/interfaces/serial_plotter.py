@@ -80,10 +80,10 @@ class SerialPlotter:
         self._waiting += text[start:]
 
     def _line(self, time_s: float) -> None:
-        told = bytes(self._waiting)
-        text = told.removeprefix(self._end)
+        received = bytes(self._waiting)
+        text = received.removeprefix(self._end)
         self._waiting.clear()
-        self.ended += len(text) < len(told)
+        self.ended += len(text) < len(received)
         found = self._form.fullmatch(text)
         if found is None:
             self.garbage += len(text)

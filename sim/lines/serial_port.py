@@ -23,9 +23,9 @@ class SerialPort:
     name -- such as /dev/pts/3. A context manager; the port exists until its end.
 
     The program's bytes go to the board at the line's baud rate and in its format. A pseudo-terminal
-    has no parity: the program opens it without. Bytes from the board are lost while nobody reads,
-    as on a cable. A simulated master or display is disconnected from the line. uart -- the number
-    of the UART; None: that of the board's first interface.
+    has no parity: the program opens it without. Bytes from the board are lost while the program
+    does not read, as on a cable. A simulated master or display is disconnected from the line.
+    uart -- the number of the UART; None: that of the board's first interface.
     """
 
     def __init__(

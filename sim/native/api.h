@@ -76,7 +76,7 @@ int hw_pin_state(hw *h, int pin);
 uint64_t hw_pin_high_cycles(hw *h, int pin);
 uint64_t hw_pin_rises(hw *h, int pin);
 uint64_t hw_pin_contention_cycles(hw *h, int pin);
-int hw_pin_listen(hw *h, int pin, void *handle);  /* to edges that no chip makes: hw_pin_edge */
+int hw_pin_listen(hw *h, int pin, void *handle);  /* calls hw_pin_edge at edges that no chip makes */
 void hw_pin_hold(hw *h, int pin, int held);       /* low, as a chip with an open drain does */
 
 /* UART. A character to the UART: levels of its bits, the start bit lowest; times in cycles. */
@@ -96,7 +96,7 @@ uint64_t hw_uart_overruns(hw *h, int uart);
 void hw_adc_set(hw *h, int channel, double millivolts);
 void hw_adc_curve(hw *h, int channel, const double *millivolts, size_t count, double first,
                   double per_unit);
-int hw_adc_sense(hw *h, int channel, double felt);  /* 0: beyond the curve, or no curve */
+int hw_adc_sense(hw *h, int channel, double felt);  /* returns 0 beyond the curve or without one */
 double hw_adc_felt(hw *h, int channel);
 void hw_adc_reference(hw *h, double aref_mv, double avcc_mv);
 void hw_adc_mux5(hw *h, uint8_t mask);
@@ -169,7 +169,8 @@ hw_spi *hw_spi_new(hw *h, hw_spi_pins pins, void *handle, const hw_spi_timing *t
 void hw_spi_retime(hw_spi *s, const hw_spi_timing *timing);
 void hw_spi_connect(hw_spi *s, int connected);
 void hw_spi_load(hw_spi *s, const uint8_t *word, int bits);  /* 16 bytes, highest bit first */
-int hw_spi_told(hw_spi *s, uint8_t *into);  /* whole bytes since select, 17 at most; their number */
+/* Copies the whole bytes received since select, 17 at most, and returns their number. */
+int hw_spi_told(hw_spi *s, uint8_t *into);
 const hw_check *hw_spi_checks(hw_spi *s);   /* HW_SPI_CHECKS of them */
 
 /* A relay: the pin and the active level of its coil, the pin of its mirror contact or -1; delays of
@@ -200,7 +201,7 @@ typedef struct {
     uint32_t newest, older;     /* index of the newest, and number of older ones */
 } hw_tip;
 void hw_tip_tell(hw_tip *t, uint64_t cycle, double felt);
-double hw_tip_felt(const hw_tip *t, uint64_t cycle);  /* at a cycle, or the oldest one stored */
+double hw_tip_felt(const hw_tip *t, uint64_t cycle);  /* at a cycle, or the oldest stored */
 
 /* A machine: see machine.c. Python owns all arrays. Indices are of states, loads, ADC channels. */
 enum { HW_SENSES = 0, HW_RUNS = 1, HW_HEATS = 2 };  /* phases of a step */
@@ -250,7 +251,7 @@ typedef struct {
     hw_feeler *feelers;
     const hw_meter *meters;
     hw_load *loads;
-    double *felt, *tips;        /* of the feelers, then of the meters */
+    double *felt, *tips;        /* values of the feelers, then of the meters */
     int feels;                  /* a tip has a fault: Python sets its temperature */
     double *active, *given, *conducts, closed;
     /* stop conditions: a variable changes, a feeler is below a limit, no node exceeds its `highest`
@@ -264,7 +265,7 @@ typedef struct {
     double *log;
     size_t logged, log_room, columns;
 } hw_machine;
-void hw_machine_matrix(hw_machine *m, const double *matrix);  /* of the present key */
+void hw_machine_matrix(hw_machine *m, const double *matrix);  /* adds the present key's matrix */
 void hw_machine_begin(hw_machine *m);   /* one step by hand: set the tips, */
 void hw_machine_read(hw_machine *m);    /* after the run read the switches, */
 void hw_machine_supply(hw_machine *m);  /* compute the loads' powers, */

@@ -14,7 +14,7 @@ Range = tuple[int, int]
 class Hw:
     """The shim's functions, cffi, the processor (freed with its last user) and its clock.
 
-    kept -- Python objects that C points to; errors -- what chips in Python have raised.
+    kept -- Python objects that C points to; errors -- exceptions that chips in Python have raised.
     """
 
     lib: Any

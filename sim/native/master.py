@@ -19,7 +19,7 @@ class Phase:
 class Checked:
     """A chip's end of its bus, with the checked times of the master.
 
-    names -- of these times; per_s -- how many of their units are in a second.
+    names -- the names of these times; per_s -- number of their units in a second.
     """
 
     def __init__(self, hw: Hw, checks: Any, names: tuple[str, ...], per_s: float) -> None:
@@ -45,12 +45,12 @@ class Checked:
 
 
 def callback(ffi: Any, name: str, act: Callable[..., None]) -> None:
-    """Register a function of callbacks.h: act -- gets the chip, and the arguments from C."""
+    """Register a callback of callbacks.h; act -- gets the chip, then the other arguments of C."""
 
-    def call(handle: Any, *told: Any) -> None:
+    def call(handle: Any, *arguments: Any) -> None:
         chip, errors = ffi.from_handle(handle)
         try:
-            act(chip, *told)
+            act(chip, *arguments)
         except BaseException as error:  # C cannot pass it on: Avr.run_to raises it
             errors.append(error)
 

@@ -93,9 +93,9 @@ def _cycles(hw: Hw, timing: Timing) -> Any:
     return cycles
 
 
-def attach(hw: Hw, pin: int, slave: Slave, timing: Timing, errors: list[BaseException]) -> Line:
-    """Put a slave on a pin; its exceptions are collected in errors."""
-    handle = hw.ffi.new_handle((slave, errors))
+def attach(hw: Hw, pin: int, slave: Slave, timing: Timing) -> Line:
+    """Put a slave on a pin; its exceptions are collected in `hw.errors`."""
+    handle = hw.ffi.new_handle((slave, hw.errors))
     wire = hw.lib.hw_onewire_new(hw.pointer, pin, handle, _cycles(hw, timing))
     if not wire:
         raise ValueError("There are too many 1-Wire chips on this pin or processor.")

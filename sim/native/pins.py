@@ -67,7 +67,7 @@ class Pins:
         self._check(pin, self._lib.hw_pin_pull(self._hw, pin_number(pin), _LEVELS[level]))
 
     def listen(self, pin: str, heard: Callable[[int, int], None]) -> None:
-        """Call ``heard(low, cycle)`` at each edge that no chip makes: a bus unknown to C."""
+        """Call ``heard(low, cycle)`` at each edge that no chip makes, for a bus in Python."""
         handle = self._owner.ffi.new_handle((heard, self._owner.errors))
         self._owner.kept.append(handle)
         self._check(pin, self._lib.hw_pin_listen(self._hw, pin_number(pin), handle))

@@ -190,7 +190,7 @@ static void service(hw *h, int extra) {
     else
         avr_service_interrupts(avr);
     if (!enabled || avr->sreg[S_I])
-        return;                                 /* none was entered */
+        return;                                 /* no interrupt was entered */
     charge(avr, h->entry_cycles + extra);
     if (h->profile)
         profile_interrupt(h);
@@ -205,7 +205,8 @@ static int may_sleep(hw *h) {
     return !h->sleep_register || (h->avr->data[h->sleep_register] & h->sleep_enable);
 }
 
-/* One instruction: for simavr's core if there is a mark or a profile, for ours at the start of one. */
+/* Run one instruction, with simavr's core if there is a mark or a profile, or with our core at the
+   start of a profile. */
 static avr_flashaddr_t step(hw *h) {
     if (h->reference && h->avr->pc == h->mark)
         snapshots_take(h, h->mark);

@@ -33,7 +33,7 @@ class Wire(IntEnum):
 class Relay:
     """A relay with its coil on a pin, and its mirror contact to ground, if any, on another.
 
-    pointer -- in the shim.
+    pointer -- the relay in the shim.
     """
 
     def __init__(  # noqa: PLR0913 - all properties of a relay

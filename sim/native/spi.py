@@ -49,20 +49,17 @@ class Wires:
 
 
 class Slave(Protocol):
-    """A chip on the wires."""
+    """A chip on the wires.
+
+    A chip with registers has also `addressed(address, cycle)`: it loads the answer, the registers
+    from an address on; nothing if the master writes to them.
+    """
 
     def selected(self, cycle: int) -> None:
         """Load the data to send; a chip with registers waits for an address."""
 
     def released(self, cycle: int) -> None:
         """Act on the end of a transfer; a chip with registers stores the received data."""
-
-
-class Registers(Slave, Protocol):
-    """A chip with registers."""
-
-    def addressed(self, address: int, cycle: int) -> None:
-        """Load the answer: the registers from an address on; nothing if they are to be written."""
 
 
 class Port(Checked):
@@ -100,21 +97,19 @@ _FIELDS = tuple(Timing.__dataclass_fields__)
 
 
 def _cycles(hw: Hw, timing: Timing) -> Any:
-    """Round times up to whole cycles: 100 ns at 20 MHz are two, whatever the rounding of 100e-9."""
+    """Round times up to whole cycles: 100 ns at 20 MHz are two, although 100e-9 is inexact."""
     cycles = hw.ffi.new("hw_spi_timing *")
     for field in _FIELDS:
         setattr(cycles, field, math.ceil(round(getattr(timing, field) * hw.clock_hz / 1e9, 6)))
     return cycles
 
 
-def attach(
-    hw: Hw, pins: tuple[int, ...], slave: Slave, timing: Timing, errors: list[BaseException]
-) -> Port:
+def attach(hw: Hw, pins: tuple[int, ...], slave: Slave, timing: Timing) -> Port:
     """Put a slave on its select, clock and data pins, and on its input's pin (or -1).
 
-    Its exceptions are collected in errors.
+    Its exceptions are collected in `hw.errors`.
     """
-    handle = hw.ffi.new_handle((slave, errors))
+    handle = hw.ffi.new_handle((slave, hw.errors))
     port = hw.lib.hw_spi_new(hw.pointer, pins, handle, _cycles(hw, timing))
     if not port:
         raise ValueError("There are too many SPI chips on these pins or this processor.")

@@ -13,7 +13,7 @@ BEGINS_C = 20.0
 
 
 class Tip:
-    """A tip and its past temperatures. pointer -- for the shim: C sets it without Python."""
+    """A tip and its past temperatures. pointer -- the tip in the shim, where C sets it."""
 
     def __init__(self, avr: Avr) -> None:
         native = load()

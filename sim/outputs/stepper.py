@@ -56,13 +56,13 @@ class _Line:
         return self._cycles, self._levels
 
     def at(self, cycles: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Return its level at some times, and since when it has had that level."""
+        """Return the line's level at some cycles, and since which cycle it has had that level."""
         index = np.maximum(np.searchsorted(self._cycles, cycles, side="right") - 1, 0)
         return self._levels[index], self._cycles[index]
 
 
 class Stepper(Switch):
-    """The driver and its motor; as a switch, its ENABLE.
+    """The driver and its motor; as a `Switch`, it is the pin at ENABLE.
 
     position -- the motor's, in steps; violations -- number of edges closer together than the
     driver's data sheet allows; missed -- steps that came while the driver was not enabled.
@@ -84,7 +84,7 @@ class Stepper(Switch):
         self._last = np.zeros(0, np.int64)
         self._rises = 0
         self.position = 0
-        self._told = 0
+        self._reported = 0
         self.violations = 0
         self.missed = 0
 
@@ -140,7 +140,7 @@ class Stepper(Switch):
 
     def travel_mm(self) -> float:
         """Return the feed since the last call, mm; backward is negative."""
-        travel, self._told = self.position - self._told, self.position
+        travel, self._reported = self.position - self._reported, self.position
         return travel / self._steps_per_mm
 
 

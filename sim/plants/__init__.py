@@ -138,7 +138,7 @@ def plant_of(  # noqa: PLR0913 - all but two are named
     """Build the plant of a spec for a fixed time step.
 
     controller -- gives the power of the outputs; plant -- the thermal network; ambient_c -- ambient
-    temperature, °C; step_s -- time step of the simulation, s; seed -- of the sensor noise;
+    temperature, °C; step_s -- time step of the simulation, s; seed -- seed of the noise;
     starts_c -- temperatures of nodes that start at another temperature, °C; errors -- constant
     errors by sensor: of a tip in K, of a current as a share of it.
     """

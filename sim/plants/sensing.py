@@ -28,7 +28,7 @@ class Feeler:
 
         state -- index of the plant's state that the sensor follows; sense -- dead time and noise;
         initial_c -- temperature up to now, °C; step_s -- time between two calls of `feel`, s;
-        seed -- of the noise; error_k -- the sensor's constant error, K.
+        seed -- seed of the noise; error_k -- the sensor's constant error, K.
         """
         self.state = state
         self.noise_k, self.error_k = sense.noise_k, error_k

@@ -6,10 +6,10 @@ For every node i with capacity C_i:
 
 plus radiation between surfaces (heatwright.sim.plants.radiation).
 Ambient is a node of fixed temperature. A sensor follows its node with a first-order lag,
-τ · dy/dt = T − y, a dead time and Gaussian noise. A current sensor has the mean over a step behind
-a first-order filter. A fan multiplies the conductance of a link by a factor; at an active fraction
-f by 1 + (factor − 1)·f. Filament that is fed at v mm/s removes heat · (T − T_ambient) · v from its
-node, like a conductance to ambient of heat · v.
+τ · dy/dt = T − y, a dead time and Gaussian noise. A current sensor shows the mean current of a
+step after a first-order filter. A fan multiplies the conductance of a link by a factor; at an
+active fraction f by 1 + (factor − 1)·f. Filament that is fed at v mm/s removes
+heat · (T − T_ambient) · v from its node, like a conductance to ambient of heat · v.
 
 The step is exact for heat that is constant over it: [x; u] goes through the matrix exponential of
 the augmented system (Åström & Wittenmark, Computer-Controlled Systems, 1997, chapter 2).
@@ -52,7 +52,7 @@ class Plant:
         """Set the network to its initial temperature.
 
         network -- the specification; powers_w -- power of each output when active, W; ambient_c --
-        ambient temperature, °C; step_s -- time step, s; seed -- of the sensor noise; full_a --
+        ambient temperature, °C; step_s -- time step, s; seed -- seed of the noise; full_a --
         current when active, A, of each output whose current is measured; starts_c -- temperatures
         of nodes that start at another temperature, °C; errors -- constant errors by sensor: of a
         tip in K, of a current as a share of it.
@@ -210,7 +210,7 @@ class Plant:
 
     def _node_of(self, sensor: str) -> int:
         node = self._network.sense[sensor].node
-        assert node is not None  # noqa: S101 - only tips are asked for
+        assert node is not None  # noqa: S101 - each sensor of a temperature has one
         return self.nodes.index(node)
 
     def _join(self, rates: Matrix, between: tuple[str, str], conductance_w_per_k: float) -> None:

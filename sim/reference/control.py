@@ -79,7 +79,7 @@ class Steering:
 
     @property
     def cooling(self) -> int:
-        """Whether the algorithm asks for cooling."""
+        """Whether the algorithm requests cooling."""
         return self._control.cooling if isinstance(self._control, ThreePositionControl) else 0
 
     def exemptions(self, setpoint_c: Single, orders: Orders) -> Exemptions:

@@ -92,7 +92,7 @@ class ReferenceDevice:
 
     @property
     def page(self) -> str:
-        """What UP and DOWN change: `time`, a number by its key, or "" for the setpoint."""
+        """What UP and DOWN change: the key of a number, `time`, or "" for the setpoint."""
         return self._pages.page
 
     @property
@@ -120,7 +120,7 @@ class ReferenceDevice:
         return self._latch.code
 
     def ask(self, loop: str, setpoint_c: float) -> None:
-        """Set a loop's setpoint, °C, and switch it on, by whatever interface can do so."""
+        """Set a loop's setpoint, °C, and switch it on, as any of its interfaces could."""
         operator = self._loops[loop].operator
         operator.set(setpoint_c)
         if isinstance(operator, SwitchedOperator):

@@ -266,7 +266,7 @@ class Reference:
             self.restore(code, temperature_c)
 
     def _decide(self, status: int, look: Look, orders: Orders) -> None:
-        """Decide about heater and cooler."""
+        """Set the duty of the heater, and whether the cooler runs."""
         top_percent = FULL if self.limiter is None else self.limiter.top_percent
         asked_percent = self.steering.duty(
             look, orders, top_percent, fault=bool(self.fault_code), valid=not status
@@ -278,7 +278,6 @@ class Reference:
             self.cooling = self._cooled(status, look, orders)
 
     def _measure(self, status: int, look: Look, orders: Orders) -> None:
-        """Measure the response to the setpoint."""
         if self._response is None:
             return
         off = self.steering.is_idle(look.setpoint_c, orders) or orders.mode != AUTOMATIC

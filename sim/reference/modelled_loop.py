@@ -162,10 +162,10 @@ class ModelledLoop:
         self.reference.restore(code, temperature_c)
         self.operator.see_fault()
         if self._rows and self._rows[-1][0] == with_step_s:
-            said = {"fault.code": code, "fault.temperature_c": temperature_c}
+            fault = {"fault.code": code, "fault.temperature_c": temperature_c}
             row = self._rows[-1]
-            at = {self._names.index(name): value for name, value in said.items()}
-            self._rows[-1] = tuple(at.get(place, value) for place, value in enumerate(row))
+            changed = {self._names.index(name): value for name, value in fault.items()}
+            self._rows[-1] = tuple(changed.get(place, value) for place, value in enumerate(row))
 
     @property
     def step_s(self) -> float:

@@ -62,8 +62,8 @@ class Max31856(SpiChip):
     """A chip on four pins of a processor (see SpiChip).
 
     wire -- the type of the connected thermocouple; internal_c -- the temperature of the chip and of
-    the cold junction, °C; held -- an open input keeps its voltage, as its capacitor does for a
-    while; otherwise it is at the bias, 0 mV; beyond_supply -- a terminal is above its supply or
+    the cold junction, °C; held -- whether an open input keeps its voltage, as its capacitor does
+    for a while, or has the bias, 0 mV; beyond_supply -- whether a terminal is above its supply or
     below ground; orders -- number of accepted writes; misused -- number of writes that the data
     sheet forbids: another mains filter while it converts.
     """

@@ -37,8 +37,8 @@ class Faults:
 class SpiChip:
     """A converter on its wires; its subclass defines the answer.
 
-    tip -- of the thermocouple; faults -- see Faults; port -- the chip's end of the wires; reads --
-    number of answers begun.
+    tip -- the thermocouple's tip; faults -- see Faults; port -- the chip's end of the wires;
+    reads -- number of answers begun.
     """
 
     longest_s: float

@@ -19,7 +19,7 @@ def _wire(letter: Type) -> Thermocouple:
 def millivolts(letter: Type, tip_c: float, junction_c: float) -> float:
     """Return a thermocouple's voltage for its tip and its cold junction, mV.
 
-    Beyond the ends of NIST's function it is extrapolated linearly, so that it differs from the end.
+    Beyond the ends of NIST's function the voltage is extrapolated linearly, so it is not constant.
     """
     return _emf(letter, tip_c) - _at_junction(letter, junction_c)
 
@@ -27,8 +27,8 @@ def millivolts(letter: Type, tip_c: float, junction_c: float) -> float:
 def celsius(letter: Type, measured_mv: float, junction_c: float) -> float:
     """Return the tip's temperature for a voltage, °C.
 
-    Beyond the range in which a voltage has only one temperature (type B: from 250 °C) it goes on
-    linearly.
+    Beyond the range in which a voltage has only one temperature (type B: from 250 °C) it is
+    extrapolated linearly.
     """
     wire = _wire(letter)
     emf_mv = measured_mv + _at_junction(letter, junction_c)

@@ -126,7 +126,7 @@ class Hd44780:
         if byte:
             _INSTRUCTIONS[byte.bit_length() - 1](self, byte)
         self._busy_until = time_ns + (self.times.clear if slow else self.times.other)
-        return byte < 0x40  # from there on are addresses
+        return byte < 0x40  # those from 0x40 on only set an address
 
     def _clear(self, _: int) -> None:
         self._ddram[:] = b" " * len(self._ddram)
@@ -165,7 +165,7 @@ class Hd44780:
         self._in_cgram = False
 
     def _data(self, byte: int) -> bool:
-        """Write a character; return whether the shown text changes: most are there already."""
+        """Write a character; return whether it changes the shown text: most writes do not."""
         shows = False
         if self._in_cgram:
             self._cgram[self._address & 0x3F] = byte

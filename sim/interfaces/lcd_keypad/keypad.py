@@ -1,4 +1,4 @@
-"""Five keys on one analog input, a ladder of resistors; the keys that give a command in the menu.
+"""Five keys with resistors on one analog input, and the key presses that give commands in the menu.
 
 Each sequence of keys begins and ends at the first screen. RIGHT of it are the screens of the times
 and of the program; LEFT of it are the single values. A screen forgets its state when it is left.
@@ -14,13 +14,8 @@ from heatwright.sim.scenario import PRESS_S
 from heatwright.spec import ProgramOrder
 
 CODES: Mapping[str | None, int] = {
-    "right": 0,
-    "up": 131,
-    "down": 307,
-    "left": 481,
-    "select": 722,
-    None: 1023,
-}
+    "right": 0, "up": 131, "down": 307, "left": 481, "select": 722, None: 1023,
+}  # fmt: skip
 """Nominal ADC codes of the LCD keypad shield; None: no key."""
 
 BOUNCE_S = 0.001
@@ -56,9 +51,10 @@ class Keypad:
         self._set(key)
 
     def flicker(self, keys: Sequence[str | None], dwells_s: Sequence[float], for_s: float) -> None:
-        """Leak for a time: keys seem to be pressed at random, and none is released for long.
+        """Simulate a leak: keys seem to be pressed at random, and none is released for long.
 
-        keys, dwells_s -- the keys that seem pressed, and how long each time.
+        keys, dwells_s -- the keys that seem pressed, and the times for which each seems so, s;
+        for_s -- duration of the leak, s.
         """
         chance = random.Random(len(keys))  # noqa: S311 - noise, not a secret
         cycle, self._pending = self._avr.cycle, []
@@ -95,7 +91,7 @@ _CHOICES = {"pause": 0, "resume": 0, "skip": 1, "stop": 2, "jump": 3}
 """How often UP is pressed for each command to a running program; `jump 1` goes to its first
 segment."""
 _AT_ONCE = ("pause", "resume")
-"""Commands that need no confirmation; all others ask for one."""
+"""Commands that need no confirmation; all others need one."""
 
 
 def keys_for(order: ProgramOrder) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from heatwright.spec import ModbusRtu as Spec
 from heatwright.spec.interfaces import Line
 
 POLL_S = 1.0
-"""How often the master polls, s; the firmware takes it for lost after several seconds."""
+"""How often the master polls, s; the firmware treats it as lost after several seconds."""
 ANSWER_S = 0.2
 """Longest time from the silence that ends a request to the first byte of its answer, s."""
 TURNAROUND_S = 0.1
@@ -50,7 +50,7 @@ class ModbusMaster:
     polls; unanswered -- number of requests without an answer, repeats included; strangers -- frames
     without a request; damaged -- answers with a wrong CRC, parity or stop bit; slowest_s -- longest
     time from the silence that ends a request to its answer; longest_gap_s -- longest gap in an
-    answer; bus -- the line.
+    answer; bus -- the line; is_plugged -- whether it is plugged in.
     """
 
     complaints: tuple[str, ...] = ()
@@ -68,7 +68,7 @@ class ModbusMaster:
         self._blocks: list[tuple[int, list[Register]]] = []
         self._queue: deque[Exchange] = deque()
         self._current: Exchange | None = None
-        self._plugged = True
+        self.is_plugged = True
         self._poll_s = POLL_S
         self._free_s = 0.0
 
@@ -131,20 +131,15 @@ class ModbusMaster:
         """The latched fault as last read from the slave; 0: none, or not read yet."""
         return int(self.values.get("fault", 0))
 
-    @property
-    def is_plugged(self) -> bool:
-        """Whether it is plugged in."""
-        return self._plugged
-
     def unplug(self) -> None:
         """Unplug the master: it sends and receives nothing more."""
-        self._plugged = False
+        self.is_plugged = False
         self._queue.clear()
         self._current = None
 
     def plug(self) -> None:
         """Plug the master in again."""
-        self._plugged = True
+        self.is_plugged = True
         self._poll_s = self._free_s = self._avr.time_s
 
     # -- time ----------------------------------------------------------------------------------
@@ -152,7 +147,7 @@ class ModbusMaster:
     @property
     def wake_cycle(self) -> int | None:
         """The cycle of the master's next action; None: there is none."""
-        if not self._plugged:
+        if not self.is_plugged:
             return None
         now_s = self._avr.time_s
         if self._current is not None:
@@ -184,13 +179,13 @@ class ModbusMaster:
     def feed(self, pins: NDArray[Any], sent: NDArray[Any]) -> None:
         """Receive the bytes from the board, and continue the exchange."""
         for frame in self.bus.feed(pins, sent):
-            if self._plugged:
+            if self.is_plugged:
                 self._hear(frame)
-        if self._plugged:
+        if self.is_plugged:
             self._go_on(self._avr.time_s)
 
     def _put(self, exchange: Exchange) -> None:
-        if not self._plugged:
+        if not self.is_plugged:
             return
         self._queue.append(exchange)
         self._go_on(self._avr.time_s)

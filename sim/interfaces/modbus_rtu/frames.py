@@ -108,11 +108,12 @@ def write_registers(address: int, words: Sequence[int]) -> bytes:
 class Exchange:
     """A request and its answer.
 
-    address -- of the slave; pdu -- bytes of the request; writes -- the name of the written value,
-    empty if it is no write by name; sends -- how often it may still be sent; sent_s -- end of its
-    last bit; answer -- None until one comes, also None when `done` if there was none; delay_s --
-    from the end of the silence after the request to the answer's first bit; polls -- whether it is
-    one of the master's polls; again -- whether it is the second try, from off to on.
+    address -- the slave's address; pdu -- bytes of the request; writes -- the name of the written
+    value, empty if it is no write by name; sends -- how often it may still be sent; sent_s -- end
+    of its last bit; answer -- the answer, None before it comes, and if it has not come when `done`;
+    delay_s -- time from the end of the silence after the request to the answer's first bit;
+    polls -- whether it is one of the master's polls; again -- whether it is the second try to
+    switch on.
     """
 
     address: int

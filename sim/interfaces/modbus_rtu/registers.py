@@ -11,7 +11,7 @@ Table = Literal["coil", "discrete_input", "holding_register", "input_register"]
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]
 
 BLOCK = 100
-"""Number of addresses of a loop. The first loop's begin at it; the controller's are below."""
+"""Loop n has the addresses from n · BLOCK on; the controller has those below BLOCK."""
 TENTH, HUNDREDTH = 0.1, 0.01
 _CODES: dict[Kind, str] = {"bit": ">H", "u16": ">H", "i16": ">h", "u32": ">I", "f32": ">f"}
 

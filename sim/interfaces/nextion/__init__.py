@@ -28,7 +28,7 @@ ORDERS: dict[Order, str] = {
     "start": "#8 {number};", "pause": "#9 0;", "resume": "#9 1;", "skip": "#18;",
     "jump": "#10 {number};", "stop": "#17;",
 }  # fmt: skip
-"""What the pages send for a command to the program; "go here" names the segment before."""
+"""What the pages send for each command to the program; `jump` sends a segment's number less 1."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Nextion:
     history -- the latest instructions from the board; instructions -- their total number; said --
     the latest bytes that the display itself has sent; shortest_gap_s -- the shortest time from the
     first byte of an instruction to that of the next; display -- its state; line -- its line, with
-    the display's own `baud`.
+    the display's own `baud`; is_plugged -- whether it is plugged in.
     """
 
     def __init__(self, avr: Avr, pages: Sequence[Page], baud: int, uart: int = 0) -> None:
@@ -61,7 +61,7 @@ class Nextion:
         self._began_s = float("-inf")
         self._begins_s: float | None = None
         self._seen_s = avr.time_s
-        self._plugged = True
+        self.is_plugged = True
         self._heard = b""
         self._starts_s = avr.time_s + START_S
         self._look_cycles = round(LOOK_S * avr.clock_hz)
@@ -85,7 +85,7 @@ class Nextion:
         self._answer()
 
     def touch(self, x: int, y: int) -> None:
-        """Touch a point of the page, whatever is there."""
+        """Touch a point of the page, with or without a component."""
         self.display.touch(x, y)
         self._answer()
 
@@ -102,21 +102,21 @@ class Nextion:
 
     def send(self, data: str | bytes) -> None:
         """Send these bytes to the board at once."""
-        if self._plugged:
+        if self.is_plugged:
             self.line.send(data.encode("latin-1") if isinstance(data, str) else data)
 
     def order(self, order: Order, number: int) -> None:
-        """Give a command to the program; number -- of a program or a segment, where it has one."""
+        """Give a command to the program; number -- the program to start, or the jump's segment."""
         self.send(ORDERS[order].format(number=number - (order == "jump")))
 
     def unplug(self) -> None:
         """Unplug the display: it is dark, and sends and receives nothing."""
-        self._plugged = self.display.is_on = False
+        self.is_plugged = self.display.is_on = False
         self.line.cut()
 
     def plug(self) -> None:
         """Plug the display in again: it starts again."""
-        self._plugged = True
+        self.is_plugged = True
         self._starts_s = self._avr.time_s + START_S
 
     # -- state ---------------------------------------------------------------------------------
@@ -142,28 +142,23 @@ class Nextion:
         """The refused instructions of the board, each with the reason."""
         return self.display.errors
 
-    @property
-    def is_plugged(self) -> bool:
-        """Whether it is plugged in."""
-        return self._plugged
-
     # -- time ----------------------------------------------------------------------------------
 
     @property
     def wake_cycle(self) -> int | None:
         """The cycle at which it next processes bytes; None while it is unplugged."""
-        if not self._plugged:
+        if not self.is_plugged:
             return None
         return (self._avr.cycle // self._look_cycles + 1) * self._look_cycles
 
     @property
     def is_busy(self) -> bool:
         """Whether it has bytes to process, or is still starting."""
-        return self._plugged and (self.line.has_news or not self.display.is_on)
+        return self.is_plugged and (self.line.has_news or not self.display.is_on)
 
     @property
     def look(self) -> Look | None:
-        """How C may look for it, if only a touch or the board's bytes make it act; else None."""
+        """How C may look for bytes in its place; None if it also acts without bytes or a touch."""
         at = self.wake_cycle
         if at is None or self.is_busy:
             return None
@@ -186,7 +181,7 @@ class Nextion:
         del pins
         data, cycles = self.line.hear(sent)
         self._heard = (self._heard + data)[-len(END) :]
-        if not self._plugged or not self._has_started():
+        if not self.is_plugged or not self._has_started():
             return
         while (changed := self._take(data, cycles)) is not None:
             self.line.change(self.display.memory.variables["baud"], changed)

@@ -1,4 +1,4 @@
-"""A Nextion display without its line: takes instructions and touches, and gives bytes."""
+"""A Nextion display without its line: it receives instructions and touches, and sends bytes."""
 
 from collections.abc import Sequence
 

@@ -39,11 +39,6 @@ class Line:
         self._coming = None
 
     @property
-    def unsent(self) -> int:
-        """Number of bytes to the board that have not begun."""
-        return self._uart.unsent
-
-    @property
     def has_news(self) -> bool:
         """Whether the board has sent anything since the last look."""
         return self._coming is not None or len(self._avr.uarts.log) > 0

@@ -82,7 +82,7 @@ void crash(hw *h, const char *why) {
     h->avr->state = cpu_Crashed;
 }
 
-/* A chip at the pins: `most` chips of a kind at most, freed with the processor. */
+/* Returns a chip at the pins, freed with the processor; NULL if there are `most` of its kind. */
 void *chip_new(hw *h, int *count, int most, size_t size) {
     void *chip = *count < most ? calloc(1, size) : NULL;
     if (chip)
@@ -109,7 +109,7 @@ avr_io_t *io_find(hw *h, const char *kind, int nth) {
     return NULL;
 }
 
-/* Continue at another address, awake. */
+/* Continue at another address; a sleeping processor wakes up. */
 void hw_jump(hw *h, uint32_t pc) {
     h->avr->pc = pc;
     if (h->avr->state == cpu_Sleeping)
@@ -124,11 +124,7 @@ void hw_poke(hw *h, uint16_t address, uint8_t value) {
         avr->data[address] = value;
         return;
     }
-    if (avr->io[a].w.c)
-        avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
-    else
-        avr->data[address] = value;
-    raise_register(avr, address, value);
+    write_register(avr, address, value);
 }
 
 void hw_reference_core(hw *h, int on) { h->reference = on; }

@@ -277,22 +277,13 @@ static avr_flashaddr_t toggle(avr_t *avr, uint32_t pc, uint8_t address, uint8_t 
     return pc + 2;
 }
 
-/* Read or write a register with handlers as simavr does. */
+/* Read a register with handlers as simavr does. */
 static uint8_t read_register(avr_t *avr, uint16_t address) {
     const avr_io_addr_t a = AVR_DATA_TO_IO(address);
     if (avr->io[a].r.c)
         avr->data[address] = avr->io[a].r.c(avr, address, avr->io[a].r.param);
     raise_register(avr, address, avr->data[address]);
     return avr->data[address];
-}
-
-static void write_register(avr_t *avr, uint16_t address, uint8_t value) {
-    const avr_io_addr_t a = AVR_DATA_TO_IO(address);
-    if (avr->io[a].w.c)
-        avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
-    else
-        avr->data[address] = value;
-    raise_register(avr, address, value);
 }
 
 /* As avr_interrupt_reti. */

@@ -86,7 +86,7 @@ struct port {
     avr_ioport_t *io;           /* NULL: this part has no such port */
     uint8_t watched;            /* bits */
     uint8_t sampled;            /* bits with listeners, which are told of reads */
-    uint8_t ddr, port;          /* as last seen */
+    uint8_t ddr, port;          /* their values at the last look */
     struct tap tap_pin;
 };
 
@@ -112,7 +112,8 @@ struct hw {
     avr_t *avr;
     char message[256];
     int limit;
-    uint64_t sleep_cycles, until;       /* in hw_run: its end cycle */
+    uint64_t sleep_cycles;
+    uint64_t until;             /* the cycle at which hw_run ends */
     int dead_sleep;             /* asleep with interrupts off */
     uint16_t sleep_register;
     uint8_t sleep_enable, sleep_mode;
@@ -185,6 +186,16 @@ static inline void raise_register(avr_t *avr, avr_io_addr_t address, uint8_t val
     raise_irq(irq + AVR_IOMEM_IRQ_ALL, value);
     for (int bit = 0; bit < 8; bit++)
         raise_irq(irq + bit, value >> bit & 1);
+}
+
+/* Write a register with handlers as simavr does. */
+static inline void write_register(avr_t *avr, uint16_t address, uint8_t value) {
+    const avr_io_addr_t a = AVR_DATA_TO_IO(address);
+    if (avr->io[a].w.c)
+        avr->io[a].w.c(avr, address, value, avr->io[a].w.param);
+    else
+        avr->data[address] = value;
+    raise_register(avr, address, value);
 }
 
 /* As avr_cycle_timer_process, but without the call if no timer is due; returns the cycles to the

@@ -9,7 +9,7 @@
 
 struct window {
     uint32_t low, high;
-    uint64_t began, paused;     /* cycle of the first instruction; of interrupts, sleep within */
+    uint64_t began, paused;     /* first cycle; cycles of interrupts and sleep within */
 };
 
 struct frame {
@@ -17,7 +17,7 @@ struct frame {
     uint16_t function;
     enum { CALLED, JUMPED, INTERRUPT } kind;
     uint64_t began, stolen;     /* stolen: cycles of interrupts and sleep within */
-    struct window window;       /* of the interrupted code */
+    struct window window;       /* the interrupted code's */
 };
 
 struct profile {

@@ -53,7 +53,7 @@ static void set_watchdog(hw *h, uint8_t value) {
     avr_io_addr_t address = w->wdce.reg;
     uint8_t causes = h->avr->data[w->wdrf.reg];
     uint8_t opened = (uint8_t)(1u << w->wdce.bit | 1u << w->wde.bit);
-    avr_regbit_clear(h->avr, w->wdrf);          /* simavr keeps it on while this is set */
+    avr_regbit_clear(h->avr, w->wdrf);          /* simavr keeps the watchdog on while WDRF is set */
     h->tap_wdtcsr.write(h->avr, address, opened, h->tap_wdtcsr.write_param);
     h->tap_wdtcsr.write(h->avr, address, value, h->tap_wdtcsr.write_param);
     h->avr->data[w->wdrf.reg] = causes;

@@ -146,7 +146,7 @@ static void on_ddr(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) {
 static void on_pin(struct avr_t *avr, avr_io_addr_t a, uint8_t v, void *param) {
     struct port *p = param;
     if (p->h->old)
-        return;                 /* read-only there */
+        return;                 /* PIN is read-only on these parts */
     p->tap_pin.write(avr, a, v, p->tap_pin.write_param);
     port_refresh(p);
 }

@@ -26,8 +26,9 @@ struct received {
 struct receiver {
     int on, count, overrun;
     struct received buffer[RECEIVED];
-    double from, first;         /* looks for a start bit since; its first low sample */
-    int samples, period, data, parity;  /* of the character that arrives */
+    double from;                /* the cycle since which it looks for a start bit */
+    double first;               /* the cycle of the start bit's first low sample */
+    int samples, period, data, parity;  /* the format of the character that arrives */
     struct timer *timer;
 };
 
@@ -37,7 +38,8 @@ struct uart {
     avr_uart_t *io;
     uint8_t format, divisor_high;       /* UCSRC, UBRRH */
     uint64_t shared_read;               /* last read of the address that both share, cycle */
-    uint64_t begins, ends, overruns;    /* of the last character sent; lost bytes */
+    uint64_t begins, ends;      /* of the last character sent, cycles */
+    uint64_t overruns;          /* bytes lost */
     struct timer *buffer_free, *all_sent;
     struct line line;
     struct receiver receiver;

@@ -60,7 +60,6 @@ class PidControl(Kept):
     """Parallel form, u = P + I + D, in percent of full power."""
 
     def __init__(self, algorithm: Pid, period_s: float) -> None:
-        """Derive the constants."""
         self._kp = Single(algorithm.kp)
         self._integrates = algorithm.ki != 0
         self._ki_step = Single(algorithm.ki * period_s)

@@ -24,7 +24,7 @@ class Response(Kept):
             ("overshoot_k", "f4", "_overshoot"),
         )
         self._within = Single(within_k)
-        self._long = steps(for_s, loop)
+        self._least_steps = steps(for_s, loop)
         self._period_s = period(loop)
         self._state = NONE
         self._rising = self._measured = self._steps = self._entered = 0
@@ -60,7 +60,7 @@ class Response(Kept):
             return
         if self._state == OUTSIDE:
             self._state, self._entered = INSIDE, self._steps
-        if self._steps - self._entered >= self._long:
+        if self._steps - self._entered >= self._least_steps:
             self._state = SETTLED
             self._settling_s = Single(self._entered) * self._period_s
             self._overshoot = self._beyond

@@ -63,9 +63,9 @@ class Swings(NamedTuple):
     off_sum: Single
     """Time with the heater off, steps."""
     swing_sum: Single
-    """How much hotter it was when the heater went off than when it went on, K."""
+    """Temperature when the heater went off minus that when it went on, K."""
     peak_sum: Single
-    """How much hotter it became after the heater had gone off, K."""
+    """Highest temperature minus that when the heater went off, K."""
     rise: Single
     """Slope of the temperature while the heater is on, K/s."""
 

@@ -172,7 +172,7 @@ class Editor:
 
 
 def _part(before: list[Part], kind: int, amount: int, to_dc: int) -> Part:
-    """Return a segment behind others: to where they lead already, it is a hold."""
+    """Return the segment after some others; a timed one that keeps their target is a hold."""
     targets = [part.to_dc for part in before if part.target_c is not None]
     if kind == TIMED and targets[-1:] == [to_dc]:
         kind = HELD

@@ -34,7 +34,7 @@ class Master:
         elif written.what == "restore" and any(self._gains.values()):
             for loop, gains in self._gains.items():
                 if gains is not None:
-                    self._operators[loop].restore_gains(gains)
+                    self._operators[loop].gains = gains
         elif written.what != "store":
             raise KeyError(name)
 

@@ -95,7 +95,7 @@ class Operator:
         *,
         limits: tuple[float | None, ...] = NO_LIMITS,
     ) -> bool:
-        """Change the given gains and limits, all or none; return whether that is allowed."""
+        """Change the gains and limits that are not None; return whether that is allowed."""
         given = [gain for gain in (kp, ki, kd) if gain is not None]
         if self.gains is None or not all(0 <= gain <= LARGEST_GAIN for gain in given):
             return False
@@ -111,7 +111,7 @@ class Operator:
         integral_maximum: float | None,
         output_maximum: float | None,
     ) -> bool:
-        """Change the limits that are given; return whether that is allowed."""
+        """Change the limits that are not None; return whether that is allowed."""
         if self.limits is None:
             return False
         given = zip((integral_minimum, integral_maximum, output_maximum), self.limits, strict=True)
@@ -161,7 +161,7 @@ class Operator:
             self.gains = tuner.gains
 
     def see_fault(self) -> None:
-        """React to a new fault; a loop without a switch need not."""
+        """React to a new fault: only the operator of a switched loop does."""
 
     def _may(self, setpoint_c: Single) -> bool:
         if setpoint_c == ZERO:

@@ -1,6 +1,6 @@
 """Commands to a switched loop (docs/control.md, "Switched loops")."""
 
-from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Orders
+from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Orders
 from heatwright.sim.reference.interfaces.operator import Operator
 from heatwright.sim.reference.loop import Reference
 from heatwright.sim.reference.numbers import FULL, ZERO, Single
@@ -22,7 +22,7 @@ class SwitchedOperator(Operator):
 
     @property
     def orders(self) -> Orders:
-        """The commands that the next step takes over; *off* is first, whatever came after it."""
+        """The commands that the next step takes over: off for one step if it was switched off."""
         enabled = self._enabled and not self._off_is_due
         return super().orders._replace(enabled=int(enabled))
 
@@ -126,10 +126,6 @@ class SwitchedOperator(Operator):
         if has_fault and not self._had_fault:
             self._released = False
         self._had_fault = has_fault
-
-    def restore_gains(self, gains: Gains) -> None:
-        """Restore the gains of the spec."""
-        self.gains = gains
 
     def _go_off(self) -> None:
         self._mode = AUTOMATIC

@@ -25,7 +25,7 @@ class Held:
         self._asked = asked
 
     def stop(self) -> None:
-        """Switch off at once, whatever the minimum on-time."""
+        """Switch off at once, without regard to the minimum on-time."""
         self._asked = False
         self._switch(on=False)
 
@@ -62,7 +62,7 @@ class HeldCourse:
         self._now_us = 0
 
     def apply(self, counts: int) -> None:
-        """Ask for on (1) or off (0), from the next tick that may change it."""
+        """Request on (1) or off (0), from the next tick that may change the output."""
         self._held.set(asked=counts > 0)
 
     def advance(self, to_us: int) -> float:

@@ -57,7 +57,6 @@ class Feed:
     """
 
     def __init__(self, stepper: Stepper, clock: Clock) -> None:
-        """Start at rest."""
         self._clock = clock
         self._fastest = stepper.maximum_mm_per_s
         self._moves: deque[list[float]] = deque()

@@ -26,13 +26,8 @@ from heatwright.spec import Controller
 from heatwright.spec.scenario.program_orders import Order
 
 ORDERS: dict[Order, int] = {
-    "start": START,
-    "pause": PAUSE,
-    "resume": RESUME,
-    "skip": SKIP,
-    "jump": JUMP,
-    "stop": STOP,
-}
+    "start": START, "pause": PAUSE, "resume": RESUME, "skip": SKIP, "jump": JUMP, "stop": STOP,
+}  # fmt: skip
 
 
 class ProgrammedOperator(SwitchedOperator):
@@ -66,7 +61,7 @@ class ProgrammedOperator(SwitchedOperator):
             return False
         if not self._may_order(code, number):
             if code == START and self.state == IDLE and not self._reference.fault_code:
-                self._program = NO_ORDER  # its copy replaces that of a waiting START
+                self._program = NO_ORDER  # no such program: a waiting command is forgotten
             return False
         if code == START:
             self._run.load(number, self.copies[number])

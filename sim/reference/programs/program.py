@@ -53,7 +53,6 @@ class ProgramRun:
     members = MEMBERS
 
     def __init__(self, programs: Programs, loop: Loop) -> None:
-        """Derive the constants."""
         after = programs.after_power_loss
         self._way = Way(programs, loop)
         self._number = 0

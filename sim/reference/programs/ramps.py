@@ -21,7 +21,6 @@ class Way:
     """Moves the setpoint along the segments of a program."""
 
     def __init__(self, programs: Programs, loop: Loop) -> None:
-        """Derive the constants."""
         back = programs.hold_back
         self._per_period = self._steps_per_s = Single(1 / loop.period_s)
         self._steps_times_rate = Single(TENTHS_IN_AN_HOUR / loop.period_s)

@@ -14,7 +14,7 @@ ON_TOO_LONG = 30
 
 
 class Guard:
-    """Checks the rules of a loop, and names the first one that is broken."""
+    """Applies the rules of a loop, and returns the code of the first one that trips."""
 
     def __init__(self, loop: Loop, raw_width: str = RAW_WIDTH) -> None:
         """Derive the limits; raw_width -- width of the sensor's raw numbers."""
@@ -57,7 +57,7 @@ class Guard:
         self._maximum_c = maximum_c
 
     def count(self, *, on: bool) -> int:
-        """Return 30 if the loop has been on for too long; on -- it is on now, without a fault."""
+        """Return 30 if a loop has been on for too long; on -- whether it is on without a fault."""
         if self._most_on_steps is None:
             return 0
         self._on_steps = self._on_steps + 1 if on else 0

@@ -90,9 +90,9 @@ class Limiter(Kept):
     def _limited(self, limit_a: Single) -> Single:
         if self._applied == ZERO:
             return START_PERCENT
-        told = self._amperes >= self.idle_a
+        flows = self._amperes >= self.idle_a
         root = self._applied * limit_a / max(self._amperes, self.idle_a)
-        wanted = max(root * root / FULL, LEAST_PERCENT if told else START_PERCENT)
+        wanted = max(root * root / FULL, LEAST_PERCENT if flows else START_PERCENT)
         rising = self._limit_percent + START_PERCENT
         return min(wanted, rising if rising <= FULL else FULL)
 

@@ -74,7 +74,7 @@ class IdealSensor:
         return VALID
 
     def _code(self, temperature_c: float) -> int:
-        """Return the code of a temperature, without computation between two with equal codes."""
+        """Return a temperature's code; between two temperatures with one code, compute nothing."""
         low_c, high_c, known = self._known
         if low_c <= temperature_c <= high_c:
             return known

@@ -14,7 +14,6 @@ class Converter:
     """Converts a sum of codes to A."""
 
     def __init__(self, sensor: CurrentSensor, board: Board) -> None:
-        """Derive the constants."""
         full_v = reference_v(sensor, board)
         self._per_count = Single(full_v / (CODES * sensor.oversample * sensor.scale_v_per_a))
         self._offset = Single((full_v * 0.5 / CODES - sensor.offset_v) / sensor.scale_v_per_a)

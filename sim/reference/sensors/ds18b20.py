@@ -18,7 +18,6 @@ class IdealSensor:
     """A sensor that always answers, with the quantisation of the chip."""
 
     def __init__(self, sensor: Ds18b20, _board: Board) -> None:
-        """Prepare the conversion for the sensor's resolution."""
         self._step = 1 << (12 - sensor.resolution_bits)
         self.sampled_before_step_s = sensor.conversion_s + READ_MARGIN_S
 

@@ -59,152 +59,70 @@ extern volatile struct host_timer host_timer[HOST_TIMERS];
 #define TCCR0A host_timer[0].control_a
 #define TCCR0B host_timer[0].control_b
 #define TIMSK0 host_timer[0].interrupts
-#define OCIE0A 1
-#define OCIE0B 2
-#define OCIE0C 3
 #define TCNT0 host_timer[0].count
 #define ICR0 host_timer[0].top
 #define OCR0A host_timer[0].compare[0]
-#define COM0A1 7
-#define COM0A0 6
 #define OCR0B host_timer[0].compare[1]
-#define COM0B1 5
-#define COM0B0 4
 #define OCR0C host_timer[0].compare[2]
-#define COM0C1 3
-#define COM0C0 2
-#define WGM00 0
-#define WGM01 1
-#define WGM02 3
-#define WGM03 4
-#define CS00 0
-#define CS01 1
-#define CS02 2
 
 #define TCCR1A host_timer[1].control_a
 #define TCCR1B host_timer[1].control_b
 #define TIMSK1 host_timer[1].interrupts
-#define OCIE1A 1
-#define OCIE1B 2
-#define OCIE1C 3
 #define TCNT1 host_timer[1].count
 #define ICR1 host_timer[1].top
 #define OCR1A host_timer[1].compare[0]
-#define COM1A1 7
-#define COM1A0 6
 #define OCR1B host_timer[1].compare[1]
-#define COM1B1 5
-#define COM1B0 4
 #define OCR1C host_timer[1].compare[2]
-#define COM1C1 3
-#define COM1C0 2
-#define WGM10 0
-#define WGM11 1
-#define WGM12 3
-#define WGM13 4
-#define CS10 0
-#define CS11 1
-#define CS12 2
 
 #define TCCR2A host_timer[2].control_a
 #define TCCR2B host_timer[2].control_b
 #define TIMSK2 host_timer[2].interrupts
-#define OCIE2A 1
-#define OCIE2B 2
-#define OCIE2C 3
 #define TCNT2 host_timer[2].count
 #define ICR2 host_timer[2].top
 #define OCR2A host_timer[2].compare[0]
-#define COM2A1 7
-#define COM2A0 6
 #define OCR2B host_timer[2].compare[1]
-#define COM2B1 5
-#define COM2B0 4
 #define OCR2C host_timer[2].compare[2]
-#define COM2C1 3
-#define COM2C0 2
-#define WGM20 0
-#define WGM21 1
-#define WGM22 3
-#define WGM23 4
-#define CS20 0
-#define CS21 1
-#define CS22 2
 
 #define TCCR3A host_timer[3].control_a
 #define TCCR3B host_timer[3].control_b
 #define TIMSK3 host_timer[3].interrupts
-#define OCIE3A 1
-#define OCIE3B 2
-#define OCIE3C 3
 #define TCNT3 host_timer[3].count
 #define ICR3 host_timer[3].top
 #define OCR3A host_timer[3].compare[0]
-#define COM3A1 7
-#define COM3A0 6
 #define OCR3B host_timer[3].compare[1]
-#define COM3B1 5
-#define COM3B0 4
 #define OCR3C host_timer[3].compare[2]
-#define COM3C1 3
-#define COM3C0 2
-#define WGM30 0
-#define WGM31 1
-#define WGM32 3
-#define WGM33 4
-#define CS30 0
-#define CS31 1
-#define CS32 2
 
 #define TCCR4A host_timer[4].control_a
 #define TCCR4B host_timer[4].control_b
 #define TIMSK4 host_timer[4].interrupts
-#define OCIE4A 1
-#define OCIE4B 2
-#define OCIE4C 3
 #define TCNT4 host_timer[4].count
 #define ICR4 host_timer[4].top
 #define OCR4A host_timer[4].compare[0]
-#define COM4A1 7
-#define COM4A0 6
 #define OCR4B host_timer[4].compare[1]
-#define COM4B1 5
-#define COM4B0 4
 #define OCR4C host_timer[4].compare[2]
-#define COM4C1 3
-#define COM4C0 2
-#define WGM40 0
-#define WGM41 1
-#define WGM42 3
-#define WGM43 4
-#define CS40 0
-#define CS41 1
-#define CS42 2
 
 #define TCCR5A host_timer[5].control_a
 #define TCCR5B host_timer[5].control_b
 #define TIMSK5 host_timer[5].interrupts
-#define OCIE5A 1
-#define OCIE5B 2
-#define OCIE5C 3
 #define TCNT5 host_timer[5].count
 #define ICR5 host_timer[5].top
 #define OCR5A host_timer[5].compare[0]
-#define COM5A1 7
-#define COM5A0 6
 #define OCR5B host_timer[5].compare[1]
-#define COM5B1 5
-#define COM5B0 4
 #define OCR5C host_timer[5].compare[2]
-#define COM5C1 3
-#define COM5C0 2
-#define WGM50 0
-#define WGM51 1
-#define WGM52 3
-#define WGM53 4
-#define CS50 0
-#define CS51 1
-#define CS52 2
+
+/* The bits of a timer's registers: each timer is declared with all bits that any timer has. */
+#define TIMER_BITS(n) \
+    enum { \
+        OCIE##n##A = 1, OCIE##n##B = 2, OCIE##n##C = 3, CS##n##0 = 0, CS##n##1 = 1, CS##n##2 = 2, \
+        COM##n##A1 = 7, COM##n##A0 = 6, COM##n##B1 = 5, COM##n##B0 = 4, COM##n##C1 = 3, \
+        COM##n##C0 = 2, WGM##n##0 = 0, WGM##n##1 = 1, WGM##n##2 = 3, WGM##n##3 = 4 \
+    };
+TIMER_BITS(0)
+TIMER_BITS(1)
+TIMER_BITS(2)
+TIMER_BITS(3)
+TIMER_BITS(4)
+TIMER_BITS(5)
 
 #if defined(__AVR_ATmega16__) || defined(__AVR_ATmega32__)
 #include <avr/io_old.h>

@@ -2,13 +2,6 @@
 #ifndef HOST_IO_OLD_H
 #define HOST_IO_OLD_H
 
-#undef OCIE1A
-#undef OCIE1B
-#undef WGM00
-#undef WGM01
-#undef WGM20
-#undef WGM21
-
 #define TIMSK host_timer[0].interrupts
 #define OCIE1A 4
 #define OCIE1B 3
