@@ -52,7 +52,6 @@ class Seated:
 
     @property
     def state(self) -> Any:
-        """Tell, and return the whole state as a tab has it."""
         self.board.tell(force=True)
         news = self.board.store.news(self.told)
         for roll, lines in news.get("lines", {}).items():
@@ -65,14 +64,11 @@ class Seated:
         return self.state["interfaces"][self.number(kind)]
 
     def missing(self, loop: str) -> list[str]:
-        """Return the ids of the permits that are missing."""
         return [each["id"] for each in self.state["loops"][loop]["missing"]]
 
 
 @dataclass
 class Bench:
-    """address -- of the page; thread -- the server's."""
-
     board: Board
     server: Server
     thread: Thread
@@ -88,7 +84,6 @@ class Bench:
 
 @contextmanager
 def running(server: Server) -> Iterator[tuple[Server, Thread]]:
-    """Let a server answer in a thread of its own until the context's end."""
     thread = Thread(target=server.run)
     thread.start()
     try:
@@ -100,7 +95,6 @@ def running(server: Server) -> Iterator[tuple[Server, Thread]]:
 
 @contextmanager
 def serving(spec: str, speed: float = 1.0) -> Iterator[Bench]:
-    """Serve the board of a spec (its text, or the name of an example) until the context's end."""
     board = board_of(spec, speed)
     board.start()
     try:

@@ -37,7 +37,6 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def opened(browser: Browser) -> Iterator[Open]:
-    """Opens a page in a context of its own; nothing may be written to its console."""
     contexts, said = [], []
 
     def open_page(address: str, *, scheme: str = "light", width: int = 1280) -> Page:

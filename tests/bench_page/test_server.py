@@ -50,8 +50,6 @@ def asked(bench: Bench, path: str, headers: Mapping[str, str] | None = None) -> 
 
 
 class Tab:
-    """A tab's end of the live line."""
-
     def __init__(self, line: ClientConnection) -> None:
         self._line = line
         self.state: dict[str, Any] = {}
@@ -59,7 +57,6 @@ class Tab:
         self._number = 0
 
     def until(self, met: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-        """Read until a message is as wanted."""
         while True:
             found: dict[str, Any] = json.loads(self._line.recv(timeout=60))
             self.state |= found.get("state", {})
@@ -68,7 +65,6 @@ class Tab:
                 return found
 
     def order(self, **order: Any) -> str:
-        """Send an order, and return what was wrong with it."""
         self._number += 1
         self._line.send(json.dumps(order | {"number": self._number}))
         return str(self.until(lambda found: found.get("answer") == self._number)["error"])

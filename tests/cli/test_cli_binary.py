@@ -291,8 +291,6 @@ GOOD_FAULT = FaultResult("unplugged", "air", False, "sensor_no_answer", (), 4.9,
 
 @pytest.fixture
 def tried(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Verify with the model in the binary's place, and these trials."""
-
     def use(figure: Figure, fault: FaultResult) -> None:
         timing = Timing({"busy_us": figure}, (Cost("main", 1, 9, 0.1),), 0.99, 600.0)
 

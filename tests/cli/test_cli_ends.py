@@ -84,7 +84,6 @@ def test_a_bug_shows_its_place_where_asked_for(
 
 @contextmanager
 def started(*words: object, stdout: Any = subprocess.PIPE, **more: Any) -> Iterator[Any]:
-    """Start a command as a process of its own; what it says of itself is the file `stderr`."""
     line = [*PROGRAM, *map(str, words)]
     pipes = {"stdout": stdout, "stderr": subprocess.PIPE}
     with subprocess.Popen(line, text=True, **pipes, **more) as process:

@@ -17,14 +17,12 @@ from heatwright.spec import ThermalNetwork, load_text
 
 
 def written(name: str, network: ThermalNetwork, duty: Any) -> Path:
-    """Write what a machine does under steps of the duty."""
     Path(name).write_text(as_csv(recorded(network, steps(*duty))), encoding="utf-8")
     return Path(name)
 
 
 @pytest.fixture
 def step_log(heatwright: Heatwright) -> Path:
-    """A noisy step, in the folder that the commands run in."""
     return written("step.csv", machine(delay=2.0, noise=0.05), (600, (20, 1.0), (400, 0.3)))
 
 
@@ -122,7 +120,6 @@ def test_numbers_have_the_digits_that_are_told(value: float, half: float, text: 
 
 
 def only(found: Any) -> Any:
-    """What is told of the one loop."""
     (each,) = found["loops"].values()
     return each
 

@@ -29,7 +29,6 @@ PLOTTER = "20.50 60.00 1.00 2.00 3.00 6.00 10.00"
 
 
 def board(answer: Callable[[float], bytes]) -> AbstractContextManager[str]:
-    """A line at whose other end something speaks; gives its name."""
     turns = count()
 
     def speak(line: int, done: Event) -> None:
@@ -42,7 +41,6 @@ def board(answer: Callable[[float], bytes]) -> AbstractContextManager[str]:
 
 @contextmanager
 def ends_within(seconds: int) -> Iterator[None]:
-    """Fail if something in this process has not ended by then."""
     before = signal.signal(signal.SIGALRM, lambda *_: pytest.fail("It does not end."))
     signal.alarm(seconds)
     try:
@@ -98,7 +96,6 @@ def answer(words: str) -> bytes:
 
 
 def told_by_modbus(*parts: bytes) -> list[Reading]:
-    """What is read of pieces that come one after the other."""
     hearing, waiting = hearing_of("spec.yaml", controller_of("fabricator"), None), b""
     found: list[Reading] = []
     for part in parts:

@@ -177,8 +177,7 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     assert "reserve" not in heatwright("check --quick bare.yaml").out
 
 
-SUPPLY_V, WIRE_OHM, LIMIT_A = 43.0, 8.54, 3.0
-"""The fabricator's, as published."""
+SUPPLY_V, WIRE_OHM, LIMIT_A = 43.0, 8.54, 3.0  # the fabricator's, as published
 
 
 def test_the_fabricators_wire_draws_five_amperes_and_three_rms() -> None:

@@ -24,12 +24,9 @@ from heatwright.sim.binary.elf import Elf
 
 BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
 """Where Debian's arduino-core-avr puts them."""
-OPTIBOOT = 0x7C00
-"""A section twice as long as its own: see `optiboot`."""
-WINKS_S = 0.5
-"""After a reset Optiboot blinks; the others begin to listen at once."""
-BUSY_S = 0.05
-"""Longer than a boot loader takes for a request; a page is written in 4.5 ms."""
+OPTIBOOT = 0x7C00  # A section twice as long as its own: see `optiboot`
+WINKS_S = 0.5  # after a reset Optiboot blinks; the others begin to listen at once
+BUSY_S = 0.05  # Longer than a boot loader takes for a request; a page is written in 4.5 ms.
 
 
 class Port(NamedTuple):

@@ -23,8 +23,7 @@ from mutation.syntax import TOGETHER, VARIABLE, Mutant, schema
 
 Judge = Callable[[Path], str]
 PIPE_BYTES = 4000
-WAITS = 20
-"""Times its processor time may a mutant wait for something that never comes."""
+WAITS = 20  # times its processor time may a mutant wait for something that never comes
 LEAST_S, MOST_TIMES = 2.0, 4.0
 """A mutant hangs that takes longer than this, and this many times what the sound one takes."""
 CHIPS = ("atmega2560", "atmega328p", "atmega32")
@@ -47,8 +46,6 @@ class Outcome(NamedTuple):
 
 
 class Trial:
-    """One mutant before its judge: in a process of its own that may crash, hang or raise."""
-
     def __init__(self, judge: Judge, built: Path, number: int, most_s: float) -> None:
         """Begin with one of the mutants of what was built (0: with none of them); after `most_s`
         seconds of the processor it counts as hanging."""
@@ -63,7 +60,6 @@ class Trial:
         os.close(writes)
 
     def outcome(self) -> Outcome:
-        """Wait for its end."""
         left_s = max(0.0, self._ends_at - time.monotonic())
         heard = bool(select.select([self._reads], [], [], left_s)[0])
         words = os.read(self._reads, PIPE_BYTES).decode(errors="replace") if heard else ""
@@ -97,8 +93,6 @@ def _judge(judge: Judge, built: Path, number: int, most_s: float, writes: int) -
 
 
 class Court:
-    """The process, seen from outside."""
-
     def __init__(self, arena: Arena, mutants: Sequence[Mutant]) -> None:
         fork = multiprocessing.get_context("fork")
         self.connection, there = fork.Pipe()
@@ -181,7 +175,6 @@ class _Bench:
         return texts
 
     def _compiling(self, file: str, mutants: list[Mutant]) -> list[Mutant]:
-        """Those of the mutants with which the file compiles."""
         try:
             self._build(self._texts({file: mutants}), "part")
         except Exception:

@@ -82,7 +82,6 @@ class Case:
 
     @property
     def fate(self) -> str:
-        """What came of it: survived somewhere and killed nowhere is survived."""
         fates = {verdict.fate for verdict in self.verdicts}
         return next(
             (each for each in ("killed", "survived", "equal", "stillborn") if each in fates), ""
@@ -113,8 +112,6 @@ def cases_of(arenas: Sequence[Arena], file: str = "") -> list[Case]:
 
 
 def sampled(cases: Sequence[Case], number: int) -> list[Case]:
-    """Draw cases, always the same ones."""
-
     def place(case: Case) -> bytes:
         return hashlib.sha256(f"0 {case.mutant.identity}".encode()).digest()
 
@@ -177,8 +174,6 @@ def _imported(modules: Iterable[Path]) -> set[Path]:
 
 
 class Engine:
-    """Judges cases, with as many processes as there are processors."""
-
     def __init__(
         self,
         arenas: Sequence[Arena],
@@ -195,7 +190,6 @@ class Engine:
         self._busy: dict[Connection, tuple[int, dict[str, Case]]] = {}
 
     def run(self, at_once: int = 0) -> None:
-        """Judge all that is not known yet."""
         at_once = at_once or os.cpu_count() or 1
         for case in self._cases:
             for number, mutant in case.places:

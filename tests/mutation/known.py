@@ -63,7 +63,6 @@ class Names(NamedTuple):
 
 
 def names_of(sources: Mapping[str, str]) -> Names:
-    """What the files of a firmware define."""
     text = "\n".join(_COMMENT.sub("", each) for each in sources.values())
     values = {name: value.strip() for name, value in _DEFINED.findall(text)}
     macros = frozenset(values)
@@ -84,7 +83,6 @@ def names_of(sources: Mapping[str, str]) -> Names:
 
 @cache
 def _declared(source: str) -> tuple[tuple[str, str], ...]:
-    """Every name that is declared in a file, and the type that it is declared with."""
     return tuple(
         (name, text_of(of))
         for node in everything(syntax_of(source.encode()))
@@ -113,14 +111,12 @@ def name_of(declarator: Node | None) -> str:
 
 
 def everything(node: Node) -> Iterator[Node]:
-    """The node and all that is in it."""
     yield node
     for child in node.children:
         yield from everything(child)
 
 
 def upwards(node: Node) -> Iterator[Node]:
-    """The node and what it is in, from the inside."""
     found: Node | None = node
     while found is not None:
         yield found

@@ -261,7 +261,6 @@ class _File:
 
 
 def _conditions(node: Node) -> list[Node]:
-    """What decides in a node: the condition, without its parentheses."""
     if node.type not in ("if_statement", "while_statement", "do_statement", "for_statement",
                          "conditional_expression"):  # fmt: skip
         return []

@@ -63,7 +63,6 @@ int main(void)
 
 
 def said_by(text: str, folder: Path, number: int = 0) -> str:
-    """Compile the small file with its driver and return what it prints."""
     for name, content in (("small.c", text), ("small.h", HEADER), ("driver.c", DRIVER)):
         (folder / name).write_text(content, encoding="utf-8")
     command = ["gcc", "-w", "small.c", "driver.c", "-o", "small"]
@@ -187,8 +186,6 @@ def test_the_same_machine_code_is_told_from_other():
 
 @dataclass
 class Small:
-    """An arena whose judge looks at the first numbers only."""
-
     expected: str
     compares: bool = True
     name: str = "small/only"

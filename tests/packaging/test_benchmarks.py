@@ -21,7 +21,6 @@ HOST = {"machine": {"processor": "One", "cores": 2, "python": "3.11.7"}}
 
 @pytest.fixture
 def bench(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Imports a module of the bench; it is forgotten afterwards."""
     known = set(sys.modules)
     monkeypatch.syspath_prepend(BENCH)
 

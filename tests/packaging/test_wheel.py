@@ -180,7 +180,6 @@ PACKAGE = MAX31865.package
 
 @pytest.fixture(scope="module")
 def beside(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All wheels in an environment of their own."""
     copies = tmp_path_factory.mktemp("outside")
     without = shutil.ignore_patterns("__pycache__", "*.egg-info")
     for each in OUTSIDE:

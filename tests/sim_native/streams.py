@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from random import Random
 
-H, S, V, N, Z, C = 5, 4, 3, 2, 1, 0
-"""Flags of SREG."""
+H, S, V, N, Z, C = 5, 4, 3, 2, 1, 0  # Flags of SREG
 SPL, SPH, SREG, RAMPZ, EIND, GPIOR0 = 0x3D, 0x3E, 0x3F, 0x3B, 0x3C, 0x1E
 TCCR1B, TCNT1L, TCNT1H = 0x81, 0x84, 0x85
 POINTERS = {"X": 26, "Y": 28, "Z": 30}
@@ -65,8 +64,7 @@ RECORD = MEMORY + STACK + 32 + 6
 """Bytes of a record: memory, stack, registers; SREG, SPL, SPH, RAMPZ, TCNT1L, TCNT1H."""
 REGISTERS = MEMORY + STACK
 FILL_STEP = 59
-LENGTH = 24
-"""Units of a stream, of one to eight instructions each."""
+LENGTH = 24  # Units of a stream, of one to eight instructions each
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,6 @@ class Chip:
 
     @property
     def far(self) -> bool:
-        """Whether it has more flash than 16 bits can address: RAMPZ and EIND."""
         return self.flash_bytes > 0x20000
 
     @property
@@ -144,7 +141,6 @@ class _Writer:
         self.skipped = False
 
     def emit(self, name: str, **fields: int) -> None:
-        """Append an instruction."""
         pattern, word = PATTERNS[name], 0
         if name in IO_SKIPS or name in IO_BITS:
             fields["A"] = GPIOR0
@@ -168,7 +164,6 @@ class _Writer:
             self.words.append(0x9488 | flag << 4)
 
     def far(self, name: str, address: int, **fields: int) -> None:
-        """Append an instruction of two words."""
         self.emit(name, **fields)
         self.words.append(address)
 
@@ -235,7 +230,6 @@ class _Writer:
         self.names[-1] = made
 
     def value(self) -> int:
-        """A byte, more often than not at an edge."""
         return self.rng.choice((0, 1, 0x7F, 0x80, 0xFF, *[self.rng.getrandbits(8)] * 4))
 
     def record(self) -> None:
@@ -285,7 +279,6 @@ class _Writer:
         self.rng.choice((self.direct, jump, wide, self.simple, self.simple))()
 
     def over(self, name: str, **fields: int) -> None:
-        """A jump or branch over a few simple instructions."""
         place = len(self.words)
         self.emit(name, **fields)
         for _ in range(self.rng.randrange(4)):
@@ -304,7 +297,6 @@ class _Writer:
         self.words += [self.rng.getrandbits(16)] * (target - len(self.words))
 
     def go(self, name: str, behind: int) -> int:
-        """Append a jump or call over so many words; return where it leads."""
         if name in {"eijmp", "eicall"}:
             self.put(EIND, 0)
         if name in {"jmp", "call"}:
@@ -352,12 +344,10 @@ class _Writer:
         self.emit(name, **({} if name.endswith("r0") else {"d": d}))
 
     def registers(self) -> None:
-        """IN and OUT of what belongs to the core."""
         names = (("out", SREG), *(("in", each) for each in (SREG, SPL, SPH)))
         name, place = self.rng.choice(names)
         self.emit(name, A=place)
 
     def io(self) -> None:
-        """Bits and bytes of a register that is nothing but memory."""
         if self.errors.registers:
             self.emit(self.rng.choice(("in", "out", *IO_BITS)), A=GPIOR0)

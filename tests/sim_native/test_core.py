@@ -52,8 +52,7 @@ AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {
     "neg": (H, V, S),  # section NEG: H = R3 + Rd3, V only for 0x80; both by another operation
     "fmulsu": (Z,),  # section FMULSU: Z from the result; from the product before its shift
 }
-AVR8JS_CYCLES = ("cbi",)
-"""avr8js 0.21, section CBI: two cycles on these parts; it takes one."""
+AVR8JS_CYCLES = ("cbi",)  # avr8js 0.21, section CBI: two cycles on these parts; it takes one.
 QEMU_PAGES = 1
 """QEMU 7.2, sections ELPM and OUT: RAMPZ as it was written; OUT to it does not reach ELPM."""
 
@@ -66,7 +65,6 @@ ERRORS = {
 
 
 def loaded(mcu: str, flash: bytes, *, simavrs: bool = False) -> Avr:
-    """Return the product's processor with this flash, on one of its two cores."""
     avr = Avr(mcu, CLOCK_HZ)
     if simavrs:
         avr.use_simavrs_core()
@@ -76,7 +74,6 @@ def loaded(mcu: str, flash: bytes, *, simavrs: bool = False) -> Avr:
 
 
 def on_ours(image: Image, *, simavrs: bool = False) -> bytes:
-    """Run an image in the product's simulator, by one of its two cores; return its RAM."""
     avr = loaded(image.chip.mcu, image.flash, simavrs=simavrs)
     avr.run_to(MOST_CYCLES)
     assert avr.program_counter == 2 * image.end
@@ -148,7 +145,6 @@ PLACES = (
 
 
 def differences(image: Image, ours: bytes, theirs: bytes, *, timed: bool) -> Iterator[str]:
-    """Yield what differs, a line for each stream."""
     for number, names in enumerate(image.names):
         start = number * RECORD
         records = zip(PLACES, ours[start : start + RECORD], theirs[start:], strict=False)
@@ -161,7 +157,6 @@ def differences(image: Image, ours: bytes, theirs: bytes, *, timed: bool) -> Ite
 
 
 def cycles(ram: bytes, number: int) -> int:
-    """Return the cycles between the ends of the stream before and of this one."""
     places = (number * RECORD, (number + 1) * RECORD)
     before, end = (int.from_bytes(ram[place - 2 : place], "little") for place in places)
     return (end - before) & 0xFFFF
@@ -377,8 +372,7 @@ def test_flash_written_by_the_program_counts() -> None:
     assert avr.read_ram(0x25, 1) == b"\x02"
 
 
-IDLE_V = 4.999
-"""At every analog input: no key is pressed."""
+IDLE_V = 4.999  # At every analog input: no key is pressed
 
 
 @pytest.mark.parametrize(
@@ -432,7 +426,6 @@ def test_a_firmware_does_alike_with_a_silent_sensor(name: str, pulled: list[str]
 
 
 def driven(events: np.ndarray) -> list[tuple[str, str]]:
-    """Return what the processor does at its pins, change by change."""
     before: dict[str, str] = {}
     found = []
     for pin, state in zip(events["pin"].tolist(), events["state"].tolist(), strict=True):

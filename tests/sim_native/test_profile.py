@@ -29,7 +29,6 @@ def traced(avr: Avr, program: Elf) -> Profile:
 
 
 def told(profile: Profile) -> dict[str, Any]:
-    """All there is in it; entries: since it was last asked."""
     return {
         "functions": profile.functions,
         "entries": profile.log.take().tolist(),
@@ -135,7 +134,6 @@ def random_words(rng: np.random.Generator) -> list[int]:
 
 
 def processors(rng: np.random.Generator) -> tuple[list[Avr], Any]:
-    """Our core and simavr's, with the same code and memory, and what profiles know of it."""
     words = np.array(random_words(rng), "<u2").tobytes()
     bounds = (np.unique(rng.integers(0, FLASH_WORDS, FLASH_WORDS // 20)) * 2).tolist()
     pairs = [pair for pair in pairwise(bounds) if rng.random() < 0.9]  # some code is of none

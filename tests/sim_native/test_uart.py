@@ -40,7 +40,6 @@ every_format = pytest.mark.parametrize(("form", "code"), FORMATS)
 
 
 def names(mcu: str) -> list[str]:
-    """Tell a part's names of the registers and interrupts of its first UART."""
     old = mcu in {"atmega16", "atmega32"}
     number = "" if old else "1" if mcu == "atmega32u4" else "0"
     usart = "USART" if old or mcu == "atmega328p" else f"USART{number}"
@@ -54,8 +53,6 @@ def names(mcu: str) -> list[str]:
 
 
 class Uart(Small):
-    """A program with a UART, a millisecond after power-on."""
-
     def __init__(self, source: str, *flags: str, mcu: str = "atmega328p") -> None:
         super().__init__(VARIABLES + source, *flags, *names(mcu), mcu=mcu)
         self.line = self.avr.uarts[1 if mcu == "atmega32u4" else 0]

@@ -94,7 +94,6 @@ READ: dict[str, dict[str, dict[str, object]]] = {
 
 
 def at(found: Any, path: str) -> Any:
-    """Walk through a controller: keys, indexes and attributes, joined by points."""
     for name in path.split(".") if path else ():
         if isinstance(found, tuple) and name.isdecimal():
             found = found[int(name)]

@@ -29,7 +29,6 @@ def preprocessed(mcu: str, *words: str) -> str:
 
 @cache
 def macros(mcu: str) -> dict[str, str]:
-    """All that avr-libc defines of a chip."""
     found = preprocessed(mcu, "-dM", "-include", "avr/io.h", "/dev/null")
     lines = (line.split(maxsplit=2) for line in found.splitlines())
     return {words[1]: words[2] for words in lines if len(words) == 3}
@@ -194,7 +193,6 @@ def asked(chamber: Controller, board: str, sensors: int, outputs: str) -> Contro
 
 
 def told(use: TimerUse) -> str:
-    """Who has which timer; of PWM the channel, the prescaler, the counts, and who makes it."""
     channels = {
         name: f"{each.timer}{each.channel} {each.prescaler}*{each.counts}"
         f"{' interrupts' if each.by_interrupts else ''}"

@@ -29,10 +29,8 @@ from heatwright.spec.registry import KindIncomplete, brought, module_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
-ASKED = 35
-"""Places that ask elsewhere: whoever takes one away lowers it."""
-READ = 30
-"""Files that read a loop's period; `Loop` says what follows from it, as `periods_s`."""
+ASKED = 35  # Places that ask elsewhere: whoever takes one away lowers it
+READ = 30  # Files that read a loop's period; `Loop` says what follows from it, as `periods_s`
 ROLES = {"sensor": Sensor, "output": Output, "algorithm": Algorithm, "interface": Interface}
 
 

@@ -50,7 +50,6 @@ def test_whatever_the_language_allows_fits(drawn: Drawn) -> None:
 
 
 def as_words(value: Any) -> Any:
-    """The data with the word `off`, which YAML 1.1 takes for no."""
     if isinstance(value, dict):
         return {key: as_words(inner) for key, inner in value.items()}
     if isinstance(value, list):
@@ -89,7 +88,6 @@ FORMLESS = (
 
 
 def formless(name: str) -> list[str]:
-    """The messages of a bad spec that tell of a form, as far as it is YAML of the language."""
     case = cases()[name]
     found = [line for line in case.messages if any(words in line for words in FORMLESS)]
     try:
@@ -102,7 +100,6 @@ MISSHAPEN = [name for name in cases() if formless(name)]
 
 
 def places(errors: Iterable[Any]) -> Iterator[str]:
-    """Where the schema objects, also inside of one of several kinds, as messages write it."""
     for error in errors:
         yield from places(error.context)
         path = error.absolute_path
@@ -176,7 +173,6 @@ HEADINGS = {
 
 
 def rows(model: str) -> dict[str, list[str]]:
-    """The cells of the first table under a model's heading, by key."""
     own = re.sub(r"(?<!^)(?=[A-Z])", "_", model).lower()
     found = re.search(rf"(?ms)^###? {HEADINGS.get(model, own)}\n.*?^(\| key \|.*?)\n\n", TEXT)
     assert found is not None, f"{model} has no heading"
@@ -249,7 +245,6 @@ def test_examples_are_right(fragment: str) -> None:
 
 
 def timers(board: Board, bits: int) -> str:
-    """The timers of so many bits, each with its compare outputs."""
     pins = dict.fromkeys(pin for pin in board.pins.values() if pin.pwm)
     return ", ".join(
         f"{number}: {' '.join(pin.name for pin in pins if pin.pwm and pin.pwm[0] == number)}"

@@ -33,7 +33,6 @@ BY_POINTER = "void (*volatile f)(void); int main(void) { for (;;) f(); }"
 
 
 def objcopied(folder: Path, *options: str) -> Path:
-    """Return the chamber's binary with something taken out."""
     elf = folder / "changed.elf"
     subprocess.run(["avr-objcopy", *options, whole("chamber").path, elf], check=True)
     return elf

@@ -299,7 +299,6 @@ __attribute__((used)) void much(void)
 
 
 def listing(mcu: str) -> tuple[bytes, str]:
-    """Return the program's machine code, and what the disassembler says of it."""
     elf = compiled(MUCH + PROGRAM, "-lm", mcu=mcu).path
     with elf.open("rb") as file:
         code: bytes = ELFFile(file).get_section_by_name(".text").data()
@@ -308,7 +307,6 @@ def listing(mcu: str) -> tuple[bytes, str]:
 
 
 def changed(mnemonic: str, operands: str) -> set[int]:
-    """Registers that an instruction changes, by the manual."""
     if "mul" in mnemonic:
         return {0, 1}
     moved = re.search(r"([XYZ])\+(?!\d)|-([XYZ])", operands)
