@@ -9,16 +9,6 @@ FINE_PRESCALERS = (1, 8, 32, 64, 128, 256, 1024)
 """Prescalers of timer 2, which can also count the oscillations of a watch crystal."""
 
 
-def ports(widths: Mapping[str, str]) -> tuple[str, ...]:
-    """List the pins of ports given as {"F": "0-1 4"}: PF0, PF1, PF4."""
-    names = []
-    for port, parts in widths.items():
-        for part in parts.split():
-            first, _, last = part.partition("-")
-            names += [f"P{port}{bit}" for bit in range(int(first), int(last or first) + 1)]
-    return tuple(names)
-
-
 def build(name: str, chip: Chip, layout: Layout) -> Board:
     """Make a board of its chip's data and its layout."""
     names = layout.names or {port_name: port_name for port_name in chip.functions}
