@@ -26,7 +26,7 @@ def _functions(**ports: str) -> dict[str, str]:
     }
 
 
-# Port B6, B7 carry the crystal and C6 the reset: they are no I/O here.
+# PB6 and PB7 are at the crystal and PC6 is the reset: they are no I/O here.
 ATMEGA328P = Chip(
     mcu="atmega328p",
     flash_bytes=32768,
