@@ -20,7 +20,7 @@ Kind = TypeVar("Kind", bound=Model)
 
 
 def placed(controller: Controller, kind: type[Kind]) -> dict[int, Kind]:
-    """Find the interfaces of a kind, by their indices; of most kinds a spec may have only one."""
+    """Find the interfaces of a kind, by their indices; a spec may have only one of most kinds."""
     return {n: each for n, each in enumerate(controller.interfaces) if isinstance(each, kind)}
 
 

@@ -346,16 +346,16 @@ def full_a(output: Switch) -> float | None:
 
 
 def full_rms_a(output: Switch) -> float | None:
-    """Return the root mean square of a load's current at full duty, A; None if `full_a` is."""
+    """Return the root mean square of a load's current at full duty, A; None like `full_a`."""
     peak_a = full_a(output)
     return None if peak_a is None else peak_a * output.mean_of_rms
 
 
 def waits_s(output: Switch) -> float:
-    """Return the longest time from asking a switch that is off for power to its being on, s.
+    """Return how long it may take until an output that is off follows a higher duty, s.
 
-    A new duty waits for the next window. While it waits, one missing reading may switch it off
-    again, just before that window, and it waits for one more.
+    A new duty waits for the next window. Meanwhile one missing reading may make the duty 0 again,
+    just before that window, so that the output has to wait for one more.
     """
     return max(output.stays_off_s, (2 if output.is_windowed else 1) * output.cycle_s)
 

@@ -1,6 +1,6 @@
 """Sensors: one model for each kind.
 
-Other code uses these properties of a model, and never asks for its kind:
+Other code uses these properties of a model, and never tests its kind:
 on_adc, on_one_wire, measures_current -- where it is and what it measures; rules -- the codes of
 the rules that its readings can break. Thermometers also have
 reading_bits -- bits of the signed number of a reading; clips_c -- lowest and highest
@@ -92,7 +92,7 @@ class Ds18b20(Started):
         return float(0.5 / 2 ** (self.resolution_bits - 9))
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings at a temperature: the same at each."""
+        """Step of the readings, K, which is the same at each temperature."""
         del temperature_c, mcu
         return self.step_k
 
@@ -178,7 +178,7 @@ class Analog(AnalogSensor):
 
 
 Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor
-"""Sensors that a loop can be controlled by."""
+"""Sensors by which a loop can be controlled."""
 
 AdcThermometer = Analog | Rtd | Thermistor
 AdcSensor = AdcThermometer | CurrentSensor

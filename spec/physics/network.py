@@ -97,16 +97,16 @@ class Heated:
             ]
             right.append(value)
             before, found = found, [each.real for each in solve(rows, right)]
-            if self._flows.linear or _alike(before, found):
+            if self._flows.linear or alike(before, found):
                 break
         return found
 
     def swing_k(self, power_w: float, window_s: float) -> float:
         """Peak-to-peak swing at the sensor when the power is on for half of each window.
 
-        Only the fundamental: a square wave of power P has one of amplitude 2·P/π, and the network
-        and the lag leave little of its harmonics. Linearized at ambient, where the least is
-        radiated and the swing is widest.
+        Only the fundamental counts: that of a square wave of power P has the amplitude 2·P/π, and
+        network and lag leave little of the harmonics. The network is linearized at ambient, where
+        the least is radiated and the swing is widest.
         """
         omega = 2 * math.pi / window_s
         size = range(len(self._capacities))
@@ -138,8 +138,8 @@ class Heated:
     def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
         """Return the sensor's mean response time to a change of power, and the slowest lag, s.
 
-        Linearised at the steady state of a temperature above ambient; found by inverse iteration,
-        which begins with the steady rise that the heater causes.
+        The network is linearized at the steady state of a temperature above ambient. The slowest
+        lag is found by inverse iteration from the steady rise that the heater causes.
         """
         size = len(self._capacities)
         conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
@@ -193,11 +193,11 @@ class Heated:
         return matrix
 
     def snapped(self, state: Vector) -> Vector:
-        """Return a state near by to linearise at, the same one for many states."""
+        """Return a state near by, the same one for many states, at which to linearize."""
         return self._flows.snapped(state)
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Return whether a state is too far from the one at which a matrix was linearised."""
+        """Return whether a state is too far from the one at which a matrix was linearized."""
         return self._flows.bent(about, state)
 
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:
@@ -236,7 +236,7 @@ def _real(numbers: Sequence[Number]) -> Vector:
     return [each.real for each in numbers]
 
 
-def _alike(one: Vector, other: Vector) -> bool:
+def alike(one: Vector, other: Vector) -> bool:
     """Return whether two results are equal within the tolerance of the iteration."""
     most = max(map(abs, other))
     return all(abs(a - b) <= EXACT * most for a, b in zip(one, other, strict=True))

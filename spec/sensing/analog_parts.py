@@ -279,4 +279,4 @@ Curve = Annotated[
     | Annotated[CodesCurve, Tag("CodesCurve")],
     Discriminator(_form),
 ]
-"""A thermistor's curve, in the form its keys say; tags are the models' names, for `shape`."""
+"""A thermistor's curve, in the form that its keys show; `loading/shape.py` finds models by tags."""

@@ -42,7 +42,7 @@ its wires (data sheet, "Open-Circuit Fault Detection")."""
 READ_TICKS = 7
 """Maximum number of ticks in which the firmware reads and checks all registers."""
 SET_UP_TICKS = 9
-"""And in which it sets up the chip and detects the end of the first conversion."""
+"""Maximum number of ticks in which it sets up the chip, and detects the first conversion's end."""
 
 
 class _Samples(WholeNumber):
@@ -131,17 +131,17 @@ class Max31856(Converter):
 
 
 def variants(sensor: object) -> dict[str, Max31856]:
-    """Return a sensor with each type of thermocouple that may be chosen for it; mostly empty."""
+    """Return the sensor with each selectable type of thermocouple; empty if there is none."""
     if not isinstance(sensor, Max31856):
         return {}
     return {kind: sensor.model_copy(update={"thermocouple": kind}) for kind in sensor.selectable}
 
 
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
-    """Find each selectable type's highest setpoint, where it is below the loop's highest.
+    """Return each selectable type's highest setpoint, °C, if it is below the loop's highest.
 
-    It is in tenths of °C, by type; mostly there is none. setpoint_c -- the loop's highest setpoint,
-    °C; maximum_c -- the loop's `protection.maximum`, °C; it stays as far above the setpoint.
+    It is rounded down to a tenth of a degree. setpoint_c -- the loop's highest setpoint, °C;
+    maximum_c -- the loop's `protection.maximum`, °C, which stays as far above the setpoint.
     """
     found = {}
     for kind, chosen in variants(sensor).items():

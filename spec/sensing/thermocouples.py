@@ -1,4 +1,4 @@
-"""Thermocouples behind converters, with those that a program reads over three wires."""
+"""Converters of thermocouples, and those of them that a program reads over three wires."""
 
 from typing import ClassVar, Literal
 
@@ -34,12 +34,12 @@ class Converter(Averaged):
     """Smallest difference the converter resolves (data sheets)."""
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings at a temperature: the same at each."""
+        """Step of the readings, K, which is the same at each temperature."""
         del temperature_c, mcu
         return self.step_k
 
     def fitting(self, period_s: float) -> str:
-        """Offer no setting: none makes a conversion shorter, or the spec has chosen it."""
+        """Return no text: no setting that the spec leaves open makes a conversion shorter."""
         del period_s
         return ""
 
