@@ -37,7 +37,7 @@ nextion_of = _first(Nextion)
 
 
 def for_display(controller: Controller, line: str) -> bool:
-    """Return whether a line is for the touch display: if there is a host, only one with a `#`."""
+    """Return whether a line is for the touch display; beside a host it must begin with a `#`."""
     if nextion_of(controller) is None:
         return False
     return gcode_of(controller) is None or line.startswith("#")

@@ -57,12 +57,12 @@ class Tachometer(Model):
 
     @property
     def slowest_rpm(self) -> float:
-        """Slowest speed at which the fan is not reported as stopped."""
+        """Slowest speed at which the fan is not reported as stopped, rpm."""
         return self.speed_rpm / 2 if self.minimum_rpm is None else self.minimum_rpm
 
     @property
     def fastest_rpm(self) -> float:
-        """Fastest speed at which the pulses are not taken for noise."""
+        """Fastest speed at which the pulses are not taken for noise, rpm."""
         return self.speed_rpm * 1.5 if self.maximum_rpm is None else self.maximum_rpm
 
     def pulses_hz(self, speed_rpm: float) -> float:
@@ -309,7 +309,7 @@ class Stepper(Model):
 
     @property
     def steps_per_mm(self) -> float:
-        """Microsteps of a millimetre of feed."""
+        """Microsteps for a millimetre of feed."""
         return self.steps * self.microsteps / self.lead_mm
 
 

@@ -55,28 +55,28 @@ class Heated:
         self.delay_s = sense.delay_s
 
     def steady_k(self, power_w: float) -> float:
-        """Temperature at the sensor above ambient, after any length of time at this power."""
+        """Return the temperature of the sensor above ambient in the steady state at a power, K."""
         return self._at_rest(len(self._capacities), power_w)[self._sensed]
 
     def nodes_k(self, power_w: float) -> Vector:
-        """Temperatures of all nodes above ambient, after any length of time at this power."""
+        """Return the temperatures of all nodes above ambient in the steady state at a power, K."""
         return self._at_rest(len(self._capacities), power_w)[:-1]
 
     def held_k(self, sensed_k: float) -> Vector:
-        """Temperatures of all nodes above ambient, while the sensor is held at a temperature."""
+        """Return the temperatures of all nodes above ambient while the sensor is held at one, K."""
         return self._at_rest(self._sensed, sensed_k)[:-1]
 
     def power_w(self, sensed_k: float) -> float:
-        """Power that holds the sensor at a temperature above ambient."""
+        """Return the power that holds the sensor at a temperature above ambient, W."""
         return self._at_rest(self._sensed, sensed_k)[-1]
 
     def ramp_power_w(self, sensed_k: float, rate_k_per_s: float) -> float:
-        """Power at which all nodes rise at one rate, when the sensor is at a temperature."""
+        """Return the power at which all nodes rise at one rate, W; the sensor is at `sensed_k`."""
         ahead_k = rate_k_per_s * self.lag_s
         return self._at_rest(self._sensed, sensed_k + ahead_k, rate_k_per_s)[-1]
 
     def rest(self, sensed_k: float) -> Vector:
-        """Steady state with the sensor at a temperature above ambient."""
+        """Return the steady state with the sensor at a temperature above ambient."""
         *nodes, _ = self._at_rest(self._sensed, sensed_k)
         return [*nodes, *([sensed_k] if self.lag_s else []), 1.0]
 
@@ -102,7 +102,7 @@ class Heated:
         return found
 
     def swing_k(self, power_w: float, window_s: float) -> float:
-        """Peak-to-peak swing at the sensor when the power is on for half of each window.
+        """Return the sensor's peak-to-peak swing if the power is on for half of each window, K.
 
         Only the fundamental counts: that of a square wave of power P has the amplitude 2·P/π, and
         network and lag leave little of the harmonics. The network is linearized at ambient, where
@@ -120,7 +120,7 @@ class Heated:
         return float(2 * amplitude)
 
     def fastest_s(self) -> float:
-        """Shortest time constant of the network's nodes and the sensor's lag, s."""
+        """Return the shortest time constant of the network's nodes and the sensor's lag, s."""
         conductances, _ = self._flows.about(self.start(0.0))
         quickest = max(
             row[i] / capacity
@@ -129,7 +129,7 @@ class Heated:
         return min(1 / quickest, self.lag_s) if self.lag_s else 1 / quickest
 
     def answer_s(self) -> float:
-        """Time until the sensor responds to the heater: lags of nodes and sensor, dead time."""
+        """Return the time until the sensor responds to the heater, s: lags and dead time."""
         conductances, _ = self._flows.about(self.start(0.0))
         between = {self._heated, self._sensed}
         lags_s = [self._capacities[i] / conductances[i][i] for i in between]
@@ -154,31 +154,31 @@ class Heated:
         return first_s + self.lag_s + self.delay_s, slow_s
 
     def start(self, above_ambient_k: float) -> Vector:
-        """State with every node, and the sensor, at one temperature; the last entry is 1."""
+        """Return the state with all nodes and the sensor at a temperature; the last entry is 1."""
         return [above_ambient_k] * (len(self._capacities) + bool(self.lag_s)) + [1.0]
 
     def sensed_k(self, state: Vector) -> float:
-        """Temperature of the sensor above ambient."""
+        """Return the temperature of the sensor above ambient, K."""
         return state[len(self._capacities)] if self.lag_s else state[self._sensed]
 
     def step(self, power_w: float, time_s: float, about: Vector) -> Matrix:
-        """Matrix that advances a state by `time_s` at a constant power.
+        """Return the matrix that advances a state by `time_s` at a constant power.
 
-        Exact for conduction; radiation is replaced by its tangent at a state.
+        It is exact for conduction; radiation is replaced by its tangent at a state.
         """
         matrix = self._rates(time_s, about)
         matrix[self._heated][-1] += power_w / self._capacities[self._heated] * time_s
         return exponential(matrix)
 
     def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
-        """Matrix that advances a state without power, and the vector that each watt adds to it."""
+        """Return the matrix that advances a state without power, and what each watt adds to it."""
         matrix = [[*row, 0.0] for row in self._rates(time_s, about)]
         matrix[self._heated][-1] = time_s / self._capacities[self._heated]
         *found, _ = exponential([*matrix, [0.0] * len(matrix[0])])
         return [row[:-1] for row in found], [row[-1] for row in found]
 
     def _rates(self, time_s: float, about: Vector) -> Matrix:
-        """Matrix of the state's rates of change without power, multiplied by `time_s`."""
+        """Return the matrix of the state's rates of change without power, times `time_s`."""
         size = len(self._capacities)
         states = size + bool(self.lag_s) + 1
         conductances, constants = self._flows.about(about)
