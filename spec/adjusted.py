@@ -49,7 +49,7 @@ class Number(NamedTuple):
 
     @property
     def decimals(self) -> int:
-        """Fewest decimals that show all values the keypad can set; MOST_DECIMALS + 1: too few."""
+        """Fewest decimals that show each value the keypad can set; MOST_DECIMALS + 1 if none do."""
         reached = (self.value, self.minimum, self.maximum, self.step)
         able = (
             each
@@ -85,7 +85,7 @@ def numbers_of(controller: Controller, loop_name: str) -> tuple[Number, ...]:
 
 
 def fixed(controller: Controller) -> tuple[Interface, ...]:
-    """Return the interfaces with no number to set, so that each keeps the algorithm's value."""
+    """Return the interfaces, with a keypad that cannot set numbers: they keep the spec's values."""
     keypad = keypad_of(controller)
     return tuple(
         each.model_copy(update={"adjust": None}) if each is keypad else each
@@ -104,7 +104,7 @@ def extremes(controller: Controller) -> Iterator[Setting]:
 
 
 def with_setting(controller: Controller, setting: Setting) -> Controller:
-    """Return the controller with the numbers of a setting; the keypad cannot change them."""
+    """Return the controller with a setting's numbers in its algorithm, no longer set by keys."""
     keypad = keypad_of(controller)
     if keypad is None or not setting:
         return controller

@@ -1,10 +1,10 @@
 """Algorithms: from the error of the temperature to the heater's duty.
 
-Other code uses these properties of a model, and never asks for its kind:
+Other code uses these properties of a model, and never tests its kind:
 continuous -- its duty may be anything between 0 % and 100 %; has_integral -- it removes a steady
 error; tunable -- commands set its gains, and its duty by hand; pid -- the gains themselves;
-limits_adjustable -- a host may narrow its limits; cools -- it has a cooler, too; those in % or K
-are duties and distances from the setpoint.
+limits_adjustable -- a host may narrow its limits; cools -- it has a cooler, too. Properties that
+end in `_percent` are duties, those in `_k` distances from the setpoint.
 """
 
 import math
@@ -63,9 +63,9 @@ _LeadFilter = Annotated[
 
 
 class Lie(NamedTuple):
-    """How a loop asks for heat while its reading is wrong.
+    """The duty of a loop while its reading is wrong.
 
-    first_percent, per_s -- the duty at the beginning, and its growth, up to most_percent.
+    first_percent -- at the beginning; per_s -- its growth, %/s; most_percent -- where it ends.
     """
 
     first_percent: float
@@ -73,7 +73,7 @@ class Lie(NamedTuple):
     most_percent: float
 
     def reaches_s(self, percent: float) -> float:
-        """Return when the duty reaches this value, s; infinite if never."""
+        """Return after what time the duty reaches a value, s; infinite if never."""
         if self.first_percent >= percent:
             return 0.0
         if self.per_s <= 0 or self.most_percent < percent:
@@ -81,12 +81,12 @@ class Lie(NamedTuple):
         return (percent - self.first_percent) / self.per_s
 
     def percent(self, time_s: float) -> float:
-        """Return the duty at a time after the reading became wrong."""
+        """Return the duty at a time after the reading became wrong, %."""
         return min(self.most_percent, self.first_percent + self.per_s * time_s)
 
 
 class _Switching(Model):
-    """What is common to algorithms that know only full power and none."""
+    """The properties of algorithms that have only two duties: full power and none."""
 
     continuous: ClassVar[bool] = False
     has_integral: ClassVar[bool] = False
@@ -315,7 +315,7 @@ class Pid(Model):
     def stuck(self, below_k: float, integral_percent: float) -> Lie:
         """Return the duty while the reading is stuck below the setpoint."""
         full = self.full_percent
-        kept = self.keeps_output and below_k <= self.dead_band_k  # the output, which may be full
+        kept = self.keeps_output and below_k <= self.dead_band_k  # the kept output may be full
         if kept or below_k > self.on_at_k:
             return Lie(full, 0.0, full)
         error_k = below_k if below_k > self.dead_band_k else 0.0

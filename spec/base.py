@@ -105,7 +105,7 @@ def _filled(value: Mapping[K, V]) -> Mapping[K, V]:
 
 
 def at_most(most: int) -> AfterValidator:
-    """Make the mark of a mapping that must not have more than `most` entries."""
+    """Return the validator of a mapping that may have at most `most` entries."""
     return AfterValidator(lambda value: _not_more(value, most))
 
 
@@ -130,7 +130,7 @@ Title = Annotated[
 Temperature = Annotated[float, Quantity(TEMPERATURE, least=ABSOLUTE_ZERO_C)]
 ReadOnly = AfterValidator(_frozen)
 Filled = AfterValidator(_filled)
-"""Marks a mapping that must have at least one entry, and not too many."""
+"""Marks a mapping that must have at least one entry, and at most MOST_ENTRIES."""
 
 PIN = r"^([AD][0-9]{1,2}|P[A-L][0-7])$"
 _PIN = re.compile(PIN)

@@ -20,7 +20,7 @@ Kind = TypeVar("Kind", bound=Model)
 
 
 def placed(controller: Controller, kind: type[Kind]) -> dict[int, Kind]:
-    """Find the interfaces of a kind, by their indices; of most kinds a spec may have only one."""
+    """Find the interfaces of a kind, by their indices; a spec may have only one of most kinds."""
     return {n: each for n, each in enumerate(controller.interfaces) if isinstance(each, kind)}
 
 
@@ -37,7 +37,7 @@ nextion_of = _first(Nextion)
 
 
 def for_display(controller: Controller, line: str) -> bool:
-    """Return whether a line is for the touch display: if there is a host, only one with a `#`."""
+    """Return whether a line is for the touch display; beside a host it must begin with a `#`."""
     if nextion_of(controller) is None:
         return False
     return gcode_of(controller) is None or line.startswith("#")

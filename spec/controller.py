@@ -132,12 +132,12 @@ class Published(Model):
 
     @property
     def steady_minimum_c(self) -> float:
-        """Lowest temperature of the steady part."""
+        """Lowest temperature of the steady part, °C."""
         return self.steady_c[0]
 
     @property
     def steady_maximum_c(self) -> float:
-        """Highest temperature of the steady part."""
+        """Highest temperature of the steady part, °C."""
         return self.steady_c[1]
 
 

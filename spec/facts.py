@@ -1,6 +1,6 @@
 """Facts that follow from a spec, for its controller and each of its loops: computed once.
 
-Every layer reads them, after the checks; `spec/` itself asks the models that they are made from.
+Every layer reads them, after the checks; `spec/` itself reads the models they are computed from.
 
 Facts are statements about the spec. The calculations that use them are written anew in each layer:
 a reference model that shared the firmware's calculations would prove nothing.
@@ -130,7 +130,7 @@ class LoopFacts:
     monitored: Mapping[str, Monitor]
     """Monitors that the loop's step checks."""
     monitors: tuple[str, ...]
-    """Their names, without `also`."""
+    """Names of these monitors, without `also`."""
     master_lost: bool
     on_limited: bool
     """The loop has an `on_for_at_most`."""

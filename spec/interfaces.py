@@ -1,6 +1,6 @@
 """Interfaces: how an operator or a computer sees and sets the loops.
 
-Other code uses these properties of a model, and never asks for its kind:
+Other code uses these properties of a model, and never tests its kind:
 line -- its serial line; shield -- its board with keys, if it is one; is_host -- a program at the
 other end sets setpoints; acknowledges -- somebody can acknowledge faults with it;
 named_pins -- where the spec names pins for it, and for what purpose; named_loops -- where the spec
@@ -86,10 +86,7 @@ class Shield(NamedTuple):
 
 LCD_KEYPAD = Shield(
     {
-        "D4": "the display's data 4",
-        "D5": "the display's data 5",
-        "D6": "the display's data 6",
-        "D7": "the display's data 7",
+        **{f"D{line}": f"the display's data {line}" for line in range(4, 8)},
         "D8": "the display's RS",
         "D9": "the display's E",
         "D10": "the display's backlight",
@@ -97,7 +94,7 @@ LCD_KEYPAD = Shield(
     },
     keys="A0",
 )
-"""HD44780 in 4-bit mode without reading back, five keys on one analog pin."""
+"""An HD44780 in 4-bit mode, which is not read back, and five keys on one analog pin."""
 
 
 class Baud(Checked):

@@ -57,12 +57,12 @@ class Tachometer(Model):
 
     @property
     def slowest_rpm(self) -> float:
-        """Slowest speed at which the fan is not reported as stopped."""
+        """Slowest speed at which the fan is not reported as stopped, rpm."""
         return self.speed_rpm / 2 if self.minimum_rpm is None else self.minimum_rpm
 
     @property
     def fastest_rpm(self) -> float:
-        """Fastest speed at which the pulses are not taken for noise."""
+        """Fastest speed at which the pulses are not taken for noise, rpm."""
         return self.speed_rpm * 1.5 if self.maximum_rpm is None else self.maximum_rpm
 
     def pulses_hz(self, speed_rpm: float) -> float:
@@ -309,7 +309,7 @@ class Stepper(Model):
 
     @property
     def steps_per_mm(self) -> float:
-        """Microsteps of a millimetre of feed."""
+        """Microsteps for a millimetre of feed."""
         return self.steps * self.microsteps / self.lead_mm
 
 
@@ -346,16 +346,16 @@ def full_a(output: Switch) -> float | None:
 
 
 def full_rms_a(output: Switch) -> float | None:
-    """Return the root mean square of a load's current at full duty, A; None if `full_a` is."""
+    """Return the root mean square of a load's current at full duty, A; None like `full_a`."""
     peak_a = full_a(output)
     return None if peak_a is None else peak_a * output.mean_of_rms
 
 
 def waits_s(output: Switch) -> float:
-    """Return the longest time from asking a switch that is off for power to its being on, s.
+    """Return how long it may take until an output that is off follows a higher duty, s.
 
-    A new duty waits for the next window. While it waits, one missing reading may switch it off
-    again, just before that window, and it waits for one more.
+    A new duty waits for the next window. Meanwhile one missing reading may make the duty 0 again,
+    just before that window, so that the output has to wait for one more.
     """
     return max(output.stays_off_s, (2 if output.is_windowed else 1) * output.cycle_s)
 

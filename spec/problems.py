@@ -55,7 +55,7 @@ class SpecError(Exception):
 
 
 class Checked:
-    """Marks a model's field that our own function reads: `Annotated[str, Checked(…)]`."""
+    """Marks a model's field that a function of heatwright reads: `Annotated[str, Checked(…)]`."""
 
     def __init__(self, read: Callable[[Any], object], **json_schema: object) -> None:
         """Read values with `read`; `json_schema` describes what it accepts to editors."""

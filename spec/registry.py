@@ -77,7 +77,7 @@ LAYERS = {
 
 
 class Brought(NamedTuple):
-    """A kind from outside.
+    """A kind that a package beside heatwright provides.
 
     package -- where its modules are; value -- what its entry point names: the model, or the parts
     of a board; problem -- why it cannot be used, if that is so.
@@ -192,7 +192,7 @@ def _loaded(role: str, kind: str, place: str) -> Brought:
     try:
         value = getattr(import_module(module), name)
         said = kind if role == "board" else kind_of(value)
-    except Exception as error:  # whatever it raises
+    except Exception as error:  # a package may raise anything
         return Brought(package, problem=f"{place} cannot be imported ({error})")
     wrong = f"{place} is of the kind {said}, but its entry point names the kind {kind}"
     return Brought(package, value, wrong if said != kind else "")
@@ -223,7 +223,7 @@ def _metadata() -> Iterator[bytes]:
     for folder in sys.path:
         try:
             entries = list(os.scandir(folder or "."))
-        except OSError:  # no folder, but an archive or nothing
+        except OSError:  # it is an archive, or does not exist
             continue
         for entry in entries:
             if entry.name.endswith((".dist-info", ".egg-info")):

@@ -6,18 +6,11 @@ FLASH_BYTES_A_TICK = 2
 """Bytes of the flash that each tick of 10 ms adds to its CRC."""
 
 SELF_CHECK_RULES = (
-    "ram_damaged",
-    "flash_damaged",
-    "clock_wrong",
-    "eeprom_worn",
-    "sequence_broken",
-    "adc_wrong",
-    "stack_overrun",
-    "flash_unsealed",
-    "pin_held",
-)
-"""Ids of the self-checks' rules: the ADC's only with a sensor on it, the clock's only where the
-watchdog can be tested."""
+    "ram_damaged", "flash_damaged", "clock_wrong", "eeprom_worn", "sequence_broken", "adc_wrong",
+    "stack_overrun", "flash_unsealed", "pin_held",
+)  # fmt: skip
+"""Ids of the self-checks' rules. `adc_wrong` needs a sensor on the ADC, `clock_wrong` a watchdog
+that can be tested."""
 
 
 def proves_watchdog(controller: Controller) -> bool:

@@ -1,6 +1,6 @@
 """Sensors: one model for each kind.
 
-Other code uses these properties of a model, and never asks for its kind:
+Other code uses these properties of a model, and never tests its kind:
 on_adc, on_one_wire, measures_current -- where it is and what it measures; rules -- the codes of
 the rules that its readings can break. Thermometers also have
 reading_bits -- bits of the signed number of a reading; clips_c -- lowest and highest
@@ -63,36 +63,36 @@ class Ds18b20(Started):
 
     @property
     def range_c(self) -> tuple[float, float]:
-        """Lowest and highest temperature it measures (data sheet)."""
+        """Lowest and highest temperature that it measures, °C (data sheet)."""
         return -55.0, 125.0
 
     def error_k(self, temperature_c: float) -> float:
-        """Largest error at a temperature (data sheet, thermometer error)."""
+        """Largest error at a temperature, K (data sheet, thermometer error)."""
         if -10.0 <= temperature_c <= 85.0:
             return 0.5
         return 1.0 if -30.0 <= temperature_c <= 100.0 else 2.0
 
     @property
     def conversion_s(self) -> float:
-        """Longest time of one conversion, from the data sheet: 93.75 ms at 9 bit to 750 ms."""
+        """Longest time of one conversion, s (data sheet): 93.75 ms at 9 bit to 750 ms at 12 bit."""
         return float(0.09375 * 2 ** (self.resolution_bits - 9))
 
     @property
     def read_s(self) -> float:
         """Time of the transfers before and after a conversion, s.
 
-        Settings, command, its end, nine bytes, their check. Each is started by a tick and takes
-        less than one (105 slots of 64 µs, the longest, are 6.7 ms).
+        They are settings, command, its end, nine bytes and their check. A tick starts each, and
+        each takes less than a tick (the longest has 105 slots of 64 µs, which are 6.7 ms).
         """
         return 0.05
 
     @property
     def step_k(self) -> float:
-        """Smallest difference the sensor resolves."""
+        """Smallest difference that the sensor resolves, K."""
         return float(0.5 / 2 ** (self.resolution_bits - 9))
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings at a temperature: the same at each."""
+        """Step of the readings, K, which is the same at each temperature."""
         del temperature_c, mcu
         return self.step_k
 
@@ -178,7 +178,7 @@ class Analog(AnalogSensor):
 
 
 Thermometer = Analog | Ds18b20 | Max6675 | Max31855 | Max31856 | Rtd | Thermistor
-"""Sensors that a loop can be controlled by."""
+"""Sensors by which a loop can be controlled."""
 
 AdcThermometer = Analog | Rtd | Thermistor
 AdcSensor = AdcThermometer | CurrentSensor

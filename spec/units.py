@@ -112,12 +112,7 @@ SURFACE_LOAD = Dimension(
     _prefixed("W/cm2") | {"W/m2": Unit(Decimal("1e-4"))},
 )
 RESISTIVITY = Dimension(
-    "resistivity",
-    "Ω·mm²/m",
-    "1.1 Ω·mm²/m",
-    "Ω·mm²/m",
-    1e6,
-    _prefixed("Ωmm2/m", "", "ohmmm2/m"),
+    "resistivity", "Ω·mm²/m", "1.1 Ω·mm²/m", "Ω·mm²/m", 1e6, _prefixed("Ωmm2/m", "", "ohmmm2/m")
 )
 SPIN = Dimension("speed of rotation", "rpm", "1500 rpm", "rpm", 1e6, _prefixed("rpm"))
 AIR_SPEED = Dimension("speed of air", "m/s", "2 m/s", "m/s", 1e3, _prefixed("m/s"))

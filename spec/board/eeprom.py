@@ -1,7 +1,7 @@
 """The areas of the EEPROM, and how long its cells last.
 
-From its start: settings, programs, progress of the program, log. Slots of settings begin at
-multiples of 64 bytes in every firmware.
+The areas follow each other from address 0: settings, programs, progress of the program, log. Slots
+of settings begin at multiples of 64 bytes in every firmware.
 """
 
 import math
@@ -16,7 +16,7 @@ CELL_WRITES = 100_000
 """Endurance of an EEPROM cell, AVR data sheets, section "Features"."""
 YEAR_S = 365.25 * 86_400.0
 LEAST_YEARS = 10.0
-"""Time that the cells must last under a log, or a program that runs day and night."""
+"""Time that the cells must last while a log is written, or a program runs day and night."""
 
 SETTINGS_SLOT_BYTES = 64
 """A slot's size is a multiple of this, so that another firmware finds where each slot begins."""
@@ -28,9 +28,10 @@ MOST_SETTINGS_SLOTS = 16
 """Maximum number of slots. The start checks each, 64 bytes in at most 0.6 ms at 8 MHz: well within
 the shortest watchdog period of 30 ms."""
 CYCLES_A_BYTE = 75
-"""Maximum number of cycles to read a byte and add it to a CRC: the 0.6 ms of 64 bytes at 8 MHz."""
+"""Maximum number of cycles to read a byte and add it to a CRC: at 8 MHz 64 bytes take 0.6 ms."""
 FEWEST_SETTINGS_SLOTS = 4
-"""Minimum number of slots if programs or a log need room: 400 000 saves, 100 a day for 10 years."""
+"""Minimum number of slots if programs or a log need room: they last for 400 000 saves, 100 a
+day for 10 years."""
 
 PROGRAM_BYTES = 12 + 1 + 1
 """Bytes of a program without its segments: name with its end, number of segments."""
@@ -45,7 +46,7 @@ PROGRESS_BYTES = 4 + (4 + 2 + 4 * 4 + 4 * 4) + 2 + 1
 temperatures; four counts; CRC, and the sequence number's lowest byte again."""
 FEWEST_PROGRESS_SLOTS = 2
 MOST_PROGRESS_SLOTS = 255
-"""Maximum number of slots: a slot's sequence number must have another lowest byte in each round."""
+"""Maximum number of slots: the lowest byte of a slot's sequence number differs in each round."""
 
 LOG_FRAME_BYTES = 2 + 1 + 1
 """Bytes that show whether a log entry is complete: turn, digest, turn again."""
@@ -64,7 +65,7 @@ class Area(NamedTuple):
         return self.start + self.slot_bytes * self.slots
 
     def years(self, every_s: float) -> float:
-        """Years that its cells last if its slots are written in turn, one each `every_s`."""
+        """Return how many years the cells last if a slot is written every `every_s`, in turn."""
         return self.slots * CELL_WRITES * every_s / YEAR_S
 
 

@@ -10,9 +10,9 @@ from heatwright.spec.outputs import is_held
 ANY_S = 100e-6
 """Longest delay of an interrupt if no part needs less: a hundredth of the tick."""
 SLOT_S = 50e-6
-"""Longest delay within a 1-Wire slot: a slot that writes a zero lasts 64 µs, and may last 120."""
+"""Longest delay within a 1-Wire slot: a slot that writes a 0 lasts 64 µs, and may last 120 µs."""
 OTHERS_S = 10e-6
-"""Time of the interrupts that may delay a PWM's: of a serial line and of another channel."""
+"""Time of the two interrupts that may delay a PWM's: a serial line's and another channel's."""
 BITS_OF_A_BYTE = 10
 """Minimum number of bits of a byte on a serial line: a start bit, eight bits, a stop bit."""
 
@@ -35,7 +35,7 @@ INPUT_CYCLES = 10
 
 
 class Wait(NamedTuple):
-    """How long a part can wait while interrupts are off, s; its name; a part that waits longer."""
+    """How long a part can wait while interrupts are off, s; its name; what can wait longer."""
 
     seconds: float
     what: str

@@ -1,6 +1,7 @@
 """PWM that the timers can make, and which timer makes each PWM output.
 
-It is the pin's own, by its compare outputs, or a 16-bit one, by interrupts at any pin.
+The timer of the output's pin makes it with its compare output, or a 16-bit timer makes it by
+interrupts, at any pin.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -20,15 +21,15 @@ FEWEST_COUNTS = 100
 """Minimum number of steps of a PWM period: one step is then at most 1 % of the power."""
 
 FASTEST_BY_INTERRUPTS_HZ = 500.0
-"""Maximum, as its two interrupts a period, some 100 cycles each, use 0.6 % of a 16 MHz clock."""
+"""Maximum frequency: two interrupts a period, some 100 cycles each, use 0.6 % of a 16 MHz clock."""
 
 MOST_COUNTS_BY_INTERRUPTS = (1 << 15) - 1
 """Longest PWM period, half the range of a free-running 16-bit timer: an edge that is up to a period
 late is then not mistaken for a future edge."""
 
 LATEST_INTERRUPT_S = 50e-6
-"""How late an interrupt may come, after other interrupts; that of a 1-Wire slot is the longest.
-Pulses and pauses that are shorter cannot be made, and are left out."""
+"""Longest time for which other interrupts delay one: a 1-Wire slot's is the longest. A pulse or a
+pause that is shorter cannot be made, and is left out."""
 
 
 class PwmSetting(NamedTuple):
@@ -69,7 +70,7 @@ def pwm_setting(board: Board, output: PwmOutput) -> PwmSetting:
 
 
 def _distance(frequency_hz: float, wanted_hz: float) -> float:
-    """How far apart two frequencies are, as a ratio of at least 1."""
+    """Return the ratio of the higher of two frequencies to the lower one."""
     return max(frequency_hz / wanted_hz, wanted_hz / frequency_hz)
 
 
@@ -133,7 +134,7 @@ class PwmTimers(NamedTuple):
 
 
 def share_pwm(controller: Controller) -> PwmTimers:
-    """Decide which timer makes each PWM output; one without an existing digital pin is left out."""
+    """Decide which timer makes each PWM output; outputs without a digital pin are left out."""
     board = controller.board
     outputs = {
         name: output
@@ -144,16 +145,12 @@ def share_pwm(controller: Controller) -> PwmTimers:
     }
     channels = dict(_by_timers(board, outputs))
     left = {name: output for name, output in outputs.items() if name not in channels}
-    problems = []
-    slow = {}
-    for name, output in left.items():
-        if output.frequency_hz > FASTEST_BY_INTERRUPTS_HZ:
-            problems.append(_not_by_timer(board, name, output, channels, outputs))
-        else:
-            slow[name] = output
+    slow = {n: each for n, each in left.items() if each.frequency_hz <= FASTEST_BY_INTERRUPTS_HZ}
     taken = {channel.timer for channel in channels.values()}
-    made, homeless = _by_interrupts(board, slow, taken)
-    problems += [_no_channel(board, name, outputs[name]) for name in homeless]
+    made, unplaced = _by_interrupts(board, slow, taken)
+    fast = (name for name in left if name not in slow)
+    problems = [_not_by_timer(board, name, left[name], channels, outputs) for name in fast]
+    problems += [_no_channel(board, name, outputs[name]) for name in unplaced]
     return PwmTimers({**channels, **made}, tuple(problems))
 
 
@@ -183,28 +180,28 @@ def _by_timers(board: Board, outputs: Mapping[str, PwmOutput]) -> Iterator[tuple
 def _by_interrupts(
     board: Board, outputs: Mapping[str, PwmOutput], taken: set[int]
 ) -> tuple[dict[str, PwmChannel], list[str]]:
-    """Put outputs on channels of free 16-bit timers, the last timer first; list what is left."""
+    """Put outputs on channels of free 16-bit timers, the last timer first; list the others."""
     free = [
         number
         for number, timer in sorted(board.timers.items(), reverse=True)
         if timer.bits == 16 and number not in taken
     ]
     groups: dict[int, list[str]] = {number: [] for number in free}
-    homeless = []
+    unplaced = []
     for name in outputs:
         for number, group in groups.items():
             if _settings(board, board.timers[number], outputs, [*group, name]):
                 group.append(name)
                 break
         else:
-            homeless.append(name)
+            unplaced.append(name)
     made = {}
     for number, group in groups.items():
         timer = board.timers[number]
         settings = _settings(board, timer, outputs, group)
         for name, channel, setting in zip(group, timer.channels, settings, strict=False):
             made[name] = PwmChannel(number, channel, *setting, by_interrupts=True)
-    return made, homeless
+    return made, unplaced
 
 
 def _settings(
@@ -244,7 +241,7 @@ def _not_by_timer(
     channels: Mapping[str, PwmChannel],
     outputs: Mapping[str, PwmOutput],
 ) -> TimerProblem:
-    """Say why an output too fast for interrupts cannot be made."""
+    """Explain why an output that is too fast for interrupts cannot be made."""
     pin = board.pins[output.pin]
     below = f"at most {hertz(FASTEST_BY_INTERRUPTS_HZ)}, which interrupts make on any pin"
     wanted = hertz(output.frequency_hz)

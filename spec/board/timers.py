@@ -3,8 +3,8 @@
 A PWM output uses its pin's timer if that can make it. The others are made by compare interrupts of
 a free-running 16-bit timer, one output for each of its channels. Then the tick gets a timer, if
 possible one with 16 bits, which counts 10 ms in one interrupt where an 8-bit one needs several.
-Then each 1-Wire line gets one, if possible with 8 bits, because its slots are short; the last are
-the steppers, if possible with 16 bits.
+Then each 1-Wire line gets one, if possible with 8 bits, because its slots are short; then each
+stepper, if possible with 16 bits; at last a Modbus line.
 """
 
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ MOST_DIVIDER = 255
 """Maximum number of interrupts of the timer in one tick: they are counted in a byte."""
 
 FASTEST_STEPS_HZ = 10_000
-"""Maximum steps of a stepper per second: their interrupts of some 10 us take a tenth of it."""
+"""Maximum steps of a stepper per second: their interrupts, 10 µs each, take 10 % of the time."""
 
 _ALL: tuple[Path, ...] = (("controller",), ("outputs",), ("sensors",))
 _OR_NO_PWM = ", or time_proportional in place of pwm"
@@ -69,7 +69,7 @@ class NoTimer(Exception):
 def tick_interval(clock_hz: int, timer: Timer, looks: int = 0) -> Interval | None:
     """Divide the clock exactly into ticks: fewest interrupts first, then the finest count.
 
-    looks -- fewest samples of a tachometer in a tick, one in every second interrupt.
+    looks -- least number of samples of a tachometer in a tick, one in every second interrupt.
     """
     cycles, rest = divmod(clock_hz, round(1 / TICK_S))
     for divider in range(2 * looks or 1, MOST_DIVIDER + 1, 2 if looks else 1):
@@ -118,7 +118,7 @@ def allocate(controller: Controller) -> TimerUse:
             looks(controller)
         )
         short.append(_none_left(board, ("controller", "board"), user, made))
-    # Timer 2 before timer 0, which other programs of the board expect to be the clock.
+    # Timer 2 is used before timer 0, which other programs on the board expect to be their clock.
     free.sort(key=lambda number: (board.timers[number].bits, -number))
     wires = [name for name, each in controller.sensors.items() if each.on_one_wire]
     motors = list(controller.steppers)
@@ -139,7 +139,7 @@ def allocate(controller: Controller) -> TimerUse:
 
 
 def _best_for_tick(board: Board, free: list[int], looks: int) -> int | None:
-    """Choose the timer with the fewest interrupts; of equals not timer 0, otherwise the lowest."""
+    """Choose the timer with the fewest interrupts: among equals the lowest, but timer 0 last."""
     rated = []
     for number_ in free:
         interval = tick_interval(board.clock_hz, board.timers[number_], looks)

@@ -47,9 +47,8 @@ def wired_pins(controller: Controller) -> Iterator[tuple[Path, str, str]]:
     for name, output in controller.outputs.items():
         if output.proof is not None:
             yield ("outputs", name, "proof", "pin"), output.proof.pin, "the signal that a fan turns"
-    path: Path = ("safety", "relay_feedback")
-    if controller.safety.relay_feedback is not None:
-        yield path, controller.safety.relay_feedback, "the relay's feedback"
+    if (feedback := controller.safety.relay_feedback) is not None:
+        yield ("safety", "relay_feedback"), feedback, "the relay's feedback"
     for name, each in controller.safety.inputs.items():
         yield ("safety", "inputs", name, "pin"), each.pin, f"the input {name}"
 

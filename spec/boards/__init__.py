@@ -46,7 +46,7 @@ _LAYOUTS = {
     ),
     "nano": (
         chips.ATMEGA328P,
-        # the older bootloader of most Nanos sold
+        # most Nanos are sold with this older bootloader
         Layout(
             "nanoatmega328",
             _UNO_PINS,
@@ -72,7 +72,7 @@ _LAYOUTS = {
     ),
     "leonardo": (
         chips.ATMEGA32U4,
-        # its LEDs; the third, on PD5, has no pin
+        # the bootloader drives these two LEDs; a third one, on PD5, has no pin
         Layout(
             "leonardo",
             _LEONARDO_PINS,

@@ -9,18 +9,8 @@ FINE_PRESCALERS = (1, 8, 32, 64, 128, 256, 1024)
 """Prescalers of timer 2, which can also count the oscillations of a watch crystal."""
 
 
-def ports(widths: Mapping[str, str]) -> tuple[str, ...]:
-    """List the pins of ports given as {"F": "0-1 4"}: PF0, PF1, PF4."""
-    names = []
-    for port, parts in widths.items():
-        for part in parts.split():
-            first, _, last = part.partition("-")
-            names += [f"P{port}{bit}" for bit in range(int(first), int(last or first) + 1)]
-    return tuple(names)
-
-
 def build(name: str, chip: Chip, layout: Layout) -> Board:
-    """Make a board of its chip's data and its layout."""
+    """Make a board from its chip's data and its layout."""
     names = layout.names or {port_name: port_name for port_name in chip.functions}
     pins = {}
     for printed, port_name in names.items():
@@ -57,7 +47,7 @@ def _pin(printed: str, port_name: str, chip: Chip, layout: Layout) -> Pin:
 
 
 def _uarts(chip: Chip, names: Mapping[str, str]) -> tuple[Uart, ...]:
-    """Find the serial ports whose both lines the board leads out."""
+    """Find the serial ports of which the board has both lines at pins."""
     lines = {
         function: printed
         for printed, port_name in names.items()

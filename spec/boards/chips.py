@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS, ports
+from heatwright.spec.boards.build import FINE_PRESCALERS, SLOW_PRESCALERS
 from heatwright.spec.boards.model import Adc, Chip, Timer
 
 _JTAG_ON_C = ("PC2", "PC3", "PC4", "PC5")
@@ -13,11 +13,20 @@ _THREE_TIMERS = {
 }
 
 
-def _functions(pins: tuple[str, ...], functions: dict[str, str]) -> dict[str, str]:
-    return {pin: functions.get(pin, "") for pin in pins}
+def _functions(**ports: str) -> dict[str, str]:
+    """Return the functions of each pin, from words for the pins of each port, bit 0 first.
+
+    `-` is a pin without another function, `x` is no pin; a comma separates two functions of a pin.
+    """
+    return {
+        f"P{port}{bit}": word.strip("-").replace(",", " ")
+        for port, words in ports.items()
+        for bit, word in enumerate(words.split())
+        if word != "x"
+    }
 
 
-# Port B6, B7 carry the crystal and C6 the reset: they are no I/O here.
+# PB6 and PB7 are at the crystal and PC6 is the reset: they are no I/O here.
 ATMEGA328P = Chip(
     mcu="atmega328p",
     flash_bytes=32768,
@@ -29,20 +38,9 @@ ATMEGA328P = Chip(
     adc=Adc(band_gap_code=0x0E, digital_inputs=range(6)),
     timers=_THREE_TIMERS,
     functions=_functions(
-        ports({"B": "0-5", "C": "0-5", "D": "0-7"}),
-        {
-            "PB1": "oc1a",
-            "PB2": "oc1b ss",
-            "PB3": "oc2a mosi",
-            "PB4": "miso",
-            "PB5": "sck",
-            **{f"PC{bit}": f"adc{bit}" for bit in range(6)},
-            "PD0": "rx0",
-            "PD1": "tx0",
-            "PD3": "oc2b",
-            "PD5": "oc0b",
-            "PD6": "oc0a",
-        },
+        B="- oc1a oc1b,ss oc2a,mosi miso sck",
+        C="adc0 adc1 adc2 adc3 adc4 adc5",
+        D="rx0 tx0 - oc2b - oc0b oc0a -",
     ),
 )
 
@@ -66,44 +64,17 @@ ATMEGA2560 = Chip(
         5: Timer(16, SLOW_PRESCALERS, ("A", "B", "C")),
     },
     functions=_functions(
-        ports(
-            {
-                **dict.fromkeys("ABCDEF", "0-7"),
-                "G": "0-5",
-                **dict.fromkeys("HJKL", "0-7"),
-            }
-        ),
-        {
-            "PB0": "ss",
-            "PB1": "sck",
-            "PB2": "mosi",
-            "PB3": "miso",
-            "PB4": "oc2a",
-            "PB5": "oc1a",
-            "PB6": "oc1b",
-            "PB7": "oc0a",
-            "PD2": "rx1",
-            "PD3": "tx1",
-            "PE0": "rx0",
-            "PE1": "tx0",
-            "PE3": "oc3a",
-            "PE4": "oc3b",
-            "PE5": "oc3c",
-            **{f"PF{bit}": f"adc{bit}" for bit in range(8)},
-            "PG5": "oc0b",
-            "PH0": "rx2",
-            "PH1": "tx2",
-            "PH3": "oc4a",
-            "PH4": "oc4b",
-            "PH5": "oc4c",
-            "PH6": "oc2b",
-            "PJ0": "rx3",
-            "PJ1": "tx3",
-            **{f"PK{bit}": f"adc{bit + 8}" for bit in range(8)},
-            "PL3": "oc5a",
-            "PL4": "oc5b",
-            "PL5": "oc5c",
-        },
+        A="- - - - - - - -",
+        B="ss sck mosi miso oc2a oc1a oc1b oc0a",
+        C="- - - - - - - -",
+        D="- - rx1 tx1 - - - -",
+        E="rx0 tx0 - oc3a oc3b oc3c - -",
+        F="adc0 adc1 adc2 adc3 adc4 adc5 adc6 adc7",
+        G="- - - - - oc0b",
+        H="rx2 tx2 - oc4a oc4b oc4c oc2b -",
+        J="rx3 tx3 - - - - - -",
+        K="adc8 adc9 adc10 adc11 adc12 adc13 adc14 adc15",
+        L="- - - oc5a oc5b oc5c - -",
     ),
 )
 
@@ -123,25 +94,11 @@ ATMEGA32U4 = Chip(
         3: Timer(16, SLOW_PRESCALERS, ("A",)),
     },
     functions=_functions(
-        ports({"B": "0-7", "C": "6-7", "D": "0-7", "E": "2 6", "F": "0-1 4-7"}),
-        {
-            "PB0": "ss",
-            "PB1": "sck",
-            "PB2": "mosi",
-            "PB3": "miso",
-            "PB4": "adc11",
-            "PB5": "oc1a adc12",
-            "PB6": "oc1b adc13",
-            "PB7": "oc0a",
-            "PC6": "oc3a",
-            "PD0": "oc0b",
-            "PD2": "rx1",
-            "PD3": "tx1",
-            "PD4": "adc8",
-            "PD6": "adc9",
-            "PD7": "adc10",
-            **{f"PF{bit}": f"adc{bit}" for bit in (0, 1, 4, 5, 6, 7)},
-        },
+        B="ss sck mosi miso adc11 oc1a,adc12 oc1b,adc13 oc0a",
+        C="x x x x x x oc3a -",
+        D="oc0b - rx1 tx1 adc8 - adc9 adc10",
+        E="x x - x x x -",
+        F="adc0 adc1 x x adc4 adc5 adc6 adc7",
     ),
 )
 
@@ -163,20 +120,10 @@ ATMEGA32 = Chip(
         2: Timer(8, FINE_PRESCALERS, ("",)),
     },
     functions=_functions(
-        ports(dict.fromkeys("ABCD", "0-7")),
-        {
-            **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
-            "PB3": "oc0",
-            "PB4": "ss",
-            "PB5": "mosi",
-            "PB6": "miso",
-            "PB7": "sck",
-            "PD0": "rx",
-            "PD1": "tx",
-            "PD4": "oc1b",
-            "PD5": "oc1a",
-            "PD7": "oc2",
-        },
+        A="adc0 adc1 adc2 adc3 adc4 adc5 adc6 adc7",
+        B="- - - oc0 ss mosi miso sck",
+        C="- - - - - - - -",
+        D="rx tx - - oc1b oc1a - oc2",
     ),
     longest_watchdog_s=2.0,
 )
@@ -202,23 +149,10 @@ ATMEGA644P = Chip(
     jtag_pins=_JTAG_ON_C,
     timers=_THREE_TIMERS,
     functions=_functions(
-        ports(dict.fromkeys("ABCD", "0-7")),
-        {
-            **{f"PA{bit}": f"adc{bit}" for bit in range(8)},
-            "PB3": "oc0a",
-            "PB4": "oc0b ss",
-            "PB5": "mosi",
-            "PB6": "miso",
-            "PB7": "sck",
-            "PD0": "rx0",
-            "PD1": "tx0",
-            "PD2": "rx1",
-            "PD3": "tx1",
-            "PD4": "oc1b",
-            "PD5": "oc1a",
-            "PD6": "oc2b",
-            "PD7": "oc2a",
-        },
+        A="adc0 adc1 adc2 adc3 adc4 adc5 adc6 adc7",
+        B="- - - oc0a oc0b,ss mosi miso sck",
+        C="- - - - - - - -",
+        D="rx0 tx0 rx1 tx1 oc1b oc1a oc2b oc2a",
     ),
 )
 ATMEGA1284P = replace(

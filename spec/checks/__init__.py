@@ -16,14 +16,16 @@ from heatwright.spec.controller import Controller
 
 def _checks() -> Iterator[Check]:
     """Find the checks of all modules here: public functions from a controller to findings."""
-    told = {"controller": Controller, "return": Findings}
+    annotations = {"controller": Controller, "return": Findings}
     for found in walk_packages(__path__, f"{__name__}."):
         for name, value in vars(import_module(found.name)).items():
-            if not name.startswith("_") and getattr(value, "__annotations__", None) == told:
+            if not name.startswith("_") and getattr(value, "__annotations__", None) == annotations:
                 yield value
 
 
-CHECKS: tuple[Check, ...] = tuple(dict.fromkeys(_checks()))  # once each: modules import some
+CHECKS: tuple[Check, ...] = tuple(
+    dict.fromkeys(_checks())
+)  # each once: some modules import others' checks
 
 # Each of these checks uses the whole plant, so they run only if all its names are defined.
 SIMULATION_CHECKS: tuple[PlantCheck, ...] = (

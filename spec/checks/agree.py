@@ -37,10 +37,10 @@ class _Advice(NamedTuple):
         """The number within the advice that a user most likely writes: its nearest end."""
         return self.low if math.isfinite(self.low) else self.high
 
-    def bears(self, other: _Advice) -> bool:
-        """Return whether the number that the other advice leads to satisfies this one, too.
+    def allows(self, other: _Advice) -> bool:
+        """Return whether a user who follows the other advice satisfies this one, too.
 
-        A single value is only the nearest multiple of a step: other multiples are as good.
+        A single value always does: it is the nearest multiple of a step, and others are as good.
         """
         return self.low == self.high or self.low <= other.nearest <= self.high
 
@@ -58,7 +58,7 @@ def agreed(findings: Iterable[Finding]) -> list[Finding]:
 
 def _agreed(remedy: str, advices: list[_Advice]) -> str:
     for own in _read(remedy):
-        best = next((each for each in advices if all(o.bears(each) for o in advices)), own)
+        best = next((each for each in advices if all(o.allows(each) for o in advices)), own)
         return f"{best.words}{own.rest}"
     return remedy
 
@@ -79,7 +79,7 @@ def _read(remedy: str) -> list[_Advice]:
 
 
 def _values(texts: list[str]) -> list[float]:
-    """Parse quantities of one dimension; return an empty list if the texts are none."""
+    """Parse quantities of one dimension; return an empty list if the texts are not that."""
     readers: list[Callable[[str], float]] = [float]
     for read in readers + [partial(parse, dimension=each) for each in _DIMENSIONS]:
         try:

@@ -1,4 +1,4 @@
-"""Rows of a comparison: each is a controller of its own and must pass the checks of one."""
+"""Rows of a comparison: each makes a controller of its own, which must pass all checks."""
 
 from heatwright.spec.adjusted import fixed
 from heatwright.spec.base import ReadOnlyDict

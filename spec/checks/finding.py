@@ -72,7 +72,7 @@ def scenario_events(controller: Controller) -> Iterator[tuple[Path, Event]]:
 def untaken(  # noqa: PLR0913, PLR0917 - the parts of a finding
     controller: Controller, key: str, field: str, reason: str, remedy: str, because_of: Path
 ) -> Findings:
-    """Report each event of the scenario with this field, which no interface can receive."""
+    """Report each event of the scenario that has this field: nothing can receive such an event."""
     for path, event in scenario_events(controller):
         if getattr(event, field) is not None:
             yield Finding((*path, key), reason, remedy, (because_of,))

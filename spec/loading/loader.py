@@ -45,7 +45,7 @@ class Spec(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """CRC-32, eight hex digits, of all that shapes the firmware."""
+        """CRC-32, eight hex digits, of everything in the spec that affects the firmware."""
         return digest(self.controller)
 
 
@@ -159,7 +159,7 @@ def _sorted(problems: list[Problem]) -> tuple[Problem, ...]:
     ordered = sorted(problems, key=lambda problem: (problem.line, problem.column))
     if len(ordered) > MOST_PROBLEMS:
         left_out = len(ordered) - MOST_PROBLEMS
-        last = ordered[MOST_PROBLEMS]
         reason = f"there are {left_out} more problems from here on"
-        ordered[MOST_PROBLEMS:] = [last._replace(path="", reason=reason, remedy="Correct those")]
+        last = ordered[MOST_PROBLEMS]._replace(path="", reason=reason)
+        ordered[MOST_PROBLEMS:] = [last._replace(remedy="Correct the others first")]
     return tuple(ordered)

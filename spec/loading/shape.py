@@ -35,20 +35,20 @@ def keys(model: type[BaseModel]) -> dict[str, str]:
 
 
 class Place(NamedTuple):
-    """The place that a location of pydantic's means: its path in the file and the type needed."""
+    """What a location in a pydantic error means: the path in the file, and the type needed."""
 
     path: Path
     annotation: Any
     parent: type[BaseModel] | None
-    """The model the last key belongs, or would belong, to."""
+    """The model to which the last key belongs, or would belong."""
 
 
 def locate(root: type[BaseModel], location: tuple[str | int, ...]) -> Place:
-    """Follow a location of pydantic's, which names a union's chosen kind between the keys."""
+    """Follow a location in pydantic's errors, which names a union's kind between the keys."""
     return _located(root, location)[0]
 
 
-@lru_cache(maxsize=1024)  # many errors have the way to their last key in common
+@lru_cache(maxsize=1024)  # many errors share the path to their last key
 def _followed(root: type[BaseModel], location: tuple[str | int, ...]) -> tuple[Place, bool]:
     return _located(root, location)
 

@@ -8,7 +8,7 @@ from heatwright.spec.problems import Problem
 LARGEST_FILE = 256 * 1024
 """Maximum number of bytes: 100 times a real spec, and few enough to be checked without a delay."""
 
-_ODD_MARKS = (
+_OTHER_ENCODINGS = (
     (codecs.BOM_UTF32_LE, "UTF-32"),
     (codecs.BOM_UTF32_BE, "UTF-32"),
     (codecs.BOM_UTF16_LE, "UTF-16"),
@@ -39,7 +39,7 @@ def decode(data: bytes, file: str) -> str:
             f"the file has more than {LARGEST_FILE} bytes",
             "Check that this is the right file",
         )
-    for mark, encoding in _ODD_MARKS:
+    for mark, encoding in _OTHER_ENCODINGS:
         if data.startswith(mark):
             raise _unreadable(file, "", f"the file is written in {encoding}", "Save it as UTF-8")
     text = _utf8(data.removeprefix(codecs.BOM_UTF8), file)
@@ -71,7 +71,7 @@ def _utf8(data: bytes, file: str) -> str:
 def _check_character(text: str, index: int, file: str) -> None:
     character = text[index]
     if character.isspace() and ord(character) > 0x80 and character not in "\x85\u2028\u2029":
-        return  # a blank of another width, which word processors put before a unit
+        return  # word processors put a blank of another width before a unit
     raise _unreadable(
         file,
         text[:index],

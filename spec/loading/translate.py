@@ -112,7 +112,7 @@ _FIXED = {
     "too_long": ("there are too many items", "Delete the last ones"),
     "bool_type": ("yes or no is needed here", "Write true or false"),
 }
-"""Reason and remedy of errors that need no details, by pydantic's type of them."""
+"""Reason and remedy of errors that need no details, by pydantic's name of the error."""
 
 _TRANSLATIONS: dict[str, Callable[[Place, Any], Finding]] = {
     "spec": _spec,

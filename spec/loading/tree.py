@@ -99,12 +99,12 @@ class _Parser:
         if len(path) > DEEPEST:
             raise self._stop(event, f"more than {DEEPEST} levels are nested", "Take levels out")
         if isinstance(event, yaml.AliasEvent):
-            self._object(path, "an alias (*) is not part of the language", "Write the value here")
+            self._note(path, "an alias (*) is not part of the language", "Write the value here")
             return None
         if getattr(event, "anchor", None) is not None:
-            self._object(path, "an anchor (&) is not part of the language", "Delete it")
+            self._note(path, "an anchor (&) is not part of the language", "Delete it")
         if getattr(event, "tag", None) is not None:
-            self._object(path, "a tag (!) is not part of the language", "Delete it")
+            self._note(path, "a tag (!) is not part of the language", "Delete it")
         if isinstance(event, yaml.MappingStartEvent):
             return self._mapping(path)
         if isinstance(event, yaml.SequenceStartEvent):
@@ -128,18 +128,18 @@ class _Parser:
         """Read a key; None if it cannot be used, which is reported as a problem."""
         if not isinstance(event, yaml.ScalarEvent):
             self._skip(event, len(path))
-            self._complain(event, path, "a key must be a word", "Write key: value")
+            self._note_key(event, path, "a key must be a word", "Write key: value")
             return None
         key: str = event.value
         if not key or len(key) > LONGEST_QUOTE or not key.isprintable():
-            self._complain(event, path, f"{shown(key)} is no key", "Write key: value")
+            self._note_key(event, path, f"{shown(key)} is no key", "Write key: value")
             return None
         if key == "<<" and not event.style:
-            self._complain(event, path, "a merge key (<<) is not part of the language", "Delete it")
+            self._note_key(event, path, "a merge key (<<) is not part of the language", "Delete it")
             return None
         first = self._tree.positions.get((*path, key))
         if first is not None:
-            self._complain(
+            self._note_key(
                 event, path, f"the key {key} is already on line {first[0]}", "Delete one of them"
             )
         return key
@@ -159,7 +159,7 @@ class _Parser:
         if text in _WORDS:
             value = _WORDS[text]
             if value is None:
-                self._object(path, "there is no value", "Give one, or delete the key")
+                self._note(path, "there is no value", "Give one, or delete the key")
             return value
         if _INTEGER.fullmatch(text):
             return int(text)
@@ -177,11 +177,11 @@ class _Parser:
                 return
             event = next(self._events)
 
-    def _object(self, path: Path, reason: str, remedy: str) -> None:
+    def _note(self, path: Path, reason: str, remedy: str) -> None:
         """Note a problem of the entry at `path`, unless it has one already."""
         self._tree.problems.setdefault(path, self._tree.problem(path, reason, remedy))
 
-    def _complain(self, event: yaml.Event, path: Path, reason: str, remedy: str) -> None:
+    def _note_key(self, event: yaml.Event, path: Path, reason: str, remedy: str) -> None:
         """Note a problem of a key in the mapping at `path`."""
         where = _position(event)
         problem = Problem(self._tree.file, *where, dotted(path), reason, remedy)

@@ -6,7 +6,7 @@ import stat
 import sys
 
 UNREAD = "cannot be read"
-"""Note that is added to an error of reading."""
+"""The note that is added to an error while reading."""
 STDIN = "-"
 OPEN_ALREADY = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/self/fd/")
 """Names of files that the shell has opened: a pipe there has a program at its other end."""
@@ -33,6 +33,6 @@ def read_file(path: str | os.PathLike[str], most: int = -1) -> bytes:
 
 
 def _refuse_special(file: str) -> None:
-    kind = os.stat(file).st_mode  # noqa: PTH116 - as above
+    kind = os.stat(file).st_mode  # noqa: PTH116 - a name, as the user wrote it
     if not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
         raise OSError(errno.EINVAL, "it is no regular file", file)

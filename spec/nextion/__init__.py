@@ -45,12 +45,7 @@ def display_pages(controller: Controller) -> tuple[Page, ...]:
         settings_page(
             first, adjustable=loop.adjustable, selectable=bool(types), saves=programs is not None
         ),
-        debug_page(
-            first + 1,
-            top_c,
-            tunable=loop.tunable,
-            measured=loop.response,
-        ),
+        debug_page(first + 1, top_c, tunable=loop.tunable, measured=loop.response),
         number_page(first + 2, ((first, "settings"), (first + 1, "debug"))),
     ]
     if types:

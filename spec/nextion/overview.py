@@ -30,7 +30,7 @@ LONGEST_ENERGY = 12
 
 
 def main_page(number: int, top_c: int, *, programs: bool) -> Page:
-    """Lay the main page out. top_c -- the temperature at the chart's upper edge, °C."""
+    """Lay out the main page. top_c -- the temperature at the chart's upper edge, °C."""
     sheet = Sheet("main", number, "What the machine is doing.")
     sheet.number("temp", (10, 8, 210, 90), HUGE, pco=AMBER)
     sheet.number("set", (275, 48, 130, 50), pco=LIME)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -78,7 +78,7 @@ def with_derived(controller: Controller) -> Controller:
     """Derive the numbers that the spec leaves out of a loop's rules."""
     loops = {}
     for name, loop in controller.loops.items():
-        limited = _with_limits(controller, name, _minding_host(controller, name, loop))
+        limited = _with_limits(controller, name, _with_host_lost(controller, name, loop))
         loops[name] = _with_effort(controller, name, limited)
     if any(loops[name] is not loop for name, loop in controller.loops.items()):
         controller = controller.model_copy(update={"loops": ReadOnlyDict(loops)})
@@ -93,10 +93,8 @@ def _with_lockout(controller: Controller) -> Controller:
     lockout, simulation = controller.lockout, controller.simulation
     if lockout is None or simulation is None:
         return controller
-    stands, words = (
-        list(_stands(controller, simulation)),
-        dict.fromkeys(lockout.derived, "as usual"),
-    )
+    stands = list(_stands(controller, simulation))
+    words = dict.fromkeys(lockout.derived, "as usual")
     given = {"trips": lockout.trips, "within": lockout.within_s}
     usual = {
         key: type(lockout).model_fields[field].default
@@ -119,14 +117,15 @@ def _with_lockout(controller: Controller) -> Controller:
             values["within"] = longer_s
     if not words:
         return controller
-    found = {_LOCKOUT[key]: values[key] for key in words}  # what is usual must not look given
+    # Numbers that are not in `words` stay as they are, so that a default does not look given.
+    found = {_LOCKOUT[key]: values[key] for key in words}
     lockout = lockout.model_copy(update=found).derived_as(words)
     safety = controller.safety.model_copy(update={"lockout": lockout})
     return controller.model_copy(update={"safety": safety})
 
 
 def _stands(controller: Controller, simulation: Simulation) -> Iterator[tuple[Stand, Times]]:
-    """Yield what is known of each loop whose plant the checks accept."""
+    """Yield the steady state and the rules' times of each loop whose plant the checks accept."""
     from heatwright.spec.commands import setpoints_c  # noqa: PLC0415 - it imports the controller
 
     for name, loop in controller.loops.items():
@@ -137,14 +136,14 @@ def _stands(controller: Controller, simulation: Simulation) -> Iterator[tuple[St
             continue  # the checks report what is wrong with such a plant
 
 
-def _minding_host(controller: Controller, name: str, loop: Loop) -> Loop:
+def _with_host_lost(controller: Controller, name: str, loop: Loop) -> Loop:
     """Set `master_lost_after` of a loop that a host commands, if the spec leaves it out."""
     hosts = (each for each in controller.interfaces if each.is_host)
     given = "master_lost_after_s" in loop.protection.model_fields_set
     if given or not any(name in host.named_loops.values() for host in hosts):
         return loop
-    minded = loop.protection.model_copy(update={"master_lost_after_s": HOST_LOST_AFTER_S})
-    return loop.model_copy(update={"protection": minded})
+    protection = loop.protection.model_copy(update={"master_lost_after_s": HOST_LOST_AFTER_S})
+    return loop.model_copy(update={"protection": protection})
 
 
 def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
@@ -163,7 +162,7 @@ def _with_effort(controller: Controller, name: str, loop: Loop) -> Loop:
             rule = effort_of(controller, name, simulation, heated, given)
         except (ArithmeticError, AssertionError, LookupError, ValueError):
             rule = None  # the checks report what is wrong with such a plant
-        # A rule that the spec asks for stays, and the checks report that it is not possible.
+        # A rule that the spec gives stays, and the checks report that it is not possible.
         _EFFORTS[key] = given if rule is None and given and not given.derived else rule
     if _EFFORTS[key] is given:
         return loop
@@ -238,7 +237,7 @@ class _Rules:
             if values
         }
 
-    def _put(self, rule: str, field: str, choices: Iterable[tuple[float, str]]) -> float:
+    def _put(self, rule: str, field: str, *choices: tuple[float, str]) -> float:
         """Set a rule's number to the largest of the choices, and return it."""
         value, self._words[rule][_OPEN[rule][field]] = max(choices)
         self._values[rule][field] = value
@@ -271,7 +270,7 @@ class _Rules:
         if least_w < weak_w < heated.full_w:
             least_w, words = weak_w, weak
         percent = math.ceil(1000 * least_w / heated.power_w) / 10
-        self._put("frozen", "holding_percent", [(percent, words)])
+        self._put("frozen", "holding_percent", (percent, words))
 
     def _derive_within(self) -> None:
         """Find how long full power may last: enough for a rise, and no node becomes too hot."""
@@ -288,15 +287,16 @@ class _Rules:
                 SHORTEST_HEATING_S,
                 LEAST_TIMES,
             ),
-            self._bears_within,
+            self._is_borne_within,
             "all nodes withstand full power for this time",
         )
 
     def _derive_for(self) -> None:
         """Find how long the duty may be above `holding` without a change of the reading.
 
-        The default without a plant, so that a machine that loses more does not trip in its steady
-        state; but at most the time that nodes withstand, and at least what a healthy machine needs.
+        It is the default of specs without a plant, so that a machine that loses more heat does not
+        trip in its steady state; at most the time that nodes withstand, but at least the time that
+        a healthy machine needs.
         """
         within_s, still_s = self._number("heating", "within_s"), self._still_s
         if still_s is None:
@@ -315,14 +315,17 @@ class _Rules:
                 SHORTEST_S,
                 first=first,
             ),
-            lambda each: self._bears_still(within_s, each),
+            lambda each: self._is_borne_still(within_s, each),
             "all nodes withstand the duty for this time",
         )
 
     def _put_time(
-        self, rule: str, field: str, times: _Times, bears: Callable[[float], bool], borne: str
+        self, rule: str, field: str, times: _Times, borne: Callable[[float], bool], why: str
     ) -> None:
-        """Set the usual time or what a healthy machine needs, limited by the nodes."""
+        """Set the usual time or the one that a healthy machine needs, limited by the nodes.
+
+        borne -- whether all nodes withstand a time; why -- the words for a time that this limits.
+        """
         heated, late = self._heated, f", and {_seconds(self._heated.late_s)} for delays"
         wished_s, words = max(
             (times.usual_s, "as usual"),
@@ -332,16 +335,16 @@ class _Rules:
                 f"{times.words}; {number(TIMES)} times that{late}",
             ),
         )
-        borne_s = self._longest_s(bears, wished_s)
+        borne_s = wished_s if borne(wished_s) else most_borne(borne, 0.0, wished_s)
         least_s = times.least_times * times.needs_s + heated.late_s
         if borne_s == wished_s:
             chosen = heated.rounded_s(wished_s, times.shortest_s), words
         elif borne_s >= least_s:
-            chosen = heated.rounded_down_s(borne_s, times.shortest_s), borne
+            chosen = heated.rounded_down_s(borne_s, times.shortest_s), why
         else:
             words = f"{times.words}; {number(times.least_times)} times that{late}"
             chosen = heated.rounded_s(least_s, times.shortest_s), words
-        self._put(rule, field, [chosen])
+        self._put(rule, field, chosen)
 
     @cached_property
     def _still_s(self) -> float | None:
@@ -360,19 +363,17 @@ class _Rules:
         self._put(
             "runaway",
             "above_k",
-            [
-                (usual_k, "as usual"),
-                (
-                    _rounded_up_k(SPREAD * warmed_k),
-                    f"the other loops warm it by up to {about(warmed_k)} K above its lowest "
-                    f"setpoint; {number(SPREAD)} times that",
-                ),
-                (
-                    _rounded_up_k(LOSSES * heated.overshoot_k),
-                    f"after full power it coasts up by {about(heated.overshoot_k)} K; "
-                    f"{number(LOSSES)} times that",
-                ),
-            ],
+            (usual_k, "as usual"),
+            (
+                _rounded_up_k(SPREAD * warmed_k),
+                f"the other loops warm it by up to {about(warmed_k)} K above its lowest "
+                f"setpoint; {number(SPREAD)} times that",
+            ),
+            (
+                _rounded_up_k(LOSSES * heated.overshoot_k),
+                f"after full power it coasts up by {about(heated.overshoot_k)} K; "
+                f"{number(LOSSES)} times that",
+            ),
         )
 
     def _derive_rising(self) -> None:
@@ -385,14 +386,12 @@ class _Rules:
             rise_k = self._put(
                 "rising_while_off",
                 "rise_k",
-                [
-                    (usual_k, "as usual"),
-                    (
-                        _rounded_up_k(SPREAD * warmed_k),
-                        f"the other loops warm it by up to {about(warmed_k)} K; "
-                        f"{number(SPREAD)} times that",
-                    ),
-                ],
+                (usual_k, "as usual"),
+                (
+                    _rounded_up_k(SPREAD * warmed_k),
+                    f"the other loops warm it by up to {about(warmed_k)} K; "
+                    f"{number(SPREAD)} times that",
+                ),
             )
         if "settle_s" in self._open["rising_while_off"]:
             usual_s = float(limits["settle_s"].default)
@@ -400,34 +399,31 @@ class _Rules:
             self._put(
                 "rising_while_off",
                 "settle_s",
-                [
-                    (usual_s, "as usual"),
-                    (
-                        heated.rounded_s(TIMES * settles_s, 0.0),
-                        f"it coasts up for {about(settles_s)} s; {number(TIMES)} times that",
-                    ),
-                ],
+                (usual_s, "as usual"),
+                (
+                    heated.rounded_s(TIMES * settles_s, 0.0),
+                    f"it coasts up for {about(settles_s)} s; {number(TIMES)} times that",
+                ),
             )
 
-    def _bears_still(self, within_s: float, for_s: float) -> bool:
+    def _is_borne_still(self, within_s: float, for_s: float) -> bool:
         """Return whether nodes withstand the heat after a reading froze in the steady state."""
         heated = self._heated
         held_percent = 100 * heated.hold_w / heated.power_w
         lies = [
             self._loop.algorithm.stuck(below_k, share * held_percent) for below_k, share in STANDING
         ]
-        return all(self._bears(lie, within_s, for_s) for lie in lies)
+        return all(self._is_borne(lie, within_s, for_s) for lie in lies)
 
-    def _bears_within(self, within_s: float) -> bool:
+    def _is_borne_within(self, within_s: float) -> bool:
         """Return whether nodes withstand full power for a time, with the `frozen` that follows."""
         for_s = self._number("frozen", "for_s")
         if "for_s" in self._open["frozen"] and self._still_s is not None:
             for_s = max(BEHIND * within_s, TIMES * self._still_s + self._heated.late_s)
-        return self._bears(fallen(self._loop.algorithm), within_s, math.inf) and self._bears_still(
-            within_s, for_s
-        )
+        lie = fallen(self._loop.algorithm)
+        return self._is_borne(lie, within_s, math.inf) and self._is_borne_still(within_s, for_s)
 
-    def _bears(self, lie: Lie, within_s: float, for_s: float) -> bool:
+    def _is_borne(self, lie: Lie, within_s: float, for_s: float) -> bool:
         """Return whether all nodes withstand the heat until a rule trips, on a warm day."""
         heated = self._heated
         plant, bears_k = heated.warm
@@ -435,13 +431,6 @@ class _Rules:
         time_s = ends_s(self._loop, lie, Times(within_s, for_s, holding_percent))
         peaks = peaks_k(heated, plant, heated.warm_rest, [Spell(lie, time_s)])
         return all(peak <= most for peak, most in zip(peaks, bears_k, strict=True))
-
-    @staticmethod
-    def _longest_s(bears: Callable[[float], bool], most_s: float) -> float:
-        """Return by bisection the longest time that is allowed; at most `most_s`, 0 for none."""
-        if bears(most_s):
-            return most_s
-        return most_borne(bears, 0.0, most_s)
 
 
 def _rounded_up_k(kelvins: float) -> float:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from heatwright.spec.loops import Loop
 
 SUPPLY = (0.85, 1.1)
-"""Mains may be 15 % low or 10 % high (EN 50160); the power changes with the square of it."""
+"""Mains may be 15 % low or 10 % high (EN 50160); the power changes with its square."""
 
 SPARE = 0.05
 """Margin of a limit, as a share: a machine at the corner of its tolerances swings around it."""
@@ -35,7 +35,8 @@ SUN_K = 5.0
 """How much warmer than a room in summer an unheated machine may read, K: sun, a sensor's error."""
 
 LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
-"""Smaller changes of the reading are ignored: the sensor's steps and noise are as large."""
+"""Changes of the reading below these, in K, steps of the sensor and standard deviations of its
+noise, are ignored: a steady reading may change as much."""
 
 TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
 """For the rule's time: factor on the longest healthy time, which assumes ideal control; factor on
@@ -188,10 +189,8 @@ class _Search:
             values["low_percent"], words["low"] = least, differs
         rule = given.model_copy(update=values)
         band = self._band(rule)
-        high, low = (
-            band.at((self._heated.lowest_c + self._heated.highest_c) / 2)[0],
-            band.at(self._heated.highest_c)[1],
-        )
+        high = band.at((self._heated.lowest_c + self._heated.highest_c) / 2)[0]
+        low = band.at(self._heated.highest_c)[1]
         if "high" in open_ and high >= self._loop.algorithm.full_percent:
             rule = rule.model_copy(update={"high_percent": None})
         if "low" in open_ and low <= 0:
@@ -250,7 +249,7 @@ class _Search:
         yield from lines
 
     def _longest_s(self, band: EffortBand) -> float:
-        """Return for how long a healthy machine is beyond its band, at any corner, s."""
+        """Return how long a healthy machine can be beyond its band, at the worst corner, s."""
         low, high = 1 - self._tolerance, 1 + self._tolerance
         longest_s = 0.0
         for capacity, resistance in ((low, low), (low, high), (high, low), (high, high)):
@@ -280,13 +279,13 @@ class _Search:
         up_s, arrived, rested = course.follow(cold, top_c)
         bottom_c = max(self._heated.lowest_c, corner.ambient_c)
         longest_s = max(up_s, course.follow(rested, bottom_c)[0])
-        # at a lower setpoint a large body takes heat while it is cold, or gives it while it is hot
+        # At a lower setpoint a large body takes heat while it is cold, or gives it while it is hot.
         for each in range(1, SETPOINTS if corner.capacity > 1 else 1):
             setpoint_c = bottom_c + (top_c - bottom_c) * each / SETPOINTS
             longest_s = max(longest_s, course.follow(cold if weak else rested, setpoint_c)[0])
-        if weak:  # a reset while all but the sensor is cold
+        if weak:  # a reset while everything except the sensor is cold
             return max(longest_s, course.follow(arrived, top_c)[0])
-        # cooling in a warm room: at its end the reading is steady without power
+        # After cooling in a warm room the reading is steady without power.
         off_s = (course.follow(each, None)[0] for each in course.off(rested, top_c))
         return max(longest_s, *off_s)
 
@@ -312,8 +311,8 @@ class _Course:
     def off(self, rested: Vector, top_c: float) -> Iterator[Vector]:
         """Yield states, after a steady state at a temperature, in which it may be switched off.
 
-        In the second, the fall to a reading that needs no power is just small enough to be ignored;
-        but it is no hotter than a loop becomes that is switched on and off.
+        From the second state, the fall to a reading that needs no power is just small enough to be
+        ignored; but it is no hotter than a loop becomes that is switched on and off.
         """
         yield rested
         lowest_c, hottest_c = self._ambient_c, top_c + self._half_k
@@ -343,7 +342,7 @@ class _Course:
         from_c, is_there, is_on = -math.inf, False, True
         for place in range(2 * POINTS):
             if place >= POINTS and not count:
-                break  # one that is switched may be beyond the band when all is steady
+                break  # a loop that is switched may be beyond the band in the steady state
             if plant.bent(about_state, state):
                 about_state = plant.snapped(state)
                 without, added = plant.pushed(self._step_s, about_state)

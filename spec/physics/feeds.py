@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 def lasting_feed_mm_per_s(simulation: Simulation, least_s: float) -> float:
     """Return the highest speed that the scenario's feed keeps for longer than `least_s`, mm/s.
 
-    A slower stretch ends a faster one. `verify` extends a short scenario, and its last feed. 0 for
-    no feed, or for filament that takes no heat.
+    A faster feed counts as one at a lower speed, too. `verify` extends a short scenario, and its
+    last feed. The speed is 0 without a feed, or if filament takes no heat.
     """
     filament = simulation.plant.filament
     if filament is None or filament.heat_j_per_k_mm == 0:
@@ -73,7 +73,7 @@ def fed(controller: Controller, simulation: Simulation, mm_per_s: float) -> Simu
 def fed_plant(plant: ThermalNetwork, mm_per_s: float, weaker: float = 1.0) -> ThermalNetwork:
     """Return the plant with one more link, for the heat that the fed material takes.
 
-    weaker -- factor by which the link's resistance is larger
+    weaker -- factor on the link's resistance.
     """
     filament = plant.filament
     if filament is None or filament.heat_j_per_k_mm * mm_per_s == 0:

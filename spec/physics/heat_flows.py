@@ -49,7 +49,7 @@ class HeatFlows:
         return conductances, constants
 
     def snapped(self, state: Vector) -> Vector:
-        """Return a state near by, the same one for many states, so that matrices are met again."""
+        """Return a state near by, the same one for many states, so that matrices can be reused."""
         near = [*state]
         for i in self._radiating:
             kelvin = self._kelvin(state[i])
@@ -65,7 +65,7 @@ class HeatFlows:
         return False
 
     def _kelvin(self, above_ambient_k: float) -> float:
-        """Absolute temperature, K, at least COLDEST_K: at 0 K the slope of the radiation is 0."""
+        """Return an absolute temperature, K, at least COLDEST_K: at 0 K radiation has no slope."""
         return max(self._ambient_k + above_ambient_k, COLDEST_K)
 
     def _ends(self, surface: Radiation) -> Iterator[tuple[int, float]]:

@@ -42,6 +42,7 @@ HALVINGS = 10
 """Bisections in the search for a time that all nodes withstand: exact to a thousandth."""
 
 BORNE_HALVINGS = 40
+"""Bisections after which the ends of the interval are practically equal."""
 MOST_POINTS = 400
 """Maximum number of points of a course; its time steps double after every 64."""
 
@@ -92,12 +93,12 @@ def heated_loop(controller: Controller, name: str, simulation: Simulation) -> He
 
 
 def most_borne(
-    bears: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
+    allowed: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
 ) -> float:
-    """Return by bisection the largest value that `bears` allows: `low` is allowed, `high` not."""
+    """Return by bisection the largest allowed value; `low` must be allowed, and `high` must not."""
     for _ in range(halvings):
         middle = (low + high) / 2
-        low, high = (middle, high) if bears(middle) else (low, middle)
+        low, high = (middle, high) if allowed(middle) else (low, middle)
     return low
 
 
@@ -143,7 +144,7 @@ class HeatedLoop:
 
     @property
     def late_s(self) -> float:
-        """Longest time from asking for heat to its reading: dead time, forced pause, two steps."""
+        """Longest time from a duty to its effect on a reading: dead time, pause, two steps, s."""
         return self.plant.delay_s + self._rest_s + 2 * self.period_s
 
     @property
@@ -174,8 +175,8 @@ class HeatedLoop:
     def _bears_k(self, ambient_c: float) -> tuple[Heated, Vector]:
         """Return the plant in some surroundings, and each node's limit above their temperature, K.
 
-        The spec's `bears`; without it 1.1 times the rise at full power from cold until the rule of
-        `protection.maximum` switches the heater off, or of the steady state at that maximum.
+        A limit is the spec's `bears`; without it 1.1 times the rise at full power from cold until
+        the rule of `protection.maximum` switches the heater off, or of the steady state there.
         """
         plant, size = self.at(ambient_c), len(self._network.nodes)
         most_k = self._maximum_c - ambient_c
@@ -198,8 +199,8 @@ class HeatedLoop:
     def borne_k(self) -> dict[str, float]:
         """Limits of the nodes' temperatures, above the spec's ambient, K.
 
-        If others heat the machine, too, only of this loop's own nodes and of those whose limit is
-        given. The higher limit of a warm day and a day at the spec's ambient.
+        If other loops heat the machine, too, only this loop's own nodes and those with a given
+        limit are in it. Each limit is the higher one of a warm day and a day at the spec's ambient.
         """
         warm_c = max(SUMMER_C, self.ambient_c)
         days = [(warm_c - self.ambient_c, self.warm[1])]
@@ -232,8 +233,8 @@ class HeatedLoop:
     def starts(self) -> Sequence[Vector]:
         """States in which a healthy machine may be when the loop asks for heat again.
 
-        In the steady state at several temperatures; warming up at full power; and at the highest
-        temperature, then without power for a while: heater and sensor have cooled, the rest less.
+        They are: the steady state at several temperatures; warming up at full power; and some time
+        after the power failed at the highest temperature, when heater and sensor have cooled most.
         """
         low_k, high_k = self.lowest_c - self.ambient_c, self.highest_c - self.ambient_c
         shares = [place / (PLACES - 1) for place in range(PLACES)]
@@ -260,7 +261,7 @@ class HeatedLoop:
     def longest_still_s(self, power_w: float) -> float:
         """Return how long a reading may be constant at a power, below the highest setpoint, s.
 
-        The reading moves once the temperature has changed by a step.
+        The reading changes once the temperature has changed by a step.
         """
         return max(
             _longest_within(self._sensed(state, power_w), self.step_k) for state in self.starts
@@ -281,9 +282,9 @@ class HeatedLoop:
     def slowest_rise(self, rise_k: float, short_k: float = 0.0) -> tuple[float, float]:
         """Return the longest time that full power takes for a rise, s, and where it began, °C.
 
-        From cold and from all starts, up to `short_k` below the highest setpoint. A reading may be
-        up to a step too low. Where the heater has to wait first, the machine cools meanwhile; of
-        this time only what is beyond that wait is counted.
+        It begins cold and in all `starts`, and ends `short_k` below the highest setpoint. A reading
+        may be a step too low. If the heater has to wait first, the machine cools meanwhile; the
+        wait itself is not counted.
         """
         risen_k = rise_k + self.step_k
         return max(
@@ -349,11 +350,8 @@ class HeatedLoop:
 
         spread -- share by which resistances may be larger: a hotter node is then hotter still.
         """
-        plant, place, most_k = (
-            self.at(ambient_c),
-            self.nodes.index(node),
-            self.highest_c - ambient_c,
-        )
+        plant, place = self.at(ambient_c), self.nodes.index(node)
+        most_k = self.highest_c - ambient_c
         quick_s, peak_k = plant.fastest_s() / 4, 0.0
         course = plant.course(plant.start(0.0), self.full_w, quick_s, 64 * quick_s)
         for _, state in islice(course, MOST_RISE):

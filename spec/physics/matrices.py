@@ -64,7 +64,7 @@ def exponential(matrix: Matrix) -> Matrix:
 def _exponential(matrix: tuple[tuple[float, ...], ...]) -> Matrix:
     """Halve the matrix to a norm below 1/2, sum the series, square the sum as often.
 
-    The series in groups of four: five products for twelve terms (Paterson and Stockmeyer).
+    The terms are summed in groups of four: five products for twelve terms (Paterson, Stockmeyer).
     """
     norm = max(sum(map(abs, row)) for row in matrix)
     halvings = max(0, math.frexp(norm)[1] + 1)

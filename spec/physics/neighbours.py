@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from heatwright.spec.physics.heat_flows import HeatFlows
 from heatwright.spec.physics.matrices import solve
-from heatwright.spec.physics.network import EXACT, MOST_TRIES
+from heatwright.spec.physics.network import MOST_TRIES, alike
 from heatwright.spec.simulation import AMBIENT, ThermalNetwork
 
 
@@ -26,7 +26,8 @@ def warmed_k(
 ) -> float:
     """Return how far above ambient a sensor rises by its neighbours' heat alone, K.
 
-    Each neighbour heats its own sensor to what it holds; if the others heat it more, not at all.
+    Each neighbour heats its own sensor to the temperature that it holds; it is off if the others
+    heat that sensor more.
     Raises ArithmeticError: two neighbours hold one node.
     """
     nodes = [node for node in network.nodes if node != AMBIENT]
@@ -65,9 +66,6 @@ def _rest(
         rows += [[float(i == place) for i in range(size + len(holding))] for place in sensed]
         right = [*(-constant for constant in constants), *(one.above_ambient_k for one in holding)]
         before, found = found, [each.real for each in solve(rows, right)]
-        most = max(map(abs, found))
-        if flows.linear or all(
-            abs(a - b) <= EXACT * most for a, b in zip(before, found, strict=True)
-        ):
+        if flows.linear or alike(before, found):
             break
     return found

@@ -55,28 +55,28 @@ class Heated:
         self.delay_s = sense.delay_s
 
     def steady_k(self, power_w: float) -> float:
-        """Temperature at the sensor above ambient, after any length of time at this power."""
+        """Return the temperature of the sensor above ambient in the steady state at a power, K."""
         return self._at_rest(len(self._capacities), power_w)[self._sensed]
 
     def nodes_k(self, power_w: float) -> Vector:
-        """Temperatures of all nodes above ambient, after any length of time at this power."""
+        """Return the temperatures of all nodes above ambient in the steady state at a power, K."""
         return self._at_rest(len(self._capacities), power_w)[:-1]
 
     def held_k(self, sensed_k: float) -> Vector:
-        """Temperatures of all nodes above ambient, while the sensor is held at a temperature."""
+        """Return the temperatures of all nodes above ambient while the sensor is held at one, K."""
         return self._at_rest(self._sensed, sensed_k)[:-1]
 
     def power_w(self, sensed_k: float) -> float:
-        """Power that holds the sensor at a temperature above ambient."""
+        """Return the power that holds the sensor at a temperature above ambient, W."""
         return self._at_rest(self._sensed, sensed_k)[-1]
 
     def ramp_power_w(self, sensed_k: float, rate_k_per_s: float) -> float:
-        """Power at which all nodes rise at one rate, when the sensor is at a temperature."""
+        """Return the power at which all nodes rise at one rate, W; the sensor is at `sensed_k`."""
         ahead_k = rate_k_per_s * self.lag_s
         return self._at_rest(self._sensed, sensed_k + ahead_k, rate_k_per_s)[-1]
 
     def rest(self, sensed_k: float) -> Vector:
-        """Steady state with the sensor at a temperature above ambient."""
+        """Return the steady state with the sensor at a temperature above ambient."""
         *nodes, _ = self._at_rest(self._sensed, sensed_k)
         return [*nodes, *([sensed_k] if self.lag_s else []), 1.0]
 
@@ -97,16 +97,16 @@ class Heated:
             ]
             right.append(value)
             before, found = found, [each.real for each in solve(rows, right)]
-            if self._flows.linear or _alike(before, found):
+            if self._flows.linear or alike(before, found):
                 break
         return found
 
     def swing_k(self, power_w: float, window_s: float) -> float:
-        """Peak-to-peak swing at the sensor when the power is on for half of each window.
+        """Return the sensor's peak-to-peak swing if the power is on for half of each window, K.
 
-        Only the fundamental: a square wave of power P has one of amplitude 2·P/π, and the network
-        and the lag leave little of its harmonics. Linearized at ambient, where the least is
-        radiated and the swing is widest.
+        Only the fundamental counts: that of a square wave of power P has the amplitude 2·P/π, and
+        network and lag leave little of the harmonics. The network is linearized at ambient, where
+        the least is radiated and the swing is widest.
         """
         omega = 2 * math.pi / window_s
         size = range(len(self._capacities))
@@ -120,7 +120,7 @@ class Heated:
         return float(2 * amplitude)
 
     def fastest_s(self) -> float:
-        """Shortest time constant of the network's nodes and the sensor's lag, s."""
+        """Return the shortest time constant of the network's nodes and the sensor's lag, s."""
         conductances, _ = self._flows.about(self.start(0.0))
         quickest = max(
             row[i] / capacity
@@ -129,7 +129,7 @@ class Heated:
         return min(1 / quickest, self.lag_s) if self.lag_s else 1 / quickest
 
     def answer_s(self) -> float:
-        """Time until the sensor responds to the heater: lags of nodes and sensor, dead time."""
+        """Return the time until the sensor responds to the heater, s: lags and dead time."""
         conductances, _ = self._flows.about(self.start(0.0))
         between = {self._heated, self._sensed}
         lags_s = [self._capacities[i] / conductances[i][i] for i in between]
@@ -138,8 +138,8 @@ class Heated:
     def lags_s(self, sensed_k: float, turns: int) -> tuple[float, float]:
         """Return the sensor's mean response time to a change of power, and the slowest lag, s.
 
-        Linearised at the steady state of a temperature above ambient; found by inverse iteration,
-        which begins with the steady rise that the heater causes.
+        The network is linearized at the steady state of a temperature above ambient. The slowest
+        lag is found by inverse iteration from the steady rise that the heater causes.
         """
         size = len(self._capacities)
         conductances, _ = self._flows.about(self._at_rest(self._sensed, sensed_k))
@@ -154,31 +154,31 @@ class Heated:
         return first_s + self.lag_s + self.delay_s, slow_s
 
     def start(self, above_ambient_k: float) -> Vector:
-        """State with every node, and the sensor, at one temperature; the last entry is 1."""
+        """Return the state with all nodes and the sensor at a temperature; the last entry is 1."""
         return [above_ambient_k] * (len(self._capacities) + bool(self.lag_s)) + [1.0]
 
     def sensed_k(self, state: Vector) -> float:
-        """Temperature of the sensor above ambient."""
+        """Return the temperature of the sensor above ambient, K."""
         return state[len(self._capacities)] if self.lag_s else state[self._sensed]
 
     def step(self, power_w: float, time_s: float, about: Vector) -> Matrix:
-        """Matrix that advances a state by `time_s` at a constant power.
+        """Return the matrix that advances a state by `time_s` at a constant power.
 
-        Exact for conduction; radiation is replaced by its tangent at a state.
+        It is exact for conduction; radiation is replaced by its tangent at a state.
         """
         matrix = self._rates(time_s, about)
         matrix[self._heated][-1] += power_w / self._capacities[self._heated] * time_s
         return exponential(matrix)
 
     def pushed(self, time_s: float, about: Vector) -> tuple[Matrix, Vector]:
-        """Matrix that advances a state without power, and the vector that each watt adds to it."""
+        """Return the matrix that advances a state without power, and what each watt adds to it."""
         matrix = [[*row, 0.0] for row in self._rates(time_s, about)]
         matrix[self._heated][-1] = time_s / self._capacities[self._heated]
         *found, _ = exponential([*matrix, [0.0] * len(matrix[0])])
         return [row[:-1] for row in found], [row[-1] for row in found]
 
     def _rates(self, time_s: float, about: Vector) -> Matrix:
-        """Matrix of the state's rates of change without power, multiplied by `time_s`."""
+        """Return the matrix of the state's rates of change without power, times `time_s`."""
         size = len(self._capacities)
         states = size + bool(self.lag_s) + 1
         conductances, constants = self._flows.about(about)
@@ -193,11 +193,11 @@ class Heated:
         return matrix
 
     def snapped(self, state: Vector) -> Vector:
-        """Return a state near by to linearise at, the same one for many states."""
+        """Return a state near by, the same one for many states, at which to linearize."""
         return self._flows.snapped(state)
 
     def bent(self, about: Vector, state: Vector) -> bool:
-        """Return whether a state is too far from the one at which a matrix was linearised."""
+        """Return whether a state is too far from the one at which a matrix was linearized."""
         return self._flows.bent(about, state)
 
     def advance(self, state: Vector, power_w: float, time_s: float) -> Vector:
@@ -236,7 +236,7 @@ def _real(numbers: Sequence[Number]) -> Vector:
     return [each.real for each in numbers]
 
 
-def _alike(one: Vector, other: Vector) -> bool:
+def alike(one: Vector, other: Vector) -> bool:
     """Return whether two results are equal within the tolerance of the iteration."""
     most = max(map(abs, other))
     return all(abs(a - b) <= EXACT * most for a, b in zip(one, other, strict=True))

@@ -31,12 +31,12 @@ class Reserve(NamedTuple):
 
     @property
     def resistance_k_per_w(self) -> float:
-        """Thermal resistance from the sensor to ambient, at the highest setpoint."""
+        """Thermal resistance from the sensor to ambient at the highest setpoint, K/W."""
         return (self.setpoint_c - self.ambient_c) / self.needed_w
 
     @property
     def recommended_w(self) -> tuple[float, float]:
-        """Smallest and largest power that is recommended."""
+        """Smallest and largest power that is recommended, W."""
         low, high = (self.needed_w * (1 + share) for share in RECOMMENDED)
         return low, high
 

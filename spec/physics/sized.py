@@ -57,14 +57,14 @@ class SizedWire(NamedTuple):
 
 
 def wind_film_w_per_m2k(wind_m_per_s: float) -> float:
-    """Return the heat transfer from a smooth wall to a wind along it."""
+    """Return the heat transfer coefficient of a smooth wall with a wind along it, W/m²K."""
     speed = wind_m_per_s / FOOT_M
     slow = speed < FRESH_FT_PER_S
     return BTU_W_PER_M2K * (0.99 + 0.21 * speed if slow else 0.5 * speed**0.78)
 
 
 def sized_wall(wall: Wall, inside_c: float, outside_c: float) -> SizedWall:
-    """Find the heat through a wall, and the temperature at which its surface gives it off."""
+    """Find the heat through a wall, and the temperature of the surface that gives it off."""
     inside = 1 / (wall.inside_w_per_m2k * wall.area_m2)
     layers = sum(
         each.thickness_mm / 1000 / (each.conductivity_w_per_mk * wall.area_m2)
@@ -113,14 +113,14 @@ def sized_wire(wire: Wire, power_w: float, voltage_v: float, air_c: float) -> Si
 
 
 def _diameter_m(wire: Wire, power_w: float, voltage_v: float, load_w_per_m2: float) -> float:
-    """Solve P = β·π·d·L and U²/P = ρ·L/(π·d²/4) for the diameter."""
+    """Solve P = β·π·d·L and U²/P = ρ·L/(π·d²/4) for the diameter d, m."""
     resistivity_ohm_m = wire.resistivity_ohm_mm2_per_m * 1e-6
     cube = 4 * resistivity_ohm_m * (power_w / (math.pi * voltage_v)) ** 2 / load_w_per_m2
     return float(cube ** (1 / 3))
 
 
 def _wire_c(wire: Wire, diameter_m: float, load_w_per_m2: float, air_c: float) -> float:
-    """Find the temperature at which a wire gives off its surface load."""
+    """Return the temperature at which a wire gives off its surface load, °C."""
 
     def leaves(wire_c: float) -> float:
         film = cross_flow_film_w_per_m2k(
@@ -133,7 +133,7 @@ def _wire_c(wire: Wire, diameter_m: float, load_w_per_m2: float, air_c: float) -
 
 
 def cross_flow_film_w_per_m2k(diameter_m: float, speed_m_per_s: float, film_c: float) -> float:
-    """Return the heat transfer from a cylinder to air that flows across it."""
+    """Return the heat transfer coefficient of a cylinder with air flowing across it, W/m²K."""
     kelvin = film_c - ABSOLUTE_ZERO_C
     viscosity_pa_s = 1.458e-6 * kelvin**1.5 / (kelvin + 110.4)
     conductivity = 2.64638e-3 * kelvin**1.5 / (kelvin + 245.4 * 10 ** (-12 / kelvin))
@@ -152,7 +152,7 @@ def _black_w_per_m2(surface_c: float, around_c: float) -> float:
 
 
 def _root(rising: Callable[[float], float], low: float, high: float) -> float:
-    """Find where a function that rises passes 0, or the end that is nearest to it."""
+    """Return where a rising function is 0, or the nearest end of the interval."""
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         low, high = (low, middle) if rising(middle) > 0 else (middle, high)

@@ -32,8 +32,6 @@ MANY = 20
 LONGEST_WITHIN_S = 12 * 3600.0
 """Longest time for which the language lets the lock-out count trips, s."""
 
-NO_FALL = Fall(0.0, 0.0)
-
 
 class _Case(NamedTuple):
     """A sensor that reads wrong.
@@ -45,7 +43,7 @@ class _Case(NamedTuple):
     words: str
     start: Vector
     lie: Lie
-    falls: Fall = NO_FALL
+    falls: Fall = Fall(0.0, 0.0)
     else_s: float = math.inf
 
 
@@ -99,7 +97,7 @@ class Stand:
         return next((n for n in range(most, 1, -1) if self.insisted(times, n) is None), 1)
 
     def uncounted(self, times: Times, within_s: float) -> Peak | None:
-        """Return the same if somebody always waits until a trip is no longer counted."""
+        """Return the node that is too hot if somebody waits until a trip no longer counts."""
         lasts_s = ends_s(self.loop, fallen(self.loop.algorithm), times)
         return self._hottest(times, [within_s - lasts_s] * MANY)
 
@@ -151,7 +149,7 @@ def times_of(loop: Loop) -> Times:
 
 
 def counted_for_s(stand: Stand, times: Times, within_s: float) -> float | None:
-    """Return the first multiple of a time, by powers of 2, for which the lock-out must count.
+    """Return a time for which the lock-out must count trips, s: `within_s` times a power of 2.
 
     None if even the longest time that the language allows is too short.
     """

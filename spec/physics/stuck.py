@@ -47,7 +47,7 @@ OFF = Lie(0.0, 0.0, 0.0)
 
 
 def fallen(algorithm: Algorithm) -> Lie:
-    """Return the duty that a loop asks for after its reading has fallen to ambient: full power."""
+    """Return the duty of a loop whose reading has fallen to ambient: full power."""
     full = algorithm.full_percent
     return Lie(full, 0.0, full)
 
@@ -56,7 +56,7 @@ def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
     """Return when the first rule has switched the heater off, s: two periods after its time."""
     full = loop.algorithm.full_percent
     if loop.algorithm.limits_adjustable and lie.first_percent < full:
-        full = math.inf  # a host may have left the integral too little to get there
+        full = math.inf  # with a host's limits the duty may never be full
     counts_s = (
         lie.reaches_s(full) + times.within_s,
         lie.reaches_s(times.holding_percent + LEAST_PERCENT) + times.for_s,
@@ -65,7 +65,7 @@ def ends_s(loop: Loop, lie: Lie, times: Times) -> float:
 
 
 class Spell(NamedTuple):
-    """Power that a wrong reading causes for `lasts_s`, and then none for `off_s`, before a next."""
+    """Power that a wrong reading causes for `lasts_s`, and no power for `off_s` after it."""
 
     lie: Lie
     lasts_s: float
@@ -111,9 +111,9 @@ def _fall_share(loop: Loop, lag_s: float) -> float:
 def insisted(
     loop: Loop, times: Times, first: Spell, still_s: float, waits_s: Sequence[float]
 ) -> list[Spell]:
-    """Return the first spell, and those of somebody who acknowledges after each of `waits_s`.
+    """Return the first spell, and one for each of `waits_s`, after which somebody acknowledges.
 
-    They are at full power. A fall that lasts until `still_s` delays rule `frozen`.
+    The later spells are at full power. A fall that lasts until `still_s` delays rule `frozen`.
     """
     lie, period_s = fallen(loop.algorithm), loop.periods_s(1)
     spells, now_s = [first], first.lasts_s
@@ -153,7 +153,7 @@ def peaks_k(heated: HeatedLoop, plant: Heated, start: Vector, spells: Sequence[S
 def _given(
     heated: HeatedLoop, plant: Heated, state: Vector, lie: Lie, lasts_s: float
 ) -> Iterator[Vector]:
-    """Yield the states while power is given as a wrong reading asks for."""
+    """Yield the states while the heater has the duty of a wrong reading."""
     step_s, about = min(lasts_s, LONGEST_S) / PIECES, plant.snapped(state)
     without, added = plant.pushed(step_s, about)
     for piece in range(PIECES):

@@ -10,7 +10,7 @@ NUMBERED = ("start", "jump")
 
 
 class ProgramOrder(NamedTuple):
-    """One command; numbers count from 1, 0 where there is none."""
+    """One command; its number counts from 1, and is 0 if the command has none."""
 
     order: Order
     number: int = 0

@@ -30,7 +30,7 @@ LEAST_CHANGE = 1e-12
 def step_at_k(sensor: Any, temperature_c: float, mcu: str = COARSEST_MCU) -> float:
     """Return the size of an ADC step in kelvin at a temperature, from the curve's slope there.
 
-    Outside the sensor's range, where no reading is valid, this is the size at the end of the range.
+    Outside the sensor's range, where no reading is valid, it is the size at the end of the range.
     """
     chain: Circuit = sensor.circuit(mcu)
     low_c, high_c = sensor.range_c
@@ -94,12 +94,12 @@ class AnalogSensor(Started):
     unit: ClassVar[str] = "K"
 
     def error_k(self, temperature_c: float) -> float:
-        """Largest error of divider, ADC and table at a temperature: one step of the ADC."""
+        """Largest error of divider, ADC and table at a temperature, K: one step of the ADC."""
         return step_at_k(self, temperature_c)
 
     @property
     def conversion_s(self) -> float:
-        """Time over which the readings of one sum are spread."""
+        """Time over which the readings of one sum are spread, s."""
         return self.oversample * TICK_S
 
     @property
@@ -109,7 +109,7 @@ class AnalogSensor(Started):
 
     @property
     def step_k(self) -> float:
-        """Widest step of the ADC within the range."""
+        """Widest step of the ADC within the range, K."""
         return largest_step_k(self)
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
@@ -279,4 +279,4 @@ Curve = Annotated[
     | Annotated[CodesCurve, Tag("CodesCurve")],
     Discriminator(_form),
 ]
-"""A thermistor's curve, in the form its keys say; tags are the models' names, for `shape`."""
+"""A thermistor's curve, in the form that its keys show; `loading/shape.py` finds models by tags."""

@@ -163,7 +163,7 @@ BRIDGE = {
 
 
 def places(sensor: Any, mcu: str, each: int = 1) -> tuple[float, ...]:
-    """Choose the places of a table, evenly over the range; `each` between two of them."""
+    """Choose places evenly over the range; each -- steps from a printed place to the next."""
     low, high = sensor.shown_range(mcu)
     count = each * (SHOWN - 1)
     return tuple(low + (high - low) * place / count for place in range(count + 1))
@@ -272,7 +272,7 @@ def _resistors(chain: Any, percent: float) -> Iterator[_Part]:
 
 
 def _feeds(sensor: Any, mcu: str, chain: Any) -> Iterator[_Part]:
-    """Change the circuit's feed and the reference: a voltage then is another share of it."""
+    """Change the feed and the reference: a voltage is then another share of the reference."""
     full_v = reference_v(sensor, mcu)
     by_v = _reference_tolerance_v(sensor, full_v)
     fed_by_reference = _fed_by_reference(sensor)
@@ -300,7 +300,7 @@ class _Times:
 
 
 def fed_v(sensor: Any) -> float:
-    """Voltage that feeds a circuit of resistors."""
+    """Return the voltage that feeds a circuit of resistors, V."""
     if getattr(sensor, "amplifier", None) is not None:
         return float(sensor.amplifier.excitation_v)
     return float(sensor.divider.supply_v or 5.0)

@@ -162,7 +162,7 @@ class Linear:
 
 
 def reference_v(sensor: Any, mcu: str) -> float:
-    """Voltage that the ADC calls full scale for an analog sensor, V."""
+    """Return the voltage that is the ADC's full scale for an analog sensor, V."""
     if sensor.reference == "supply":
         return SUPPLY_V
     if sensor.reference == "internal":
@@ -212,12 +212,12 @@ def _platinum(sensor: Any) -> Platinum | LinearPlatinum:
 
 
 def divider_v(divider: Any) -> float:
-    """Voltage that feeds a divider."""
+    """Return the voltage that feeds a divider, V."""
     return SUPPLY_V if divider.supply_v is None else float(divider.supply_v)
 
 
 def code_share(code: int, readings: int) -> float:
-    """Share of the reference that a sum of ten-bit readings stands for: the middle of its step."""
+    """Return the share of the reference for which a sum of readings stands: its step's middle."""
     return (code / readings + 0.5) / 1024
 
 

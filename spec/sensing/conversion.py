@@ -1,9 +1,9 @@
 """From an ADC's codes to temperatures: the firmware's table, and the exactness of its readings.
 
 A reading is the sum of `oversample` ten-bit codes. A code stands for the middle of its step, so a
-sum for the share (sum / oversample + 0.5) / 1024 of the reference. The firmware interpolates in a
-table of (sum, °C): the fewest points for which a temperature is nowhere wrong by half a step of the
-ADC. Together with the code's own half a step the chain is exact to one step.
+sum stands for the share (sum / oversample + 0.5) / 1024 of the reference. The firmware interpolates
+in a table of (sum, °C): the fewest points for which a temperature is nowhere wrong by half a step
+of the ADC. Together with the code's own half a step the chain is exact to one step.
 """
 
 import math
@@ -80,7 +80,7 @@ class Conversion:
 
     @property
     def slopes(self) -> tuple[float, ...]:
-        """K for each count of the sum, from each point to the next, in single precision."""
+        """Kelvins for each count of the sum, from each point to the next, in single precision."""
         return tuple(
             float32((high.celsius - low.celsius) / (high.raw - low.raw))
             for low, high in pairwise(self.points)

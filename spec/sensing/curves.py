@@ -1,7 +1,7 @@
 """The exact resistance of a sensing element at a temperature, and the temperature at a resistance.
 
-Temperatures in °C, resistances in Ω. Each curve is a function and its inverse; none of this runs in
-the firmware, whose tables are computed from it.
+Temperatures are in °C, resistances in Ω. Each curve is a function and its inverse. The firmware has
+no curve: its tables are computed from the curves.
 """
 
 import math
@@ -80,7 +80,7 @@ class SteinhartHart:
 class Points:
     """A table of (°C, Ω), temperature ascending; between its points ln R is linear in 1/T.
 
-    So each piece has a beta of its own. Beyond the table's ends the outermost pieces are extended.
+    So each piece has its own beta. Beyond the table's ends the outermost pieces are extended.
     """
 
     points: tuple[tuple[float, float], ...]

@@ -42,7 +42,7 @@ its wires (data sheet, "Open-Circuit Fault Detection")."""
 READ_TICKS = 7
 """Maximum number of ticks in which the firmware reads and checks all registers."""
 SET_UP_TICKS = 9
-"""And in which it sets up the chip and detects the end of the first conversion."""
+"""Maximum number of ticks in which it sets up the chip, and detects the first conversion's end."""
 
 
 class _Samples(WholeNumber):
@@ -84,34 +84,34 @@ class Max31856(Converter):
 
     @property
     def range_c(self) -> tuple[float, float]:
-        """Lowest and highest temperature it measures with its thermocouple (data sheet)."""
+        """Lowest and highest temperature that its thermocouple measures, °C (data sheet)."""
         return RANGE_C[self.thermocouple]
 
     @property
     def highest_c(self) -> float:
-        """Highest setpoint with its thermocouple."""
+        """Highest setpoint with its thermocouple, °C."""
         return HIGHEST_C[self.thermocouple]
 
     def error_k(self, temperature_c: float) -> float:
-        """Largest error at a temperature: 0.15 % of the type's span, 0.7 K of the cold junction."""
+        """Largest error, K: 0.15 % of the type's span, and 0.7 K of the cold junction."""
         del temperature_c
         low_c, high_c = self.range_c
         return 0.7 + 0.0015 * (high_c - low_c)
 
     @property
     def conversion_s(self) -> float:
-        """Longest time of one conversion, all but the first (data sheet, automatic conversion)."""
+        """Longest time of a conversion after the first, s (data sheet, automatic conversion)."""
         slow = self.mains_filter_hz == 50.0
         return (0.11 if slow else 0.09) + (self.average - 1) * (0.02 if slow else 0.01667)
 
     @property
     def free_running_s(self) -> float:
-        """Interval of its conversions, which it starts by itself, one after the other."""
+        """Interval of its conversions, which it starts by itself, one after the other, s."""
         return self.conversion_s
 
     @property
     def read_s(self) -> float:
-        """Time of one more conversion, as they are not synchronous with the loop, and of a reading.
+        """Time of one more conversion, which is not synchronous with the loop, and of a reading, s.
 
         One conversion of 16 takes longer: it tests for an open thermocouple. READ_TICKS is enough
         on the slowest pins.
@@ -120,28 +120,28 @@ class Max31856(Converter):
 
     @property
     def first_conversion_s(self) -> float:
-        """Longest time of the first conversion after it was set up (data sheet)."""
+        """Longest time of the first conversion after the chip was set up, s (data sheet)."""
         slow = self.mains_filter_hz == 50.0
         return (0.185 if slow else 0.155) + (self.average - 1) * (0.04 if slow else 0.03333)
 
     @property
     def first_s(self) -> float:
-        """Time from the power-up to the first reading: set-up, conversion and reading."""
+        """Time from the power-up to the first reading, s: set-up, conversion and reading."""
         return self.first_conversion_s + (SET_UP_TICKS + READ_TICKS) * TICK_S
 
 
 def variants(sensor: object) -> dict[str, Max31856]:
-    """Return a sensor with each type of thermocouple that may be chosen for it; mostly empty."""
+    """Return the sensor with each selectable type of thermocouple; empty if there is none."""
     if not isinstance(sensor, Max31856):
         return {}
     return {kind: sensor.model_copy(update={"thermocouple": kind}) for kind in sensor.selectable}
 
 
 def lowered(sensor: object, setpoint_c: float, maximum_c: float) -> dict[str, float]:
-    """Find each selectable type's highest setpoint, where it is below the loop's highest.
+    """Return each selectable type's highest setpoint, °C, if it is below the loop's highest.
 
-    It is in tenths of °C, by type; mostly there is none. setpoint_c -- the loop's highest setpoint,
-    °C; maximum_c -- the loop's `protection.maximum`, °C; it stays as far above the setpoint.
+    It is rounded down to a tenth of a degree. setpoint_c -- the loop's highest setpoint, °C;
+    maximum_c -- the loop's `protection.maximum`, °C, which stays as far above the setpoint.
     """
     found = {}
     for kind, chosen in variants(sensor).items():

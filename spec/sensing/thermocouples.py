@@ -1,4 +1,4 @@
-"""Thermocouples behind converters, with those that a program reads over three wires."""
+"""Converters of thermocouples, and those of them that a program reads over three wires."""
 
 from typing import ClassVar, Literal
 
@@ -31,15 +31,15 @@ class Converter(Averaged):
     measures_current: ClassVar[Literal[False]] = False
     rules: ClassVar[tuple[int, ...]] = (1, 2, 3, 4, 17)
     step_k: ClassVar[float]
-    """Smallest difference the converter resolves (data sheets)."""
+    """Smallest difference that the converter resolves, K (data sheets)."""
 
     def step_at_k(self, temperature_c: float, mcu: str) -> float:
-        """Step of the readings at a temperature: the same at each."""
+        """Step of the readings, K, which is the same at each temperature."""
         del temperature_c, mcu
         return self.step_k
 
     def fitting(self, period_s: float) -> str:
-        """Offer no setting: none makes a conversion shorter, or the spec has chosen it."""
+        """Return no text: no setting that the spec leaves open makes a conversion shorter."""
         del period_s
         return ""
 
@@ -63,21 +63,21 @@ class Max6675(_ThreeWires, Started):
 
     @property
     def range_c(self) -> tuple[float, float]:
-        """Lowest and highest temperature it measures (data sheet)."""
+        """Lowest and highest temperature that it measures, °C (data sheet)."""
         return 0.0, 1023.75
 
     def error_k(self, temperature_c: float) -> float:
-        """Largest error at a temperature: at 5 V, with 3 K of the cold junction (data sheet)."""
+        """Largest error at a temperature, K: at 5 V, with 3 K of the cold junction (data sheet)."""
         return 3.0 + (9 if temperature_c <= 700.0 else 19) * self.step_k
 
     @property
     def conversion_s(self) -> float:
-        """Longest time of one conversion (data sheet)."""
+        """Longest time of one conversion, s (data sheet)."""
         return 0.22
 
     @property
     def read_s(self) -> float:
-        """Time of the reading: one tick more, because a reading stops the conversion."""
+        """Time of the reading, s: one tick more, because a reading stops the conversion."""
         return TICK_S
 
 
@@ -93,33 +93,33 @@ class Max31855(_ThreeWires):
 
     @property
     def range_c(self) -> tuple[float, float]:
-        """Lowest and highest temperature it measures (data sheet)."""
+        """Lowest and highest temperature that it measures, °C (data sheet)."""
         return MAX31855_RANGE_C[self.thermocouple]
 
     def error_k(self, temperature_c: float) -> float:
-        """Largest error at a temperature: 2 K to 700 °C, above 4 K, and 2 K of the cold junction.
+        """Largest error, K: 2 K up to 700 °C, 4 K above, and 2 K of the cold junction.
 
-        Data sheet, thermal characteristics. Not included: the difference of the thermocouple's own
-        curve from the straight line that the converter assumes.
+        The numbers are from the data sheet, thermal characteristics. They do not include how far
+        the thermocouple's curve is from the straight line that the converter assumes.
         """
         return 4.0 if temperature_c <= 700.0 else 6.0
 
     @property
     def conversion_s(self) -> float:
-        """Longest time of one conversion (data sheet)."""
+        """Longest time of one conversion, s (data sheet)."""
         return 0.1
 
     @property
     def free_running_s(self) -> float:
-        """Interval of its conversions, which it starts by itself, one after the other."""
+        """Interval of its conversions, which it starts by itself, one after the other, s."""
         return self.conversion_s
 
     @property
     def read_s(self) -> float:
-        """Time of one more conversion, because they are not synchronous with the loop."""
+        """Time of one more conversion, s, because they are not synchronous with the loop."""
         return 0.1
 
     @property
     def first_s(self) -> float:
-        """Time from the power-up to the first reading: 0.2 s (data sheet) and a conversion."""
+        """Time from the power-up to the first reading, s: 0.2 s (data sheet) and a conversion."""
         return 0.3

@@ -30,7 +30,7 @@ class _Tolerances(Model):
     )
 
     @model_serializer(mode="wrap")
-    def _nothing_if_nothing_is_told(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _empty_without_keys(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Dump no keys if no key is used, so that the spec's digest leaves `tolerances` out."""
         return dump(self) if self.model_fields_set else {}
 

@@ -23,8 +23,8 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import about, duration
 
 MINUTE_S = 60.0
-TENTH_S = 10.0
-"""Messages propose times in multiples of this, s; times above a minute in whole minutes."""
+TEN_S = 10.0
+"""Messages propose times in multiples of 10 s; times above a minute in whole minutes."""
 
 
 def eeprom_suffices(controller: Controller) -> Findings:
@@ -170,5 +170,5 @@ def _worn(what: str, area: Area, every_s: float) -> str:
 
 def _rare_enough(slots: int) -> str:
     slowest = slowest_s(LEAST_YEARS, slots)
-    step_s = MINUTE_S if slowest > MINUTE_S else TENTH_S
+    step_s = MINUTE_S if slowest > MINUTE_S else TEN_S
     return duration(math.ceil(slowest / step_s) * step_s)

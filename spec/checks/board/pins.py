@@ -81,15 +81,11 @@ def pins_used_once(controller: Controller) -> Findings:
             reported.add((use.path, other.path))
             yield Finding(
                 use.path,
-                f"{use.pin.label}{_what_for(use)} is already used by {dotted(_part(other))}"
+                f"{use.pin.label}{_what_for(use)} is already used by {dotted(other.path[:2])}"
                 f"{_what_for(other)}",
                 "Use another pin",
                 (other.path,),
             )
-
-
-def _part(use: PinUse) -> Path:
-    return use.path[:2]
 
 
 def _what_for(use: PinUse) -> str:

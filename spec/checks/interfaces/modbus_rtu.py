@@ -1,4 +1,4 @@
-"""Masters, and hosts whose loss is detected: their writes, and loops that only they switch on."""
+"""Masters, and hosts whose loss is detected: their writes, and loops that only a master enables."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ LONGEST_FRAME = 256
 """Maximum number of bytes of a request or an answer (Modbus over serial line, 2.5.1)."""
 
 LONGEST_TALK = 96 + 2048
-"""Characters of the longest line that the firmware accepts from a host, and the longest answer."""
+"""Characters of the longest line that the firmware accepts from a host, plus the longest answer."""
 
 HOST_CHARACTER_BITS = 10
 """Bits of one character in 8N1 format: start bit, 8 data bits, stop bit."""
@@ -191,7 +191,7 @@ def warm_is_once(controller: Controller) -> Findings:
         if loop.ready_within_k is not None:
             yield Finding(
                 ("loops", name, "ready_within"),
-                "with three_position a master reads the state warm by dead_band",
+                "with three_position dead_band decides whether a master reads the state warm",
                 "Delete it",
                 (("loops", name, "algorithm"), ("interfaces",)),
             )

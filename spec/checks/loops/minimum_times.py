@@ -66,7 +66,7 @@ def minimum_times_leave_the_current_alone(controller: Controller) -> Findings:
 
 
 def minimum_times_break_no_rule(controller: Controller) -> Findings:
-    """Check that minimum times are shorter than the times of the rules that count meanwhile."""
+    """Check that minimum times are shorter than the times of the rules that count during them."""
     for name, loop in controller.loops.items():
         for part, key, rule, longest_s in _bounds(loop):
             seconds = minimum_times(controller.outputs.get(part)).get(key, 0.0)

@@ -1,4 +1,4 @@
-"""Monitors: a sensor of their own, and limits that it can read and a healthy machine never has."""
+"""Monitors: sensors of their own, and limits that they can read but a healthy machine never has."""
 
 import math
 from collections.abc import Iterator
@@ -20,8 +20,6 @@ from heatwright.spec.simulation import Simulation, ThermalNetwork
 
 SPREAD = 0.3
 """Thermal resistances have a tolerance of ±30 %: full power may heat by this share more."""
-
-_Watched = tuple[str, Monitor, Thermometer, Loop]
 
 
 def monitor_sensors(controller: Controller) -> Findings:
@@ -70,7 +68,7 @@ def monitors_have_a_step(controller: Controller) -> Findings:
             )
 
 
-def _watched(controller: Controller) -> Iterator[_Watched]:
+def _watched(controller: Controller) -> Iterator[tuple[str, Monitor, Thermometer, Loop]]:
     """List the monitors with a sensor that shows its range, and the loop whose step reads it."""
     for name, monitor in controller.monitors.items():
         sensor, loop = controller.thermometers.get(monitor.sensor), watching_loop(controller, name)

@@ -1,4 +1,4 @@
-"""Temperatures that are kept in tenths of a degree: by a master's registers, and by programs."""
+"""Temperatures that are kept in tenths of a degree: in a master's registers, and in programs."""
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.commands import modbus_of, programmed
@@ -30,7 +30,7 @@ def setpoints_fit_tenths(controller: Controller) -> Findings:
 
 
 def fits(path: Path, value: float, unit: str, by: tuple[str, str] = _REGISTER) -> Findings:
-    """Find values that 16 bits in tenths cannot hold."""
+    """Find a value that 16 bits cannot hold in tenths."""
     limit = LARGEST / 10
     what, why = by
     because_of: tuple[Path, ...] = (("interfaces",), ("programs",))

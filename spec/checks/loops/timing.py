@@ -12,7 +12,7 @@ from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration, hertz
 
 MOST_BUSES, QUICK_HZ = 4, 16_000_000
-"""Maximum number of 1-Wire buses at this clock or a faster one; one less at a slower (measured)."""
+"""Maximum number of 1-Wire buses, measured, at this clock or a faster one; at a slower one 3."""
 
 MOST_MISSING = 255
 """Maximum number of missing readings: an 8-bit counter counts them."""
@@ -33,7 +33,7 @@ def periods_s(count: int, loop: Loop) -> float:
 
 
 def restart_s(first_s: float, loop: Loop) -> float:
-    """Return how long a loop has no reading, s, if its sensor restarts, which takes `first_s`.
+    """Return how long a loop has no reading, s, if its sensor restarts and needs `first_s` for it.
 
     One step finds that the reading is lost; the following steps have no reading until the first new
     one.

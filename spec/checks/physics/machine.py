@@ -115,20 +115,20 @@ class Machine:
 
     @property
     def held_on_s(self) -> float:
-        """Longest time for which the heater may stay on after the algorithm switches it off."""
+        """Longest time for which the heater may stay on after the algorithm switches it off, s."""
         return self.output.stays_on_s
 
     @property
     def held_off_s(self) -> float:
-        """Longest time for which the heater may have to wait before it is on.
+        """Longest time for which the heater may have to wait before it is on, s.
 
-        It waits for its own pause or windows, or for the cooler's shortest time on.
+        The heater waits for its own pause or windows, or for the cooler's shortest time on.
         """
         return max(waits_s(self.output), self.cooler_held_on_s)
 
     @property
     def cooler_held_on_s(self) -> float:
-        """Longest time for which the cooler may stay on after the algorithm switches it off."""
+        """Longest time for which the cooler may stay on after the algorithm switches it off, s."""
         return self.cooler.stays_on_s if self.cooler else 0.0
 
     def _heating(self) -> Iterator[tuple[float, float]]:

@@ -1,7 +1,7 @@
 """Compares how hot a machine's nodes become, while its sensor reads wrong, with their limits.
 
-If they withstand one wrong reading, somebody acknowledges each trip of a sensor that has fallen
-out, and commands heat, until the lock-out refuses it.
+If the nodes withstand that, a worse case is tried: the sensor has fallen out, and somebody
+acknowledges each trip and commands heat again, until the lock-out refuses it.
 """
 
 import math
@@ -50,14 +50,12 @@ def lying_sensors_are_borne(
     times, lockout = times_of(loop), controller.lockout
     found = stand.worst(times, SHARE)
     if found is not None:
-        yield Finding(*_told(machine, stand, found), machine.because_of)
+        yield Finding(*_parts(machine, stand, found), machine.because_of)
     elif lockout is not None and lockout.trips > 1:
-        yield from _insistence_is_borne(machine, stand, times, lockout)
+        yield from _repeated_trips(machine, stand, times, lockout)
 
 
-def _insistence_is_borne(
-    machine: Machine, stand: Stand, times: Times, lockout: Lockout
-) -> Findings:
+def _repeated_trips(machine: Machine, stand: Stand, times: Times, lockout: Lockout) -> Findings:
     """Find a lock-out that comes after too many trips, or forgets them too soon."""
     because = (*machine.because_of, (*machine.path, "protection"))
     found = stand.insisted(times, lockout.trips)
@@ -99,19 +97,19 @@ def _bears(peak: Peak) -> str:
     return f"simulation.plant.bears: {{{peak.node}: {math.ceil(peak.peak_c)} °C}}"
 
 
-def _told(machine: Machine, stand: Stand, found: Peak) -> tuple[Path, str, str]:
+def _parts(machine: Machine, stand: Stand, found: Peak) -> tuple[Path, str, str]:
     """Return the key to change, the reason, and the remedy with a number that is enough."""
     path = (*machine.path, "protection")
     reason = (
         f"with a sensor {found.words}, {found.node} reaches {about(found.peak_c)} °C before a rule "
         f"trips, and it withstands {about(found.bears_c)} °C"
     )
-    for key, times, would_do_s in _numbers(machine.loop, stand):
+    for key, times, safe_s in _safe_times(machine.loop, stand):
         left = stand.peak_c(found.node, times)
         return (
             (*path, *key),
             reason,
-            f"Use at most {duration(would_do_s)}, with which it reaches {about(left)} °C"
+            f"Use at most {duration(safe_s)}, with which it reaches {about(left)} °C"
             f"{_or_bears(found)}",
         )
     return (
@@ -121,8 +119,11 @@ def _told(machine: Machine, stand: Stand, found: Peak) -> tuple[Path, str, str]:
     )
 
 
-def _numbers(loop: Loop, stand: Stand) -> Iterator[tuple[tuple[str, str], Times, float]]:
-    """Yield each rule's longest time that protects all nodes and never trips a healthy machine."""
+def _safe_times(loop: Loop, stand: Stand) -> Iterator[tuple[tuple[str, str], Times, float]]:
+    """Yield for each rule its key, all times with its longest safe one, and that time, s.
+
+    A time is safe if it protects all nodes, and never trips a healthy machine.
+    """
     now, heated = times_of(loop), stand.heated
     heating, frozen = loop.protection.heating, loop.protection.frozen
     if heating is not None:

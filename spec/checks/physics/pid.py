@@ -51,8 +51,7 @@ def restart_stays_above_below(machine: Machine) -> Findings:
         return
     if _is_held(machine, algorithm, machine.target_k, rule.below_k):
         return
-    loop = machine.loop
-    step_s = loop.periods_s(max(loop.periods_in(rule.for_s / STEPS_OF_A_RULE), 1.0))
+    step_s = max(machine.loop.periods_s(1), rule.for_s / STEPS_OF_A_RULE)
     below_s = longest_s = deepest_k = 0.0
     for short_k in islice(_restarted(machine, algorithm, step_s), MOST_POINTS):
         if short_k < deepest_k and short_k < rule.below_k:
@@ -72,7 +71,7 @@ def restart_stays_above_below(machine: Machine) -> Findings:
 
 
 def _restarted(machine: Machine, algorithm: Pid, step_s: float) -> Iterator[float]:
-    """Yield in steps how far the reading is below the highest setpoint where it has been, K."""
+    """Yield how far the reading is below the highest setpoint, K, in each step after a restart."""
     state, (least, most) = machine.plant.rest(machine.target_k), _limits(algorithm)
     integral = _start(algorithm)
     while True:
@@ -87,7 +86,7 @@ def _restarted(machine: Machine, algorithm: Pid, step_s: float) -> Iterator[floa
 def _is_held(machine: Machine, algorithm: Pid, target_k: float, below_k: float) -> bool:
     """Return whether the duty at `below_k` below a setpoint holds the machine there, or nearer.
 
-    The integral, if there is one, is as at its start.
+    The integral has its value after a start.
     """
     power_w = _given_w(machine, algorithm, below_k, _start(algorithm))
     return machine.plant.steady_k(power_w) >= target_k - below_k

@@ -16,7 +16,7 @@ def wire_voltage_v(wire: Wire, heater: Switch) -> float | None:
 
 
 def sizings_fit(controller: Controller) -> Findings:
-    """Find sizings of an undefined loop, of one that never heats, and wires without a voltage."""
+    """Find sizings of a loop that is undefined or never heats, and wires without a voltage."""
     simulation = controller.simulation
     if simulation is None:
         return

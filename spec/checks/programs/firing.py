@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from heatwright.spec.checks.finding import Finding, Findings
 from heatwright.spec.checks.physics.machine import Machine
+from heatwright.spec.physics.heated_loop import BORNE_HALVINGS, most_borne
 from heatwright.spec.physics.matrices import apply
 from heatwright.spec.problems import Path
 from heatwright.spec.programs import HoldBack, Programs
@@ -17,9 +18,6 @@ STEPS_AHEAD = 16
 
 MOST_STEPS = 20_000
 """Maximum number of simulated steps of one ramp; only absurd ramps would need more."""
-
-HALVINGS = 40
-"""Number of bisections, after which the ends of the interval are practically equal."""
 
 HOUR_S = 3600.0
 
@@ -90,24 +88,24 @@ def _ramps(machine: Machine, programs: Programs) -> Iterator[Ramp]:
 
 
 class _Follower:
-    """An ideal control: each step uses the power that meets a setpoint a fixed time ahead."""
+    """An ideal control: each step has the power that reaches the setpoint of a later time."""
 
     def __init__(self, machine: Machine, start_k: float, step_s: float, ahead_s: float) -> None:
         self._machine, self._step_s, self._ahead_s = machine, step_s, ahead_s
         self._state = machine.plant.rest(start_k)
-        self._look_around()
+        self._linearize()
 
-    def _look_around(self) -> None:
-        """Compute the matrices, linearized at the present state."""
+    def _linearize(self) -> None:
+        """Compute the matrices of a step at the present state, where radiation is linearized."""
         self._about = self._state
         self._step, self._step_added = self._machine.plant.pushed(self._step_s, self._state)
         self._ahead, self._ahead_added = self._machine.plant.pushed(self._ahead_s, self._state)
 
-    def go_on(self, aim_k: float) -> float:
+    def advance(self, aim_k: float) -> float:
         """Advance by a step with the power for a temperature; return the temperature reached."""
         plant, full_w = self._machine.plant, self._machine.full_power_w
         if plant.bent(self._about, self._state):
-            self._look_around()
+            self._linearize()
         none_k = plant.sensed_k(apply(self._ahead, self._state))
         per_watt_k = plant.sensed_k(self._ahead_added)
         power_w = full_w
@@ -127,7 +125,7 @@ def _lost_after_s(machine: Machine, ramp: Ramp, within_k: float) -> float | None
     follower = _Follower(machine, ramp.from_k, step_s, ahead_s)
     time_s = 0.0
     while time_s < ramp.seconds:
-        sensed_k = follower.go_on(ramp.setpoint_k(time_s + ahead_s))
+        sensed_k = follower.advance(ramp.setpoint_k(time_s + ahead_s))
         time_s += step_s
         if ramp.setpoint_k(time_s) - sensed_k > within_k:
             return time_s
@@ -135,12 +133,14 @@ def _lost_after_s(machine: Machine, ramp: Ramp, within_k: float) -> float | None
 
 
 def _slower(machine: Machine, ramp: Ramp) -> str:
-    """Say how slow the ramp must be so that full power is enough at its end."""
-    least, most = 0.0, ramp.rate_k_per_s
-    for _ in range(HALVINGS):
-        rate = (least + most) / 2
-        enough = machine.plant.ramp_power_w(ramp.to_k, rate) <= machine.full_power_w
-        least, most = (rate, most) if enough else (least, rate)
+    """Return the remedy: how slow the ramp must be so that full power is enough at its end."""
+    plant, full_w = machine.plant, machine.full_power_w
+    least = most_borne(
+        lambda rate: plant.ramp_power_w(ramp.to_k, rate) <= full_w,
+        0.0,
+        ramp.rate_k_per_s,
+        BORNE_HALVINGS,
+    )
     if least == 0:
         return "Use more power, or a lower temperature"
     if ramp.key == "at":

@@ -172,7 +172,8 @@ def limits_can_be_told(controller: Controller) -> Findings:
 
     A wire of too little resistance may draw almost the trip current at the first duty; the limit
     then reduces the duty by the square of the current. A reading is off by half a step, the held
-    current by twice that share. Read as no current, it would restart at the first duty for ever.
+    current by twice that share. If that current is read as none, the heater restarts at the first
+    duty again and again.
     """
     for each in measured(controller):
         limit_a, over_a = each.current.limit_a, each.current.over_a
