@@ -83,13 +83,10 @@ def with_scenario(spec: Spec, file: Path | None, length_s: float | None) -> Cont
             file, _ScenarioFile, NO_SCENARIO, partial(_checked_scenario, spec.controller)
         ).scenario
     if length_s is not None:
-        kept = (event for event in scenario if event.for_s is None and _at(event) < length_s)
+        events = (event for event in scenario if event.for_s is None)
+        kept = (event for event in events if (event.at_s or 0.0) < length_s)
         scenario = (*kept, Event.model_validate({"for": f"{length_s!r} s"}))
     return _with_events(spec.controller, scenario)
-
-
-def _at(event: Event) -> float:
-    return event.at_s or 0.0
 
 
 def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Controller:

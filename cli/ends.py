@@ -9,7 +9,7 @@ import traceback
 from enum import IntEnum
 from io import StringIO
 from types import FrameType
-from typing import IO, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import click
 
@@ -219,13 +219,8 @@ def unusable(error: OSError) -> str:
 def _prepare_streams() -> None:
     """Replace characters that the terminal's encoding lacks, instead of failing."""
     for stream in (sys.stdout, sys.stderr):
-        _lenient(stream)
-
-
-def _lenient(stream: IO[str] | None) -> None:
-    reconfigure = getattr(stream, "reconfigure", None)
-    if reconfigure is not None:
-        reconfigure(errors="replace")
+        if reconfigure := getattr(stream, "reconfigure", None):
+            reconfigure(errors="replace")
 
 
 class _Signals:

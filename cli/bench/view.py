@@ -61,12 +61,7 @@ class View:
                 {"number": seat.number, "kind": seat.kind, **seat.about()} for seat in self._seats
             ],
             "faults": [
-                {
-                    "id": fault,
-                    "part": each.part,
-                    "loop": each.loop,
-                    "lasts": each.lasts,
-                }
+                {"id": fault, "part": each.part, "loop": each.loop, "lasts": each.lasts}
                 for fault, each in world.breakage.causes.items()
             ],
             "heaters_w": dict(world.heaters_w),

@@ -25,7 +25,14 @@ from heatwright.spec.loading.suggest import advice
 from heatwright.spec.loading.tree import Tree
 from heatwright.spec.problems import Path as KeyPath
 from heatwright.spec.quantity import amount, celsius, duration, number
-from heatwright.spec.units import CAPACITY, PERCENT, TEMPERATURE, THERMAL_RESISTANCE, Dimension
+from heatwright.spec.units import (
+    CAPACITY,
+    DIFFERENCE,
+    PERCENT,
+    TEMPERATURE,
+    THERMAL_RESISTANCE,
+    Dimension,
+)
 
 EMPTY = "this file is empty", "Write what varies, such as capacities: {all: ± 20 %}"
 AROUND_K = 10.0
@@ -147,13 +154,8 @@ def _of_sensors(vary: Vary, controller: Controller) -> Iterator[_Finding]:
             yield _Finding(("errors", name), reason, "Write it in K, such as ± 0.5 K")
     for name in thermometers:
         if (noise := spread_of(vary.noise_k, name)) is not None:
-            low_k = noise.ends(sense[name].noise_k)[0]
-            if low_k < 0:
-                yield _Finding(
-                    ("noise", name if name in vary.noise_k else ALL),
-                    f"{noise.text} goes down to {number(low_k)} K",
-                    "Let it stay at 0 K or above",
-                )
+            written = name if name in vary.noise_k else ALL
+            yield from _bounded(("noise", written), noise, sense[name].noise_k, 0.0, DIFFERENCE)
 
 
 def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:

@@ -43,15 +43,10 @@ class Campaign:
 
     def command(self, run: int) -> str:
         """Return the command that repeats one run."""
-        return again(self.file, self.vary_file, self.seed, run)
-
-
-def again(file: Path, vary_file: Path | None, seed: int, run: int) -> str:
-    """Return the command that repeats one run."""
-    words = ["heatwright", "campaign", str(file)]
-    words += ["--vary", str(vary_file)] if vary_file is not None else []
-    words += ["--seed", str(seed)] if seed else []
-    return shlex.join([*words, "--only", str(run)])
+        words = ["heatwright", "campaign", str(self.file)]
+        words += ["--vary", str(self.vary_file)] if self.vary_file is not None else []
+        words += ["--seed", str(self.seed)] if self.seed else []
+        return shlex.join([*words, "--only", str(run)])
 
 
 def vary_text(vary_file: Path | None) -> str:

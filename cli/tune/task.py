@@ -97,14 +97,9 @@ def task_of(
     )
 
 
-def relay_is_possible(controller: Controller, loop: str) -> bool:
-    """Return whether the loop's firmware can tune itself."""
-    return facts_of(controller, loop).autotune
-
-
 def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[str, ...]:
     """Return the methods to run: those of --method, or all that the spec allows."""
-    possible = relay_is_possible(task.controller, task.loop)
+    possible = facts_of(task.controller, task.loop).autotune
     if "relay" in asked and not possible:
         raise Refused(
             f"Loop {task.loop} cannot tune itself: relay needs `autotune: {{}}` in the loop, "

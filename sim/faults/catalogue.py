@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from importlib import import_module
+from itertools import chain
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults import healthy
@@ -23,7 +23,6 @@ from heatwright.sim.faults.operation import displays, left_on, masters, operator
 from heatwright.sim.faults.sensing import any_sensor, second
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
-from heatwright.spec.registry import module_of
 
 
 def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
@@ -86,7 +85,9 @@ def _of_loop(site: Site) -> list[Fault]:
 def _parts_of_loop(site: Site) -> dict[str, Iterable[Fault]]:
     """Return the faults of a loop by the part that fails."""
     return {
-        "sensor": (fault for name in _sensors(site) for fault in _of_sensor(site, name)),
+        "sensor": chain.from_iterable(
+            memory.module_of_sensor(site, name).faults(site) for name in _sensors(site)
+        ),
         "tip": any_sensor.faults(site),
         "second sensor": second.faults(site),
         "heater": heaters.faults(site),
@@ -103,13 +104,6 @@ def _sensors(site: Site) -> list[str]:
     """Return the names of the loop's sensor and of the sensor of its heater's current."""
     current = site.facts.current
     return [site.loop.sensor, *([current.sensor] if current else [])]
-
-
-def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
-    kind = site.controller.sensors[sensor].kind
-    own = import_module(module_of("sensor", "faults", kind))
-    found: Iterator[Fault] = own.faults(site)
-    return found
 
 
 def _of_controller(site: Site, quickest: Site) -> list[Fault]:

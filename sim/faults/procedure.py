@@ -315,22 +315,14 @@ class _Trial:
             return "write a lower safety.lockout.trips, or use a heater of less power"
         off_s = self.world.peaks.latest_off_s(node, bears_c)
         rule = RULES[self.first.code].id if self.first else None
-        late_s = (
-            self.world.now_s - self.cause_s
-            if self.first is None
-            else (self.first.time_s - self.cause_s)
-        )
+        late_s = (self.first.time_s if self.first else self.world.now_s) - self.cause_s
         path = f"loops.{self.world.site.loop_name}.protection"
         for key, value_s, trips in _lasting(self.world.site.loop.protection):
             shorter_s = value_s - (late_s - off_s)
             if rule in trips and shorter_s > 0 and self._health_bears(key, shorter_s):
                 return f"write {path}.{key}: {_rounded_down(shorter_s):g} s"
-        if (
-            rule is None
-            and off_s > 0
-            and self.fault.sensor_lies
-            and self._health_bears("frozen.for", off_s)
-        ):
+        unseen = rule is None and self.fault.sensor_lies
+        if unseen and off_s > 0 and self._health_bears("frozen.for", off_s):
             return f"make a rule trip within {_rounded_down(off_s):g} s with {path}.frozen.for"
         return "use a heater of less power, limit its power, or add a safety relay"
 

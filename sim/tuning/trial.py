@@ -2,14 +2,12 @@
 
 from collections.abc import Callable
 
-from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.bench import Progress, ReferenceDevice, bench
 from heatwright.sim.interfaces.gcode import heats, tunes
 from heatwright.sim.plots.plot_data import fault_label, faults
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
 from heatwright.spec import Controller, Event, Pid, facts_of
-
-Progress = Callable[[float, float], None]
 
 
 def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:

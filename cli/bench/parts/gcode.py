@@ -24,8 +24,7 @@ class Terminal(Seat):
 
     def about(self) -> dict[str, Any]:
         """Return lines that the terminal suggests."""
-        hints = ["M105", "M115", "M503", "M112", "M999"]
-        return {"types": True, "polls": True, "hints": hints}
+        return {"types": True, "polls": True, "hints": ["M105", "M115", "M503", "M112", "M999"]}
 
     def lines(self, world: LiveWorld) -> list[Line]:
         """Return the new lines of both directions."""

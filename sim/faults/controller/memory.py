@@ -11,7 +11,7 @@ from typing import Any
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
-from heatwright.sim.faults.fault import Fault, Trip, tripping
+from heatwright.sim.faults.fault import Fault, Trip, harmless, tripping
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState
 from heatwright.sim.faults.world import STEP_S, Site, World
@@ -50,15 +50,8 @@ def faults(site: Site) -> Iterator[Fault]:
     if facts_of(site.controller).checked:
         yield from (replace(fault, floats=True) for fault in _self_checked(site, start_s))
     if site.controller.is_acknowledged:
-        yield Fault(
-            "record_cut_short",
-            lambda: latched(site),
-            cut_short,
-            may=SENSOR_RULES,
-            sensor_lies=True,
-            calm=True,
-            watch_s=WATCH_S,
-        )
+        cut = harmless(site, "record_cut_short", cut_short, WATCH_S)
+        yield replace(cut, make=lambda: latched(site), may=SENSOR_RULES, sensor_lies=True)
 
 
 def _self_checked(site: Site, start_s: float) -> Iterator[Fault]:
@@ -239,17 +232,17 @@ def latched(site: Site) -> World:
 
 def cut_line(world: World) -> None:
     """Disconnect the loop's sensor, in a way that suits its kind."""
-    _of_sensor(world.site).cut(world)
+    module_of_sensor(world.site, world.site.loop.sensor).cut(world)
 
 
 def mend_line(world: World) -> None:
     """Undo `cut_line`."""
-    _of_sensor(world.site).mend(world)
+    module_of_sensor(world.site, world.site.loop.sensor).mend(world)
 
 
-def _of_sensor(site: Site) -> ModuleType:
-    kind = site.controller.sensors[site.loop.sensor].kind
-    return import_module(module_of("sensor", "faults", kind))
+def module_of_sensor(site: Site, sensor: str) -> ModuleType:
+    """Return the module with the faults of a sensor, which its kind determines."""
+    return import_module(module_of("sensor", "faults", site.controller.sensors[sensor].kind))
 
 
 def cut_short(world: World) -> None:

@@ -271,10 +271,9 @@ def _judged(
         return HEATS, f"a heater was on {last_s - since_s:.2f} s after the upset"
     if upset.state == "latched" and not world.fault and not acknowledged:
         return FORGETS, "the latched fault was lost without an acknowledgement"
-    if must_be_off or upset.state not in {"latched", "off"}:
-        words = _still_heats(world, upset, first)
-        if words:
-            return HEATS, words
+    follows = must_be_off or upset.state not in {"latched", "off"}
+    if follows and (words := _still_heats(world, upset, first)):
+        return HEATS, words
     bears_c = world.bears_c
     for node, peak_c in world.peaks.highest_c.items():
         if peak_c > bears_c[node]:

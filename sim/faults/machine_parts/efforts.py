@@ -83,25 +83,16 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     limits_c = {node: ambient_c + (1 - SPARE) * (bears[node] - ambient_c) for node in nodes}
     if any(each_c > limits_c[node] for node, each_c in nodes.items()):
         return
-    rate_k_per_s = min(
-        (true_c - setpoint_c) / (SLOW * effort.band.filter_s),
-        site.loop.protection.rise_rate_k_per_s / SLOW,
-    )
+    low_k, fastest_k_per_s = true_c - setpoint_c, site.loop.protection.rise_rate_k_per_s / SLOW
+    rate_k_per_s = min(low_k / (SLOW * effort.band.filter_s), fastest_k_per_s)
 
     def change(world: World) -> Feel:
         began_s = world.now_s
-        return lambda felt_c: (
-            felt_c - min(true_c - setpoint_c, rate_k_per_s * (world.now_s - began_s))
-        )
+        return lambda felt_c: felt_c - min(low_k, rate_k_per_s * (world.now_s - began_s))
 
-    drifts = Felt(site.loop.sensor, change)
-    yield Fault(
-        "reading_drifts_low",
-        lambda: _held(site, setpoint_c),
-        drifts,
-        drifts.mend,
-        watch_s=watch_s + (true_c - setpoint_c) / rate_k_per_s,
-    )
+    drifts, make = Felt(site.loop.sensor, change), partial(_held, site, setpoint_c)
+    drift_s = low_k / rate_k_per_s
+    yield Fault("reading_drifts_low", make, drifts, drifts.mend, watch_s=watch_s + drift_s)
 
 
 def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:

@@ -145,9 +145,7 @@ def untold(world: World) -> Iterator[str]:
         ):
             yield f"the touch display does not show {words!r}"
     if facts_of(site.controller).modbus is not None:
-        bits = sum(
-            1 << place for place, name in enumerate(site.controller.monitors) if name in warning
-        )
+        bits = sum(1 << list(site.controller.monitors).index(name) for name in warning)
         if not world.until(lambda now: now.device.master.values.get("warnings") == bits, within_s):
             yield "the master does not read the warning"
     if facts_of(site.controller).log is not None:

@@ -78,8 +78,7 @@ def _ask_too_much(world: World) -> None:
 
 def _unmoved(world: World) -> str:
     """Check that the setpoint is unchanged, no step was late, and the display is up to date."""
-    moved = starts.setpoint_moved(world, starts.highest_c(world.site))
-    if moved:
+    if moved := starts.setpoint_moved(world, starts.highest_c(world.site)):
         return moved
     if not world.loop("enabled"):
         return "the loop was switched off"

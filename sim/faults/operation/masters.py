@@ -111,8 +111,7 @@ def _speak_to_others(world: World) -> None:
 
 def _unmoved(world: World) -> str:
     """Check that the setpoint is unchanged, no step was late, and valid requests are answered."""
-    moved = starts.setpoint_moved(world, starts.highest_c(world.site))
-    if moved:
+    if moved := starts.setpoint_moved(world, starts.highest_c(world.site)):
         return moved
     polls = world.device.master.polls
     world.run(HEARD_S)

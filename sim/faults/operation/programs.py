@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from heatwright.sim.faults import effects, starts
@@ -9,7 +10,7 @@ from heatwright.sim.faults.bounds import answer_s, watchdog_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.processor import INTERRUPTS_ON, hang
 from heatwright.sim.faults.effects import Heated
-from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing
+from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing, tripping
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
 from heatwright.sim.faults.site import OfState, Place
@@ -46,23 +47,13 @@ def faults(site: Site) -> Iterator[Fault]:
     programs = site.controller.programs
     if programs is None or not site.facts.programmed or not programs.stored:
         return
-    lost = Fault(
-        "sensor_lost_in_program",
-        lambda: under_way(site),
-        memory.cut_line,
-        memory.mend_line,
-        trip=Trip(SENSOR_RULES, answer_s(site.loop)),
-        sensor_lies=True,
-        judge=_judge(programs),
-    )
+    no_reading = Trip(SENSOR_RULES, answer_s(site.loop))
+    lost = tripping(site, "sensor_lost_in_program", memory.cut_line, no_reading, memory.mend_line)
+    lost = replace(lost, make=lambda: under_way(site), sensor_lies=True, judge=_judge(programs))
     yield lost
-    yield Fault(
-        "hung_in_program",
-        lambda: under_way(site),
-        lambda world: hang(world, INTERRUPTS_ON),
-        trip=Trip(("watchdog_reset",), watchdog_s(site)),
-        judge=_judge(programs),
-    )
+    reset = Trip(("watchdog_reset",), watchdog_s(site))
+    hung = tripping(site, "hung_in_program", partial(hang, entry=INTERRUPTS_ON), reset)
+    yield replace(hung, make=lambda: under_way(site), judge=_judge(programs))
     flipped = Trip(("memory_damaged",), site.loop.periods_s(2))
     yield replace(lost, id="program_flipped", cause=_flip, cure=nothing, trip=flipped,
                   sensor_lies=False, judge=_failed)  # fmt: skip
@@ -268,13 +259,8 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         ),
     )
     yield again
-    yield replace(
-        again,
-        id="power_cut_until_cold",
-        make=lambda: _hot(site, programs),
-        cause=lambda world: _cut_until_cold(world, programs),
-        judge=stops,
-    )
+    hot, cools = partial(_hot, site, programs), partial(_cut_until_cold, programs=programs)
+    yield replace(again, id="power_cut_until_cold", make=hot, cause=cools, judge=stops)
     yield replace(again, id="power_cut_in_pause", make=lambda: paused(site), judge=_stays_paused)
 
 
@@ -298,8 +284,7 @@ def paused(site: Site) -> World:
 def _cut_until_cold(world: World, programs: Programs) -> None:
     """Cut the power until the machine is colder than a resumption allows."""
     cold_c = world.sensed_c - programs.after_power_loss.resume_within_k - FAR_K
-    off_s = _cools_in_s(world, cold_c)
-    world.power_cut(off_s)
+    world.power_cut(_cools_in_s(world, cold_c))
 
 
 def _cools_in_s(world: World, cold_c: float) -> float:
