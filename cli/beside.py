@@ -25,7 +25,7 @@ def read_beside(
     empty: tuple[str, str],
     checked: Callable[[M, Tree], Iterable[Problem]],
 ) -> M:
-    """Read a file.
+    """Read a YAML file, and check it.
 
     empty -- reason and remedy for a file without content; checked -- finds what is wrong in a file
     whose values are all valid. Raises SpecError: the file is wrong, with all problems; OSError: it
@@ -95,7 +95,7 @@ def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Control
 
 
 def _checked_scenario(controller: Controller, found: _ScenarioFile, tree: Tree) -> list[Problem]:
-    """Check the scenario by the rules for a spec's own; `simulation` is not in this file."""
+    """Check a scenario by the rules for that of a spec; its path here lacks `simulation`."""
     return [
         tree.problem(finding.path[1:], finding.reason, finding.remedy)
         for finding in check(_with_events(controller, found.scenario))

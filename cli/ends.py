@@ -32,9 +32,9 @@ class Status(IntEnum):
 
 
 JSON_TOLD = "JSON is told"
-"""Set in the context's object once a command has printed its JSON: there is only one."""
+"""Key that is set in click's context once a command has printed JSON: it prints only one object."""
 UNWRITTEN = "cannot be written"
-"""Note on an error of writing a file; see also `heatwright.spec.loading.user_file`."""
+"""Note that is added to an error of writing; `spec.loading.user_file` adds one of reading."""
 
 _OF_STREAMS = {
     errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG, errno.EDQUOT, errno.EAGAIN,
@@ -46,11 +46,11 @@ COMPLETION = "_HEATWRIGHT_COMPLETE"
 
 
 class Refused(Exception):
-    """The command cannot be done; the text says why, and what to do about it."""
+    """The command cannot be executed; the text says why, and what to do about it."""
 
 
 class _End(NamedTuple):
-    """The end of a command: its status and, where it could not be done, why."""
+    """The end of a command: its status, and the reason if the command failed."""
 
     status: int
     text: str = ""

@@ -36,7 +36,7 @@ class View:
         """Add a line to the journal: an action of the user, or a fault of the firmware."""
         self._journal.append([round(time_s, 3), text])
 
-    # -- once ----------------------------------------------------------------------------------
+    # -- data that never change ----------------------------------------------------------------
 
     def about(self, name: str) -> dict[str, Any]:
         """Return the data that never change: names, limits, possible faults."""
@@ -69,7 +69,7 @@ class View:
             "variables": list(self._named),
         }
 
-    # -- now -----------------------------------------------------------------------------------
+    # -- present values ------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
         """Return all values that the page shows now."""
@@ -121,7 +121,7 @@ class View:
         said = f"fault {found['id']}: {found['meaning']}" if found else "the fault is acknowledged"
         self.journal(self._world.now_s, said)
 
-    # -- since the last call -------------------------------------------------------------------
+    # -- data since the last call --------------------------------------------------------------
 
     def points(self) -> dict[str, list[Point]]:
         """Return each loop's new points: time, s; measured, true, set temperature, °C; duty, %."""

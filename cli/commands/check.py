@@ -122,7 +122,7 @@ def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
 
 
 def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
-    """Load a spec; return its problems and raise nothing: other files are still to be checked."""
+    """Load a spec, and return its problems: an exception would prevent the check of other files."""
     from heatwright.spec import Problem, SpecError, load  # noqa: PLC0415
 
     try:
@@ -137,7 +137,7 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
 
 
 def _trips(spec: Spec) -> tuple[Problem, ...]:
-    """Run the machine by the reference model; its modules are slow to import, so only here."""
+    """Run the reference model on the machine; its modules are imported here: they are slow."""
     from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
 
     return rehearsed(spec)

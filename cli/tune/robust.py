@@ -1,4 +1,4 @@
-"""`tune --robust`: gains that suit all machines within the tolerances, and their price."""
+"""`tune --robust`: gains that suit all machines within the tolerances, compared with others."""
 
 import math
 from collections.abc import Sequence

@@ -72,7 +72,7 @@ class DrawnWorld(World):
                 if not self.is_caught:
                     due.act()
         self._go_to(ends_s, lambda now_s: progress(now_s, ends_s))
-        self.step()  # what is due at the end is done
+        self.step()  # the actions that are due at the end are executed
         if self.is_caught:
             self.until(SPREAD, SPREADING_S)
         self.device.feed()

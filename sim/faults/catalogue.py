@@ -28,16 +28,15 @@ from heatwright.spec import Controller
 def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     """Return all faults by loop; those of the whole controller are tried on the first loop.
 
-    Memory faults use the operated loop that trips soonest without its sensor, as some need a trip.
+    Faults of the memory are tried on the loop that trips soonest without its sensor, because some
+    of them need a latched fault.
 
     Ids are unique; with several loops, the id of a loop's own fault begins with the loop's name.
     Raises ValueError: the spec has no simulated machine.
     """
     found: list[Fault] = []
     sites = [Site(controller, name, program) for name in controller.loops]
-    quickest = min(
-        sites, key=lambda site: (not site.controller.is_acknowledged, answer_s(site.loop))
-    )
+    quickest = min(sites, key=lambda site: answer_s(site.loop))
     for site in sites:
         prefix = _prefix(controller, site.loop_name)
         found += [replace(fault, id=f"{prefix}{fault.id}") for fault in _of_loop(site)]
@@ -60,8 +59,8 @@ def by_part(site: Site) -> dict[str, tuple[Fault, ...]]:
 def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fault]]:
     """Yield the faults that `bench` can apply to a running machine: part, loop and fault.
 
-    Only their cause and cure count. Of faults with the same cause only the first is given; faults
-    without a cause, which only watch a healthy machine, are left out.
+    Only their cause and cure are used. If several faults have the same cause, only the first is
+    yielded. Faults without a cause, which only watch a healthy machine, are left out.
     """
     known: set[Act] = {nothing}
     for number, name in enumerate(controller.loops):

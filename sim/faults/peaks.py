@@ -43,9 +43,10 @@ class Peaks:
         return dict(zip(self._machine.plant.nodes, found, strict=True))
 
     def latest_off_s(self, node: str, bears_c: float) -> float:
-        """Return by when heaters had to be off to keep a node within its limit, s from the start.
+        """Return when heaters had to go off at the latest to keep a node within its limit, s.
 
-        Found by bisection over the recorded power; 0 if the node was too hot from the beginning.
+        The time counts from the start of the recording; it is found by bisection over the recorded
+        power. It is 0 if the node was too hot from the beginning.
         """
         machine = self._machine
         rows = machine.rows[self._first : self._last]

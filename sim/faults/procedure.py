@@ -156,11 +156,11 @@ class _Trial:
         if self.fault.insisted:
             latched = self._insisted()
         if latched is None:
-            latched = self._anew()
+            latched = self._repeated()
         if latched is not None:
-            self._goes(latched)
+            self._cured(latched)
 
-    def _goes(self, latched: Change) -> None:
+    def _cured(self, latched: Change) -> None:
         """Remove the cause, and check that the fault stays latched until it is acknowledged."""
         self.fault.cure(self.world)
         self._cools_down()
@@ -169,7 +169,7 @@ class _Trial:
         self._holds(latched, "after a loss of power")
         self._clears()
 
-    def _anew(self) -> Change | None:
+    def _repeated(self) -> Change | None:
         """Repeat the trial up to the trip, in a new world."""
         self._end()
         self.world = self.fault.make()
@@ -183,7 +183,7 @@ class _Trial:
         """Wait until the machine is well below its maximum, which would rightly trip again.
 
         It must also be within its setpoints: above them, one step of an analog sensor may be
-        large enough to count as a jump. And the reading must no longer follow the heat too fast.
+        large enough to count as a jump. And the tip must move slowly enough for `rise_rate`.
         """
         loop = self.world.site.loop
         limit_c = min(loop.protection.maximum_c - COOLER_K, loop.setpoint.maximum_c)
@@ -266,10 +266,10 @@ class _Trial:
             self._wrong(f"tripped after {after_s:.3f} s, not within {trip.allowed_s:.3f} s{when}")
 
     def _may_come_first(self) -> tuple[str, ...]:
-        """Return the rules that may trip before the expected one: no readings means no heat.
+        """Return the rules that may trip before the expected one.
 
-        A current that is no longer read seems to flow while the heater is off. And
-        `on_for_at_most` may end before.
+        Without readings there is no heat. A current that is no longer read seems to flow while the
+        heater is off. The time `on_for_at_most` may end earlier, too.
         """
         limited = self.world.site.loop.protection.on_for_at_most_s is not None
         silent = self.fault.sensor_lies and self.fault.current_lies
@@ -290,7 +290,7 @@ class _Trial:
         self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")
-        if not self.fault.insisted:  # who insists does not wait
+        if not self.fault.insisted:  # its acknowledgements do not wait for that
             self.world.until(SPREAD, SPREADING_S)
 
     def _judge_peaks(self) -> None:
@@ -383,7 +383,7 @@ class _Trial:
         return latched
 
     def _insisted(self) -> Change | None:
-        """Acknowledge and ask for heat at each trip, until the lock-out needs a person.
+        """Acknowledge and command heat at each trip, until the lock-out needs a person.
 
         Return the fault that is latched at the end, or None.
         """
@@ -399,7 +399,7 @@ class _Trial:
         world.until(SPREAD, SPREADING_S)
         self._judge_peaks()
         trips = world.trips.since(self.cause_s)
-        if lockout is not None and _goes_on(trips, lockout):
+        if lockout is not None and _exceeds(trips, lockout):
             self._wrong(f"{len(trips)} trips were acknowledged although the lock-out was due")
         if not world.fault:
             return None
@@ -430,8 +430,8 @@ class _Trial:
 _is_latched = OfState(lambda now: now.fault != 0)
 
 
-def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
-    """Whether a trip came after those that had to lock out, with a `within` shorter by 1 s."""
+def _exceeds(trips: list[Change], lockout: Lockout) -> bool:
+    """Return whether a rule tripped after the lock-out was due, with a `within` shorter by 1 s."""
     soon, last_s = 0, -math.inf
     for trip in trips:
         if soon == lockout.trips:

@@ -71,7 +71,7 @@ def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool
 def warnings(
     found: tuple[Found, ...], residuals_k: Series, record: Record, structure: Structure
 ) -> tuple[str, ...]:
-    """Return what the user should know before trusting the numbers."""
+    """Return the warnings that the user needs before using the numbers."""
     said = [_untold(each) for each in found if not each.told]
     begins_c = float(np.median(record.readings_c[:FIRST]))
     said += [

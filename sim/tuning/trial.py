@@ -11,7 +11,7 @@ from heatwright.spec import Controller, Event, Pid, facts_of
 
 
 def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
-    """Replace a loop's gains; an on-off loop becomes a PID."""
+    """Return a controller with other gains for a loop; an on-off loop becomes a PID."""
     spec = controller.loops[loop]
     changes = {
         "kp": gains.kp,
@@ -40,7 +40,7 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 
 
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
-    """Let a loop without host or master start on, with this setpoint."""
+    """Return a controller whose loop, if it has no host or master, starts on with a setpoint."""
     spec = controller.loops[loop]
     facts = facts_of(controller, loop)
     if facts.must_release or facts.hosted:

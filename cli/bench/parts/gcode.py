@@ -13,7 +13,7 @@ MOST_TYPED = 1000
 
 
 class Terminal(Seat):
-    """Somebody who types G-code."""
+    """A person who types G-code."""
 
     kind = "gcode"
 
@@ -23,7 +23,7 @@ class Terminal(Seat):
         self._polling = False
 
     def about(self) -> dict[str, Any]:
-        """Return lines that the terminal suggests."""
+        """Return that lines can be typed, that the host polls by itself, and lines to suggest."""
         return {"types": True, "polls": True, "hints": ["M105", "M115", "M503", "M112", "M999"]}
 
     def lines(self, world: LiveWorld) -> list[Line]:

@@ -55,7 +55,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _self_checked(site: Site, start_s: float) -> Iterator[Fault]:
-    """Yield what the self-checks find; start_s -- from a reset to the latched fault, s."""
+    """Yield the faults that self-checks find; start_s -- time from a reset to the latched fault."""
     for name, cause, rule in (
         ("duty_left_out", leave_out_duty, "sequence_broken"),
         ("stack_guard_flipped", flip_stack_guard, "stack_overrun"),
@@ -102,7 +102,7 @@ def flip_flash(world: World) -> None:
 
 
 def leave_out_duty(world: World) -> None:
-    """Flip a bit of the mark of a control step's tasks: one seems done before it begins."""
+    """Flip a bit of the marks of finished tasks: one seems to be finished before it begins."""
     flip(world, f"loop_{world.site.loop_name}.c:done", LOWEST_BIT)
 
 
@@ -176,8 +176,8 @@ def _asked_within_s(output: Any) -> float:
 def hold_other(world: World, output: str, within_s: float, *, at_start: bool = False) -> None:
     """Short an output's pin to the level that it does not have now, until a fault is latched.
 
-    In windows it is the level that it has for the shorter time: a low duty is on for too few looks.
-    at_start -- restart first, so that this is the level of an output that is on.
+    An output with windows is held at the level that it has for the shorter part of a window: its
+    pin is then wrong in at least LOOKS looks. at_start -- restart first: the output is then on.
     """
     if at_start:
         world.power_cut(world.step_s)
@@ -254,4 +254,4 @@ def cut_short(world: World) -> None:
         world.device.advance(world.now_s + 0.001)
         if eeprom.writes >= before + BYTES and eeprom.writing:
             break
-    world.power_cut(STEP_S, undefined=random.Random(SEED).randrange(256))  # noqa: S311 - as above
+    world.power_cut(STEP_S, undefined=random.Random(SEED).randrange(256))  # noqa: S311 - noise

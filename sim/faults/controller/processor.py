@@ -56,13 +56,13 @@ def hang(world: World, entry: str) -> None:
     ValueError if it does not sleep within a tick.
     """
     for _ in range(GLANCES):
-        if _turned_aside(world, entry):
+        if _redirected(world, entry):
             return
         world.device.avr.run(GLANCE_S)
     raise ValueError("The program did not sleep within a tick: it hangs, or still starts up.")
 
 
-def _turned_aside(world: World, entry: str) -> bool:
+def _redirected(world: World, entry: str) -> bool:
     avr, program = world.device.avr, world.device.elf
     size = 3 if world.site.controller.board.flash_bytes > LARGE_FLASH else 2
     main, target = program.function("main"), program.symbols[entry]

@@ -23,7 +23,7 @@ SPARE = 0.05
 SLOW = 4.0
 """A drift takes this many filter times, and is this many times slower than `rise_rate`."""
 STANDING_K = 1.0
-"""How far above the setpoint and its hysteresis the reading stands."""
+"""How far above the setpoint and its hysteresis the reading stays."""
 FILTERS, TIMES = 4.0, 2.0
 """How long a machine is watched: FILTERS filter times plus TIMES times the rule's `for`."""
 
@@ -34,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
     if effort is None or site.loop.cooler is not None:
         return
     watch_s = FILTERS * effort.band.filter_s + TIMES * effort.for_s
-    if site.loop.algorithm.continuous:  # a switching loop asks for full power: rule 10 sees it
+    if site.loop.algorithm.continuous:  # a switching loop commands full power: rule 10 trips
         yield from _aged(site, effort, watch_s)
     yield from _drifting(site, effort, watch_s)
     yield from _standing_high(site, effort, watch_s)
@@ -96,7 +96,7 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
 
 
 def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
-    """Yield a reading that stands above the setpoint: the heater stays off, the machine cools."""
+    """Yield a reading that stays above the setpoint: the heater is off, and the machine cools."""
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[1] > 0]
     if not seen_c:
         return

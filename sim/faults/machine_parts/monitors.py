@@ -101,7 +101,7 @@ def _break(watched: Watched, what: str) -> Act:
 
 
 def _over_limit(site: Site, watched: Watched) -> Fault:
-    """The monitored part becomes too hot, and no loop's sensor measures it."""
+    """Return a monitored part that becomes too hot, while no loop's sensor measures it."""
     allowed_s = reading_s(watched.loop)
     hot = Felt(watched.monitor.sensor, standing(watched.over_c))
     name, trip = f"monitor_{watched.name}_over_limit", Trip(("monitor_limit",), allowed_s)
@@ -109,7 +109,7 @@ def _over_limit(site: Site, watched: Watched) -> Fault:
 
 
 def _warned(site: Site, watched: Watched) -> Fault:
-    """A warning: the machine goes on, every interface warns, and the warning ends in time."""
+    """Return a part that is too warm: every interface warns, nothing trips, the warning ends."""
 
     def judge(world: World) -> str:
         if not world.device.read(f"monitor_{watched.name}.warns"):

@@ -36,7 +36,7 @@ def faults(site: Site) -> Iterator[Fault]:
     stopped = Trip(("emergency_stop",), len(STOP) * BITS_A_BYTE / host.baud + 2 * TICK_S)
     yield tripping(site, "host_stop", _stop, stopped)
     yield Fault("host_stop_in_flood", lambda: _flooded(site), _stop, trip=stopped)
-    yield harmless(site, "host_out_of_bounds", _ask_too_much, WATCH_S, _keeps_setpoint)
+    yield harmless(site, "host_out_of_bounds", _exceed_bounds, WATCH_S, _keeps_setpoint)
     yield harmless(site, "host_garbled", _garble, WATCH_S, _hears_all)
 
 
@@ -71,7 +71,7 @@ def _stop(world: World) -> None:
     host.send_bytes(STOP)
 
 
-def _ask_too_much(world: World) -> None:
+def _exceed_bounds(world: World) -> None:
     """Send setpoints that the spec forbids, and texts that are no numbers."""
     loop = world.site.loop
     beyond = (loop.setpoint.maximum_c + BEYOND_K, loop.protection.maximum_c, 1e6, -BEYOND_K)

@@ -157,7 +157,7 @@ def _shows_again(world: World) -> str:
 
 def _flood(world: World) -> None:
     """Send bytes to the serial port without a pause."""
-    noise = random.Random(SEED)  # noqa: S311 - as above
+    noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
     device = world.device
     device.avr.uarts[device.uart].send(noise.randbytes(FLOOD_BYTES), FLOOD_BAUD)
 

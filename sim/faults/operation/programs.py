@@ -255,7 +255,7 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         calm=True,
         watch_s=shows_s(site),
         judge=lambda world: (
-            _goes_on(world, programs) if _is_near(world, programs) else stops(world)
+            _resumed_as_saved(world, programs) if _is_near(world, programs) else stops(world)
         ),
     )
     yield again
@@ -303,7 +303,7 @@ def _cools_in_s(world: World, cold_c: float) -> float:
 def _is_near(world: World, programs: Programs) -> bool:
     """Whether the first reading after the loss of power is near the one at the last save.
 
-    A program may have moved on since: from a cold machine, for `save_every`.
+    After that save the program has run for up to `save_every`, in which a cold machine warms up.
     """
     log = world.device.steps(world.site.loop_name)
     after = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
@@ -314,7 +314,7 @@ def _is_near(world: World, programs: Programs) -> bool:
     return _is_within(programs.after_power_loss, gone_k)
 
 
-def _goes_on(world: World, programs: Programs) -> str:
+def _resumed_as_saved(world: World, programs: Programs) -> str:
     """Check that the program goes on where it was last saved, after a valid reading."""
     state, segment = _program(world, "state"), _program(world, "segment")
     if state not in (RUNNING, RETURNING) or segment != 1 or _program(world, "number") != 1:
