@@ -186,9 +186,8 @@ def _one(task: Task, number: int, shown: Talk) -> Outcome:
 
 
 def _all(  # noqa: PLR0913, PLR0917 - the parts of a campaign
-    task: Task, folder: Path, runs: int, processes: int | None,
-    scheduler: str | None, shown: Talk,
-) -> tuple[Store, int]:  # fmt: skip
+    task: Task, folder: Path, runs: int, processes: int | None, scheduler: str | None, shown: Talk
+) -> tuple[Store, int]:
     from heatwright.cli.campaign.store import Store, identity  # noqa: PLC0415
     from heatwright.cli.campaign.work import run_here  # noqa: PLC0415
 

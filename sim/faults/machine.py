@@ -190,11 +190,9 @@ def course(
     step_s: float | None = None,
 ) -> Iterator[tuple[float, float]]:
     """Yield time (s) and temperature (°C) at full power, from cold or from given temperatures."""
-    at_rest = network.model_copy(update={"initial_c": ambient_c})
+    cold = network.model_copy(update={"initial_c": ambient_c})
     step_s = step_s or max(COURSE_STEP_S, site.loop.period_s)
-    plant = plant_of(
-        site.controller, at_rest, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c
-    )
+    plant = plant_of(site.controller, cold, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c)
     asked = _powered(site, asked_share(site, site.loop.algorithm.full_percent))
     for row in range(round(LONGEST_S / step_s)):
         yield row * step_s, plant.sensed_c()[site.loop.sensor]

@@ -32,7 +32,7 @@ from heatwright.sim.faults.operation.left_on import TOO_LONG
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.sensing.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
-from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.site import LATCHED
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import SPREAD, World, below
 from heatwright.sim.judges.interlock import overlaps
@@ -217,7 +217,7 @@ class _Trial:
         span_s = left_s if self.first is None else longest_rule_s(world.site) + LATE_S
         while left_s > 0:
             before_c = np.array([world.sensed_c, world.tip_c])
-            if world.until(_is_latched, min(span_s, left_s)):
+            if world.until(LATCHED, min(span_s, left_s)):
                 return
             left_s -= span_s
             moved_k = np.abs([world.sensed_c, world.tip_c] - before_c).max()
@@ -243,11 +243,11 @@ class _Trial:
         world = self.world
         if trip.due is at_once:  # in one run, for speed: a long stale_after may be days
             from_s = max(began_s, world.now_s - world.step_s)
-            world.until(_is_latched, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
+            world.until(LATCHED, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
             return from_s
         since_s: float | None = None
         give_up_s = began_s + trip.due_within_s
-        while not _is_latched(world):
+        while not LATCHED(world):
             if not trip.due(world):
                 since_s = None
             elif since_s is None:
@@ -390,7 +390,7 @@ class _Trial:
         world, lockout = self.world, self.world.site.controller.lockout
         most_s = (lockout.trips if lockout else 1) * (longest_rule_s(world.site) + LATE_S)
         ends_s = world.now_s + max(INSISTED_S, most_s)
-        while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
+        while world.now_s < ends_s and world.until(LATCHED, ends_s - world.now_s):
             if world.is_locked_out:
                 ends_s = min(ends_s, world.now_s + REFUSED_S)
             self._moves_slowly()
@@ -425,9 +425,6 @@ class _Trial:
             self._wrong(f"{_name(world.fault)} is latched after its acknowledgement")
         elif world.trips.since(max(since_s, world.trips.acknowledged_s())):
             self._wrong("a rule tripped again although the cause was removed")
-
-
-_is_latched = OfState(lambda now: now.fault != 0)
 
 
 def _exceeds(trips: list[Change], lockout: Lockout) -> bool:

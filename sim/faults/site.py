@@ -103,6 +103,10 @@ class OfState:
         return self.met(state)
 
 
+LATCHED = OfState(lambda now: now.fault != 0)
+"""A fault is latched."""
+
+
 class Operated(Protocol):
     """A controller on its machine, with somebody who sets its setpoints."""
 

@@ -149,8 +149,8 @@ class World:
         self.hand = hand_of(site)
         self.wiring = Wiring()
         self.ambient_c = weather.ambient_c
-        sensors = (loop.sensor for loop in site.controller.loops.values())
-        sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
+        loops = site.controller.loops.values()
+        sums = any(sums_noise(site.controller, loop.sensor) for loop in loops)
         period_s = site.loop.period_s  # in whole steps, otherwise readings would seem to jump
         shortest_s = site.controller.shortest_period_s
         most_s = min(STEP_S, metered_step_s(site.controller), shortest_s)
@@ -165,9 +165,7 @@ class World:
         self.watch_peaks()
         self.trips = TripLog(self.device)
         self.heater = HeaterLog(self.device, {site.loop.heater})
-        self.heaters = HeaterLog(
-            self.device, {loop.heater for loop in site.controller.loops.values()}
-        )
+        self.heaters = HeaterLog(self.device, {loop.heater for loop in loops})
         for log in (self.heater, self.heaters):
             self.device.record(log)
         self.trips.attach()

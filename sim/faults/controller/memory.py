@@ -13,7 +13,7 @@ from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
 from heatwright.sim.faults.fault import Fault, Trip, harmless, tripping
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
-from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.site import LATCHED
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.spec import facts_of
@@ -150,10 +150,9 @@ def _held_pin(site: Site, start_s: float) -> Fault:
     """
     output = site.controller.safety.relay or site.loop.heater
     switch = site.controller.switches[output]
-    within_s = HELD_S + (start_s if switch.frequency_hz else _asked_within_s(switch))
-    holds = partial(
-        hold_other, output=output, within_s=within_s, at_start=bool(switch.frequency_hz)
-    )
+    at_start = bool(switch.frequency_hz)
+    within_s = HELD_S + (start_s if at_start else _asked_within_s(switch))
+    holds = partial(hold_other, output=output, within_s=within_s, at_start=at_start)
     found = tripping(site, "pin_held", holds, Trip(("pin_held",), within_s))
     return replace(found, make=lambda: _followed(site))
 
@@ -224,7 +223,7 @@ def latched(site: Site) -> World:
     """Return a world with a fault that is latched and stored, and whose cause is removed."""
     world = starts.heating(site)
     cut_line(world)
-    world.until(OfState(lambda now: now.fault != 0), answer_s(site.loop))
+    world.until(LATCHED, answer_s(site.loop))
     world.run(REST_S)
     mend_line(world)
     return world

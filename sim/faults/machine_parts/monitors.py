@@ -86,9 +86,8 @@ def _break(watched: Watched, what: str) -> Act:
     def act(world: World) -> None:
         part = world.device.sensors[watched.monitor.sensor]
         if watched.sensor.on_adc:
-            cast("AdcSensor", part).wiring = Wiring(
-                opened=what == "torn", shorted=what == "shorted"
-            )
+            wiring = Wiring(opened=what == "torn", shorted=what == "shorted")
+            cast("AdcSensor", part).wiring = wiring
             return
         chip = cast("Ds18b20 | SpiChip", part)
         if what == "torn":

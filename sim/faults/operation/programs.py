@@ -13,7 +13,7 @@ from heatwright.sim.faults.effects import Heated
 from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing, tripping
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
-from heatwright.sim.faults.site import OfState, Place
+from heatwright.sim.faults.site import LATCHED, Place
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.programs.state import (
@@ -187,7 +187,7 @@ def _place(world: World) -> list[Any]:
 def _cut_while_latched(world: World) -> None:
     """Cut the sensor off until a fault is latched, repair it, then cut the power."""
     memory.cut_line(world)
-    world.until(OfState(lambda now: now.fault != 0), answer_s(world.site.loop))
+    world.until(LATCHED, answer_s(world.site.loop))
     world.run(shows_s(world.site))
     memory.mend_line(world)
     world.power_cut()
