@@ -95,7 +95,7 @@ def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Control
 
 
 def _checked_scenario(controller: Controller, found: _ScenarioFile, tree: Tree) -> list[Problem]:
-    """Check a scenario by the rules for that of a spec; its path here lacks `simulation`."""
+    """Check a scenario by the rules for a spec's; in its file no key `simulation` is above it."""
     return [
         tree.problem(finding.path[1:], finding.reason, finding.remedy)
         for finding in check(_with_events(controller, found.scenario))

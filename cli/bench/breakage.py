@@ -29,7 +29,7 @@ class Cause:
 
     @property
     def lasts(self) -> bool:
-        """Whether the fault has a cure; otherwise it is brief, or `mend` restores the wiring."""
+        """Whether the fault has a cure; if not, it ends itself, or `mend` restores the wiring."""
         return self.fault.cure is not nothing
 
 

@@ -116,8 +116,8 @@ def print_summary(done: Campaign) -> None:
         told = f"  {count:6d}  {node} became hotter than `bears` allows"
         out.print(told, style="red", markup=False)
     for title, rows in (
-        ("of runs without a fault", summary.figures),
-        ("highest temperature, of all runs", summary.peaks),
+        ("runs without a fault", summary.figures),
+        ("highest temperature, all runs", summary.peaks),
         ("time to trip", summary.trips),
     ):
         if rows:

@@ -128,7 +128,7 @@ def run_here(
         except WorkerDied:
             if death == MOST_DEATHS:
                 raise Refused(
-                    "Again and again a worker process was killed; if memory is short, try fewer "
+                    "Worker processes were killed repeatedly; if memory is short, try fewer "
                     f"--processes. {GOES_ON}"
                 ) from None
         else:

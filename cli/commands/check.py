@@ -137,7 +137,7 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
 
 
 def _trips(spec: Spec) -> tuple[Problem, ...]:
-    """Run the reference model on the machine; its modules are imported here: they are slow."""
+    """Return a problem for each rule that trips in the reference model, which is slow to import."""
     from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
 
     return rehearsed(spec)

@@ -69,7 +69,7 @@ def _examples(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @_choice("output", "What switches the heater:")
 @_choice("interface", "What displays and commands it:")
 @click.option(
-    "--example", metavar="NAME", shell_complete=_examples, help="A whole example instead."
+    "--example", metavar="NAME", shell_complete=_examples, help="Write a whole example instead."
 )
 @json_option
 def command(file: Path, example: str | None, as_json: bool, **wanted: str | None) -> None:

@@ -84,7 +84,7 @@ def jump_k(site: Place, start_c: float, hold_c: float) -> float:
 
 
 def _regained_k(site: Place, start_c: float, hold_c: float) -> float:
-    """Return by how much the rise at full power exceeds at least what `heating` demands, K.
+    """Return the least excess of the rise at full power over what `heating` demands, K.
 
     The machine heats up to a setpoint, from the steady state except for a cold element.
     """

@@ -290,7 +290,7 @@ class _Trial:
         self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")
-        if not self.fault.insisted:  # its acknowledgements do not wait for that
+        if not self.fault.insisted:  # repeated acknowledgements do not wait for this
             self.world.until(SPREAD, SPREADING_S)
 
     def _judge_peaks(self) -> None:

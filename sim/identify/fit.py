@@ -96,7 +96,7 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
 
 
 def _best(setting: Setting, cold: bool, progress: Progress | None) -> Solution:
-    """Fit from every start value, and return the best; a steady start is preferred if as good."""
+    """Return the best fit of all start values; a steady start is chosen if it fits as well."""
     starts = list(_starts(setting, cold))
     if not starts:
         raise Unusable(

@@ -40,7 +40,7 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 
 
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
-    """Return a controller whose loop, if it has no host or master, starts on with a setpoint."""
+    """Return a controller whose loop, if nobody commands it, starts on at this setpoint."""
     spec = controller.loops[loop]
     facts = facts_of(controller, loop)
     if facts.must_release or facts.hosted:

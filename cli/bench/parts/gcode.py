@@ -23,7 +23,7 @@ class Terminal(Seat):
         self._polling = False
 
     def about(self) -> dict[str, Any]:
-        """Return that lines can be typed, that the host polls by itself, and lines to suggest."""
+        """Return the features of the terminal, and the lines that it suggests."""
         return {"types": True, "polls": True, "hints": ["M105", "M115", "M503", "M112", "M999"]}
 
     def lines(self, world: LiveWorld) -> list[Line]:
