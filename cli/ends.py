@@ -83,7 +83,7 @@ def ended(command: click.Command, arguments: list[str]) -> int:
 
 def _run(command: click.Command, arguments: list[str], told: dict[str, Any]) -> _End:
     try:
-        if COMPLETION in os.environ:  # the shell asks for completions
+        if COMPLETION in os.environ:  # the shell requests completions
             command.main(arguments, prog_name="heatwright")
         with command.make_context("heatwright", [*arguments], obj=told) as context:
             result = command.invoke(context)

@@ -31,7 +31,7 @@ def no_complaint(world: World) -> str:
 
 @dataclass(frozen=True)
 class Trip:
-    """A trip that must come, whatever the machine does meanwhile.
+    """A trip that must come, independently of the temperatures of the machine.
 
     rules -- ids of the rules of which one must trip; empty: the one that trips first in the model;
     allowed_s -- longest time from when `due` is true, without a gap, to the trip; due_within_s --

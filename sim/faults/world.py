@@ -358,7 +358,7 @@ class World:
             self.set_setpoint(setpoint_c)
 
     def switch(self, *, on: bool) -> None:
-        """Switch a loop that has a switch beside its setpoint."""
+        """Switch the loop on or off; it must have a switch, not only a setpoint."""
         self._switched_on = on
         self.hand.switch(self, on=on)
 

@@ -43,7 +43,7 @@ class Stage:
     """
 
     def __init__(self, controller: Controller, device: AvrDevice, lasts_s: float) -> None:
-        """Prepare the readings for a run that lasts so long, s."""
+        """Prepare the readings; lasts_s -- length of the run, s."""
         self._device = device
         swings: dict[str, Beat] = {}
         self._beats: list[Beat] = []

@@ -118,7 +118,7 @@ def relay(
     spec = controller.loops[loop]
     pid = spec.algorithm.pid
     assert pid is not None  # noqa: S101 - the checks ensure it
-    assert spec.autotune is not None  # noqa: S101 - the caller has looked
+    assert spec.autotune is not None  # noqa: S101 - the caller has checked it
     length_s = spec.autotune.timeout_s + AFTERWARDS_S
     scenario = (*tune(controller, loop, target_c, spec.autotune.cycles), ending(length_s))
     trace = bench(controller, ReferenceDevice(controller), scenario, progress=progress)

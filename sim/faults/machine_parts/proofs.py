@@ -79,7 +79,7 @@ def _broken(fan: str, **how: Any) -> Act:
 
 def _proof(site: Site, fan: str) -> Proof:
     proof = site.controller.outputs[fan].proof
-    assert proof is not None  # noqa: S101 - it has one
+    assert proof is not None  # noqa: S101 - the fan has a proof
     return proof
 
 

@@ -39,7 +39,6 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _unplug(world: World) -> None:
-    """Unplug the display for a while."""
     world.device.display.unplug()
     world.run(AWAY_S)
     world.device.display.plug()

@@ -29,7 +29,7 @@ SEED = 3
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults that a host, or the cable to it, can cause on a loop that it commands."""
     host = facts_of(site.controller).gcode
-    assert host is not None  # noqa: S101 - only of loops that it commands
+    assert host is not None  # noqa: S101 - a host commands the loop
     after_s = site.loop.protection.master_lost_after_s
     if after_s is not None:
         yield from _silent(site, after_s)
@@ -51,7 +51,7 @@ def lost(
 
 
 def _silent(site: Site, after_s: float) -> Iterator[Fault]:
-    """Yield a host that becomes silent, and one that only asks for the temperatures."""
+    """Yield a host that becomes silent, and one that only requests the temperatures."""
     yield lost(site, "host_lost", after_s, lambda world: world.device.host)
     yield harmless(site, "host_only_asks", nothing, after_s + WATCH_S)
 

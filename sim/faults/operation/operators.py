@@ -133,7 +133,6 @@ def _play(world: World) -> None:
 
 
 def _unplug_and_plug(world: World) -> None:
-    """Unplug the display for some seconds."""
     lcd = world.device.shield.lcd
     lcd.unplug(world.now_s)
     world.run(3.0)
