@@ -52,7 +52,7 @@ def command(specs: tuple[Path, ...], quick: bool, watch: bool, as_json: bool) ->
 
 
 def _saves(specs: tuple[Path, ...]) -> Iterator[None]:
-    """Yield at once, and whenever a file was saved; it may be missing while an editor replaces it."""
+    """Yield at once, and whenever a file was saved; an editor may delete it for a moment."""
     seen: list[tuple[int, int] | None] | None = None
     while True:
         found = [_stamp(path) for path in specs]

@@ -94,7 +94,7 @@ def _list(rows: Sequence[ComparisonRow]) -> str:
 
 
 def _own_row(controller: Controller, name: str, first: ComparisonRow) -> ComparisonRow:
-    """Make the row of a loop as it is, at its initial setpoint; if that is off, at `first`'s."""
+    """Return a row for the loop as it is, at its initial setpoint; if that is 0, at `first`'s."""
     loop = controller.loops[name]
     off = loop.setpoint.initial_c == 0.0 and facts_of(controller, name).hosted
     return ComparisonRow.model_construct(
