@@ -13,7 +13,7 @@ class Peaks:
     """The highest temperature of every node, and the power given, since the recording began."""
 
     def __init__(self, machine: Machine, sensor: str) -> None:
-        """Begin now; sensor -- one whose highest temperature is recorded, too."""
+        """Begin now; sensor -- its highest temperature is recorded, too."""
         self._machine = machine
         self._from_c = machine.plant.vector.copy()
         self._first = machine.count

@@ -49,7 +49,7 @@ def pattern(residuals_k: Series) -> float:
 
 
 def correlation_rows(residuals_k: Series) -> float:
-    """Return over how many rows residuals are correlated: n rows equal n / this independent ones.
+    """Return over how many rows r residuals are correlated: n rows count as n / r independent rows.
 
     1 + 2·Σρ_k, summed while pairs of neighbours stay positive (Geyer, Statistical Science 7, 1992).
     """

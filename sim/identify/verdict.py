@@ -14,7 +14,7 @@ from heatwright.spec.quantity import about
 FIRST = 5
 """Number of rows whose median is the temperature at the record's beginning."""
 COLDER_K = 2.0
-"""A machine that is colder than the ambient by this cannot simply have been off for long."""
+"""A machine that was off for long cannot be colder than the ambient by more than this."""
 
 
 class Found(NamedTuple):

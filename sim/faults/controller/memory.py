@@ -22,7 +22,7 @@ from heatwright.spec.registry import module_of
 SEED = 1
 WATCH_S = 30.0
 HIGHEST_BIT = 7
-"""Highest bit of a byte; in the third byte of a float this is the lowest bit of the exponent."""
+"""Highest bit of a byte; in the third byte of a float it is the lowest bit of the exponent."""
 LOWEST_BIT = 0
 SEAL, UNSEALED = "flash_seal", b"\xff\xff"
 """The constant with the program's checksum, and its value before seal.py has written it."""

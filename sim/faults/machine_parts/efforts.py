@@ -21,7 +21,7 @@ BEYOND = 1.15
 SPARE = 0.05
 """Margin, as a share of the nodes' limits above ambient: a drift is detected late."""
 SLOW = 4.0
-"""A drift takes this many filter times, and is this many times slower than `rise_rate`."""
+"""A drift takes SLOW filter times, and is SLOW times slower than `rise_rate`."""
 STANDING_K = 1.0
 """How far above the setpoint and its hysteresis the reading stays."""
 FILTERS, TIMES = 4.0, 2.0
@@ -29,7 +29,7 @@ FILTERS, TIMES = 4.0, 2.0
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield the faults for which rules effort_high and effort_low exist, where they can trip."""
+    """Yield the faults at which rules effort_high and effort_low must trip, if they can."""
     effort = site.loop.protection.effort
     if effort is None or site.loop.cooler is not None:
         return

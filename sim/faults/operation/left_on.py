@@ -1,4 +1,4 @@
-"""A loop that nobody switches off: its `on_for_at_most` ends, and only off restarts it."""
+"""A loop that nobody switches off: `on_for_at_most` ends, and starts anew only when it is off."""
 
 from collections.abc import Iterator
 from dataclasses import replace

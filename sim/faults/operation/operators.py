@@ -74,7 +74,7 @@ def _leak(world: World) -> None:
 
 
 def _acknowledged_once(world: World) -> str:
-    """Check that only the intended press at the end has acknowledged."""
+    """Check that only the press at the end of the trial has acknowledged."""
     times = sum(not each.code for each in world.trips.changes)
     return "" if times <= 1 else f"the leaking key acknowledged {times - 1} times"
 
@@ -163,7 +163,7 @@ def _flood(world: World) -> None:
 
 def keeps_time(world: World) -> str:
     """Check that every control step was in time."""
-    late_s = off_s(world.device.steps(world.site.loop_name), world.site.loop.period_s)
+    late_s = off_s(world.device.steps(world.site.loop_name), world.site.loop.periods_s(1))
     return "" if late_s < JITTER_S + TICK_S else f"a step was {late_s * 1000:.1f} ms early or late"
 
 

@@ -237,7 +237,7 @@ def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
 
 
 def _lag_was_long(world: World, programs: Programs, hold_back: HoldBack) -> str:
-    """Check that the rule did not trip too early, and that the program then did as it must."""
+    """Check that program_lags did not trip too early, and what the program did after the trip."""
     lags = [trip for trip in world.trips.since(0.0) if RULES[trip.code].id == LAGS]
     early = bool(lags) and lags[0].time_s < hold_back.limit_s
     return "program_lags tripped too early" if early else _judge(programs)(world)
