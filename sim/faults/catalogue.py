@@ -76,8 +76,7 @@ def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fau
 
 
 def _of_loop(site: Site) -> list[Fault]:
-    parts = _parts_of_loop(site)
-    found = [fault for faults in (*parts.values(), healthy.faults(site)) for fault in faults]
+    found = [*chain.from_iterable(_parts_of_loop(site).values()), *healthy.faults(site)]
     return [*left_on.over_meanwhile(site.controller, found), *left_on.faults(site)]
 
 
@@ -106,9 +105,8 @@ def _sensors(site: Site) -> list[str]:
 
 
 def _of_controller(site: Site, quickest: Site) -> list[Fault]:
-    parts = _parts_of_controller(site, quickest)
-    found = [fault for faults in parts.values() for fault in faults]
-    return left_on.over_meanwhile(site.controller, found)
+    found = chain.from_iterable(_parts_of_controller(site, quickest).values())
+    return left_on.over_meanwhile(site.controller, list(found))
 
 
 def _parts_of_controller(site: Site, quickest: Site) -> dict[str, Iterable[Fault]]:

@@ -152,8 +152,7 @@ class World:
         loops = site.controller.loops.values()
         sums = any(sums_noise(site.controller, loop.sensor) for loop in loops)
         period_s = site.loop.period_s  # in whole steps, otherwise readings would seem to jump
-        shortest_s = site.controller.shortest_period_s
-        most_s = min(STEP_S, metered_step_s(site.controller), shortest_s)
+        most_s = min(STEP_S, metered_step_s(site.controller), site.controller.shortest_period_s)
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)

@@ -208,8 +208,7 @@ def unseal(world: World) -> None:
 
 def seal(world: World) -> None:
     """Restart with the program and its checksum again."""
-    program = world.site.program
-    _put_seal(world, program.flash_bytes(SEAL, len(UNSEALED)))
+    _put_seal(world, world.site.program.flash_bytes(SEAL, len(UNSEALED)))
 
 
 def _put_seal(world: World, wanted: bytes) -> None:

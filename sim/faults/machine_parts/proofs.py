@@ -52,8 +52,7 @@ def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
     """
     proof = _proof(site, fan)
     counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0
-    measured = site.facts.current
-    rules = ("fan_stopped", *(CURRENT_RULES if measured else ()))
+    rules = ("fan_stopped", *(CURRENT_RULES if site.facts.current else ()))
     trip = Trip(rules, site.loop.next_step_s(counting_s + proof.within_s) + TICK_S)
     found = tripping(site, name, cause, trip, _mend(fan))
     return replace(found, off_within_s=counting_s + 2 * TICK_S, again=True)

@@ -86,8 +86,7 @@ def _keeps_setpoint(world: World) -> str:
 
 def _garble(world: World) -> None:
     """Send numbered lines through a cable that damages many of them."""
-    host = world.device.host
-    host.noise = SerialNoise(to_board_share=GARBLED_SHARE, seed=SEED)
+    world.device.host.noise = SerialNoise(to_board_share=GARBLED_SHARE, seed=SEED)
     for _ in range(LINES):
         world.device.send(f"{world.site.heat_command} S{starts.highest_c(world.site):g}")
 

@@ -202,8 +202,7 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
     ramp_s = _ramp_s(site, first)
     if hold_back is None or ramp_s is None or first.to_c is None:
         return
-    ambient_c = site.ambient_c
-    share = _share_for(site, first.to_c - BELOW_TARGET_K, ambient_c)
+    share = _share_for(site, first.to_c - BELOW_TARGET_K)
     weak = Heated(site.loop.heater, effects.weakened(share))
     yield Fault(
         "heater_too_weak_for_program",
@@ -224,12 +223,12 @@ def _ramp_s(site: Site, segment: Segment) -> float | None:
     return abs(segment.to_c - site.ambient_c) / segment.at_k_per_h * 3600.0
 
 
-def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
-    """Return the share of full power that holds a temperature, by bisection."""
+def _share_for(site: Site, level_c: float) -> float:
+    """Return the share of full power that holds a temperature, °C, found by bisection."""
     low, high = 0.0, 1.0
     for _ in range(20):
         middle = (low + high) / 2
-        if steady_c(site, middle, ambient_c=ambient_c) < level_c:
+        if steady_c(site, middle, ambient_c=site.ambient_c) < level_c:
             low = middle
         else:
             high = middle

@@ -54,8 +54,7 @@ def _sensor(site: Site) -> Thermistor | Rtd | Analog:
 
 def _wire(wiring: Wiring) -> Act:
     def act(world: World) -> None:
-        tip = cast("AdcSensor", world.device.sensors[world.site.loop.sensor])
-        tip.wiring = wiring
+        cast("AdcSensor", world.device.sensors[world.site.loop.sensor]).wiring = wiring
 
     return act
 
