@@ -25,7 +25,7 @@ def read_beside(
     empty: tuple[str, str],
     checked: Callable[[M, Tree], Iterable[Problem]],
 ) -> M:
-    """Read a file.
+    """Read a YAML file, and check it.
 
     empty -- reason and remedy for a file without content; checked -- finds what is wrong in a file
     whose values are all valid. Raises SpecError: the file is wrong, with all problems; OSError: it
@@ -83,13 +83,10 @@ def with_scenario(spec: Spec, file: Path | None, length_s: float | None) -> Cont
             file, _ScenarioFile, NO_SCENARIO, partial(_checked_scenario, spec.controller)
         ).scenario
     if length_s is not None:
-        kept = (event for event in scenario if event.for_s is None and _at(event) < length_s)
+        events = (event for event in scenario if event.for_s is None)
+        kept = (event for event in events if (event.at_s or 0.0) < length_s)
         scenario = (*kept, Event.model_validate({"for": f"{length_s!r} s"}))
     return _with_events(spec.controller, scenario)
-
-
-def _at(event: Event) -> float:
-    return event.at_s or 0.0
 
 
 def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Controller:
@@ -98,7 +95,7 @@ def _with_events(controller: Controller, scenario: tuple[Event, ...]) -> Control
 
 
 def _checked_scenario(controller: Controller, found: _ScenarioFile, tree: Tree) -> list[Problem]:
-    """Check the scenario by the rules for a spec's own; `simulation` is not in this file."""
+    """Check a scenario by the rules for a spec's; in its file no key `simulation` is above it."""
     return [
         tree.problem(finding.path[1:], finding.reason, finding.remedy)
         for finding in check(_with_events(controller, found.scenario))

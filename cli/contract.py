@@ -21,7 +21,7 @@ EXAMPLE = "example.yaml"
 UNFINISHED = "#error"
 """Mark of a template that is still to be written."""
 _OF_LOOPS = {"cut", "mend"}
-"""Functions that disconnect a loop's sensor and connect it; a current sensor needs none."""
+"""Functions that disconnect and connect a loop's sensor; a current sensor does not need them."""
 SHARES = (0.2, 0.5, 0.8)
 """Temperatures at which a thermometer's reference model is tried, as shares of its range."""
 
@@ -39,42 +39,42 @@ def lacking(role: str, kind: str) -> Iterator[str]:
     if model is None:
         yield f"pyproject.toml: no entry point {role}.{kind} in heatwright.kinds that is installed"
         return
-    found = [*_of_model(role, model), *_of_layers(role, kind, model)]
+    found = [*_lacking_in_model(role, model), *_lacking_files(role, kind, model)]
     if package is not None:
         found += _unfinished(package.package)
-        found += () if found else _of_example(role, kind, package.package)
+        found += () if found else _lacking_in_example(role, kind, package.package)
     yield from dict.fromkeys(found)
 
 
-def _of_model(role: str, model: type[BaseModel]) -> Iterator[str]:
+def _lacking_in_model(role: str, model: type[BaseModel]) -> Iterator[str]:
     file = file_of(model.__module__)
     if not model.__doc__:
         yield f"{file}: {model.__name__} has no docstring, which the schema shows"
     for name, field in model.model_fields.items():
         if name != "kind" and not (field.description or "").endswith("."):
             yield f"{file}: {model.__name__}.{name} has no description with a full stop"
-    for name in sorted(_said_by_all(role, model) - _said(model)):
+    for name in sorted(_attributes_of_all(role, model) - _attributes(model)):
         yield f"{file}: {model.__name__} does not define {name}, as every similar {role} does"
 
 
-def _said_by_all(role: str, model: type[BaseModel]) -> set[str]:
+def _attributes_of_all(role: str, model: type[BaseModel]) -> set[str]:
     """Return the attributes that all of heatwright's own models of the same group define."""
     own = [each for kind, each in kinds(UNIONS[role]).items() if kind not in brought(role)]
-    alike = [each for each in own if _sort(each) == _sort(model)]
-    return set.intersection(*map(_said, alike or own))
+    alike = [each for each in own if _group(each) == _group(model)]
+    return set.intersection(*map(_attributes, alike or own))
 
 
-def _sort(model: type[BaseModel]) -> tuple[object, ...]:
+def _group(model: type[BaseModel]) -> tuple[object, ...]:
     """Return a model's group: what a sensor must define depends on its input and quantity."""
     return tuple(getattr(model, name, None) for name in ("on_adc", "measures_current"))
 
 
-def _said(model: type[BaseModel]) -> set[str]:
+def _attributes(model: type[BaseModel]) -> set[str]:
     names = {*dir(model), *model.model_fields} - set(dir(BaseModel))
     return {name for name in names if not name.startswith("_")}
 
 
-def _of_layers(role: str, kind: str, model: type[BaseModel]) -> Iterator[str]:
+def _lacking_files(role: str, kind: str, model: type[BaseModel]) -> Iterator[str]:
     for layer in LAYERS[role]:
         name = place_of(role, layer, kind)
         left_out = _OF_LOOPS if getattr(model, "measures_current", False) else set()
@@ -128,7 +128,7 @@ def _all(folder: Traversable) -> Iterator[Traversable]:
             yield each
 
 
-def _of_example(role: str, kind: str, package: str) -> Iterator[str]:
+def _lacking_in_example(role: str, kind: str, package: str) -> Iterator[str]:
     where = f"{package.replace('.', '/')}/{EXAMPLE}"
     file = files(package) / EXAMPLE
     if not file.is_file():
@@ -146,7 +146,7 @@ def _of_example(role: str, kind: str, package: str) -> Iterator[str]:
     if spec.controller.simulation is None:
         yield f"{where}: it has no simulation, and cannot be verified without one"
     for sensor in used if role == "sensor" else ():
-        yield from _of_reference(sensor, spec.controller, package)
+        yield from _lacking_in_reference(sensor, spec.controller, package)
 
 
 def _used(role: str, spec: Spec) -> list[Any]:
@@ -162,7 +162,7 @@ def _used(role: str, spec: Spec) -> list[Any]:
     return used[role]
 
 
-def _of_reference(sensor: Any, controller: Controller, package: str) -> Iterator[str]:
+def _lacking_in_reference(sensor: Any, controller: Controller, package: str) -> Iterator[str]:
     """Check the reference model: readings of an ideal sensor convert back to its temperature."""
     if sensor.measures_current:
         return

@@ -9,7 +9,7 @@ import traceback
 from enum import IntEnum
 from io import StringIO
 from types import FrameType
-from typing import IO, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import click
 
@@ -32,9 +32,9 @@ class Status(IntEnum):
 
 
 JSON_TOLD = "JSON is told"
-"""Set in the context's object once a command has printed its JSON: there is only one."""
+"""Key that is set in click's context once a command has printed JSON: it prints only one object."""
 UNWRITTEN = "cannot be written"
-"""Note on an error of writing a file; see also `heatwright.spec.loading.user_file`."""
+"""Note that is added to an error of writing; `spec.loading.user_file` adds one of reading."""
 
 _OF_STREAMS = {
     errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG, errno.EDQUOT, errno.EAGAIN,
@@ -46,11 +46,11 @@ COMPLETION = "_HEATWRIGHT_COMPLETE"
 
 
 class Refused(Exception):
-    """The command cannot be done; the text says why, and what to do about it."""
+    """The command cannot be executed; the text says why, and what to do about it."""
 
 
 class _End(NamedTuple):
-    """The end of a command: its status and, where it could not be done, why."""
+    """The end of a command: its status, and the reason if the command failed."""
 
     status: int
     text: str = ""
@@ -83,7 +83,7 @@ def ended(command: click.Command, arguments: list[str]) -> int:
 
 def _run(command: click.Command, arguments: list[str], told: dict[str, Any]) -> _End:
     try:
-        if COMPLETION in os.environ:  # the shell asks for completions
+        if COMPLETION in os.environ:  # the shell requests completions
             command.main(arguments, prog_name="heatwright")
         with command.make_context("heatwright", [*arguments], obj=told) as context:
             result = command.invoke(context)
@@ -219,13 +219,8 @@ def unusable(error: OSError) -> str:
 def _prepare_streams() -> None:
     """Replace characters that the terminal's encoding lacks, instead of failing."""
     for stream in (sys.stdout, sys.stderr):
-        _lenient(stream)
-
-
-def _lenient(stream: IO[str] | None) -> None:
-    reconfigure = getattr(stream, "reconfigure", None)
-    if reconfigure is not None:
-        reconfigure(errors="replace")
+        if reconfigure := getattr(stream, "reconfigure", None):
+            reconfigure(errors="replace")
 
 
 class _Signals:

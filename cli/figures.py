@@ -1,5 +1,6 @@
 """Figures of merit, as JSON data and as rows of tables."""
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -116,3 +117,8 @@ def span(low_c: float, high_c: float) -> str:
 def rounded(value: float | None, digits: int = 6) -> float | None:
     """Round away the numerical noise of sums."""
     return None if value is None else round(value, digits)
+
+
+def finite(value: float) -> float | None:
+    """Return a rounded number for JSON; None if it is infinite or NaN, which JSON cannot hold."""
+    return rounded(value) if math.isfinite(value) else None

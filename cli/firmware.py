@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 def build_firmware(spec: Spec, job: Job) -> BuildResult:
-    """Generate and build; the binary stays in the cache.
+    """Generate and build the firmware; the binary stays in the cache.
 
-    Raises ToolMissing, BuildFailed; DoesNotFit, one of these: the board is too small.
+    Raises ToolMissing, BuildFailed, DoesNotFit: the board is too small.
     """
     from heatwright.generator import plan_firmware, render, write  # noqa: PLC0415
     from heatwright.generator.toolchain import BuildFailed, CompilerFailed, TooLarge, build  # noqa: PLC0415

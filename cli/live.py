@@ -12,19 +12,17 @@ from heatwright.cli.ends import Refused
 from heatwright.cli.talk import talk
 
 if TYPE_CHECKING:
-    from heatwright.spec import Controller, Spec
-    from heatwright.spec.interfaces import Line
+    from heatwright.spec import Spec
 
 
-def serve(
-    spec: Spec, controller: Controller, *, speed: float, until_s: float | None, as_json: bool
-) -> None:
+def serve(spec: Spec, *, speed: float, until_s: float | None, as_json: bool) -> None:
     """Build the firmware and run it in real time until Ctrl-C, or until `until_s`.
 
     speed -- board time divided by real time.
     """
     from heatwright.spec import facts_of  # noqa: PLC0415
 
+    controller = spec.controller
     facts = facts_of(controller)
     listener = facts.gcode or facts.modbus or facts.nextion or facts.log
     if listener is None:
@@ -34,17 +32,6 @@ def serve(
         )
     if controller.simulation is None:
         raise Refused("There is no machine to run against: the spec has no `simulation`.")
-    _run(spec, controller, listener.line, speed, until_s, as_json)
-
-
-def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
-    spec: Spec,
-    controller: Controller,
-    line: Line,
-    speed: float,
-    until_s: float | None,
-    as_json: bool,
-) -> None:
     from heatwright.cli.firmware import build_firmware  # noqa: PLC0415
     from heatwright.sim.device import AvrDevice  # noqa: PLC0415 - needs the native part
     from heatwright.sim.interfaces.modbus_rtu import format_of  # noqa: PLC0415
@@ -53,7 +40,7 @@ def _run(  # noqa: PLR0913, PLR0917 - handed on by the one caller
 
     with talk() as shown:
         built = build_firmware(spec, shown.begin("Building the firmware"))
-    device = AvrDevice(controller, built.elf)
+    device, line = AvrDevice(controller, built.elf), listener.line
     uart = controller.board.uarts[line.port].number
     port = SerialPort(device, line.baud, format_of(line), uart=uart)
     with port, suppress(KeyboardInterrupt):

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from heatwright.spec import Controller
 
-NOTHING_LESS = 1.0
+WHOLE_SHARE = 1.0
+"""Share of the time in which a load conducts at full duty, if it is rated for its supply."""
 
 
 def loads(controller: Controller) -> Iterator[dict[str, Any]]:
@@ -24,7 +25,7 @@ def loads(controller: Controller) -> Iterator[dict[str, Any]]:
         if output.is_on_off or output.power_w is None:
             continue
         peak_a = full_a(output)
-        if peak_a is None or (output.full_share == NOTHING_LESS and output.current is None):
+        if peak_a is None or (output.full_share == WHOLE_SHARE and output.current is None):
             continue
         yield {
             "output": name,

@@ -56,7 +56,7 @@ class _Commands(Command, click.Group):
 
 def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
     if asked:
-        from importlib.metadata import version  # noqa: PLC0415 - seldom asked, and slow to import
+        from importlib.metadata import version  # noqa: PLC0415 - slow to import
 
         click.echo(f"heatwright {version('heatwright')}")
         ctx.exit()

@@ -132,7 +132,7 @@ def _begin(told: Any) -> None:
     gc.freeze()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
-    global _told  # noqa: PLW0603 - the one thing a worker has of its own
+    global _told  # noqa: PLW0603 - each worker sets its own
     _told = told
 
 
@@ -141,7 +141,7 @@ def _clean_up(_: int, __: FrameType | None) -> None:
 
     SystemExit is lost in a callback from C code: so an alarm calls this handler again after 1 s.
     """
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # such a function would print the SystemExit
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # such C code would print the SystemExit
     signal.signal(signal.SIGALRM, _clean_up)
     signal.alarm(1)
     raise SystemExit

@@ -28,6 +28,6 @@ def found(*, waits: bool = False) -> str:
 
 def _plugged() -> list[str]:
     """List the ports of adapters and boards: only these have a USB vendor number."""
-    from serial.tools.list_ports import comports  # noqa: PLC0415 - takes a while
+    from serial.tools.list_ports import comports  # noqa: PLC0415 - slow to import
 
     return sorted(port.device for port in comports() if port.vid is not None)

@@ -99,7 +99,7 @@ def print_run(run: Run, spec: Spec, device: str) -> None:
     for loop, shown in run.lights.items():
         click.echo(f"  LEDs of {loop}: {', '.join(' '.join(each) for each in shown.items())}")
     for time_s, text in run.not_done or ():
-        click.secho(f"  request not done after {time_s:.1f} s: {text}", fg="yellow")
+        click.secho(f"  request at {time_s:.1f} s failed: {text}", fg="yellow")
     click.echo(f"  {speed_text(run)}")
 
 

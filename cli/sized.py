@@ -83,16 +83,16 @@ def rows(found: Sized) -> Iterator[Row]:
     ends = f"{celsius(reserve.setpoint_c)}, ambient {celsius(reserve.ambient_c)}"
     yield f"power that the plant needs at {ends}", about(reserve.needed_w), "W"
     yield "  thermal resistance from sensor to ambient", about(reserve.resistance_k_per_w), "K/W"
-    yield from _of_walls(found)
+    yield from _wall_rows(found)
     low_w, high_w = map(about, reserve.recommended_w)
     yield "power with the recommended reserve of 30 to 50 %", f"{low_w} .. {high_w}", "W"
     yield "power at full duty", about(reserve.power_w), "W"
     yield "  its reserve", f"{100 * reserve.share:.0f}", "%"
     if found.wire is not None:
-        yield from _of_wire(found.wire, found.measured_c)
+        yield from _wire_rows(found.wire, found.measured_c)
 
 
-def _of_walls(found: Sized) -> Iterator[Row]:
+def _wall_rows(found: Sized) -> Iterator[Row]:
     for number, wall in enumerate(found.walls, start=1):
         yield f"wall {number}: film inside", about(wall.inside_k_per_w), "K/W"
         yield "  its layers", about(wall.layers_k_per_w), "K/W"
@@ -106,7 +106,7 @@ def _of_walls(found: Sized) -> Iterator[Row]:
         yield "  the plant's need minus this", f"{found.reserve.needed_w - found.loss_w:+.1f}", "W"
 
 
-def _of_wire(wire: SizedWire, measured_c: float | None) -> Iterator[Row]:
+def _wire_rows(wire: SizedWire, measured_c: float | None) -> Iterator[Row]:
     yield "wire: resistance", about(wire.resistance_ohm), "Ω"
     yield "  its current at full power", about(wire.current_a), "A"
     yield "  its diameter", about(wire.diameter_mm), "mm"

@@ -15,7 +15,7 @@ def main() -> None:
     """Run the command line; Ctrl-C during its import ends the process as it does later."""
     gc.set_threshold(BETWEEN_COLLECTIONS)
     signal.signal(signal.SIGINT, _interrupted)
-    from heatwright.cli.main import main as run  # noqa: PLC0415 - takes a while
+    from heatwright.cli.main import main as run  # noqa: PLC0415 - slow to import
 
     run()
 

@@ -1,4 +1,4 @@
-"""Files the user asked for: checked before the work, written whole or not at all."""
+"""Output files: each is checked before the work, and is written completely or not at all."""
 
 import os
 import tempfile

@@ -23,10 +23,10 @@ from heatwright.sim.live import Clock
 from heatwright.spec import Controller
 
 SLICE_S = 0.02
-"""Real time between two checks for commands, s: a key press waits no longer."""
+"""Real time between two checks for commands, s: the longest time for which a key press waits."""
 TELL_S = 0.02
 TELL_QUICK_S = 0.1
-"""Shortest real time between two updates of the tabs, s: at speeds up to real time, and above."""
+"""Shortest real time between two updates of the tabs, s: up to real time, and at higher speeds."""
 PICTURE_S, PICTURE_QUICK_S = 0.2, 1.0
 VARIABLES_S = 0.5
 """Shortest real time, s, between two pictures of a touch display (at speeds up to real time, and
@@ -37,10 +37,10 @@ MOST_STRETCH = 20_000
 """Maximum number of steps of time in a stretch."""
 FULL = math.inf
 ROUNDING_S = 1e-6
-"""More than the processor's cycle, to which the end of a step is rounded."""
+"""Longer than a cycle of the processor, s: the end of a step is rounded to whole cycles."""
 
 Answer = Callable[[str], None]
-"""Called with an error message about a command, or ""."""
+"""Function that gets the error message about a command, or "" if there was no error."""
 
 
 class Board:
@@ -78,7 +78,7 @@ class Board:
         self.set_speed(speed)
         self._thread = Thread(target=self._run, name="board", daemon=True)
 
-    # -- what the server does ------------------------------------------------------------------
+    # -- called by the server ------------------------------------------------------------------
 
     def start(self) -> None:
         """Start the thread."""
@@ -90,17 +90,17 @@ class Board:
         self._thread.join()
 
     def order(self, order: Order, answer: Answer) -> None:
-        """Queue a command; answer -- is called in the board's thread."""
+        """Queue a command; answer -- called in the board's thread, with the error message or ""."""
         self._orders.put((order, answer))
 
     def scenario(self) -> str:
-        """Return the recorded actions as a scenario file. Raises Unsaid."""
+        """Return the recorded actions as a scenario file. Raises Unsaid: there are too many."""
         return self.recorded.text(self.name, self.world.now_s)
 
-    # -- what commands do ------------------------------------------------------------------------
+    # -- called by commands --------------------------------------------------------------------
 
     def set_speed(self, speed: float) -> None:
-        """Change the speed."""
+        """Change the speed: board time divided by real time; 0 pauses the board."""
         self.speed = speed
         self._begins_s = self.world.now_s
         self._clock = Clock(speed if 0 < speed < FULL else 1.0)
@@ -140,7 +140,7 @@ class Board:
                     self.tell(force=True)
                     self._await_order()
                 elif self.speed == FULL:
-                    self._go_fully()
+                    self._go_at_full_speed()
                 else:
                     self._go_at_pace()
                 self.tell()
@@ -188,16 +188,16 @@ class Board:
     # -- time ----------------------------------------------------------------------------------
 
     def _go_at_pace(self) -> None:
-        """Advance by the board time that fits a slice of real time, or by a step of the machine."""
+        """Advance by the board time of one SLICE_S, but at least by one step of the machine."""
         world = self.world
         steps = int(self.speed * SLICE_S / world.step_s)
         if steps > 1:
             self.go_to(world.now_s + steps * world.step_s)
             self._clock.wait(world.now_s - self._begins_s)
         else:
-            world.act_within(self._slowly)
+            world.act_within(self._run_in_slices)
 
-    def _go_fully(self) -> None:
+    def _go_at_full_speed(self) -> None:
         """Advance as far as possible in about FULL_S of real time."""
         begin_s, from_s = monotonic(), self.world.now_s
         steps = max(1, min(MOST_STRETCH, round(self._per_s * FULL_S)))
@@ -210,36 +210,36 @@ class Board:
         """Advance to a time, in whole steps, and execute all actions that are due before it."""
         world = self.world
         while (left := round((time_s - world.now_s) / world.step_s)) > 0:
-            calm = left
+            undisturbed = left
             if self._due:
-                calm = min(left, math.floor((self._due[0][0] - world.now_s) / world.step_s))
-            if calm > 0:
-                world.run(calm * world.step_s)
+                undisturbed = min(left, math.floor((self._due[0][0] - world.now_s) / world.step_s))
+            if undisturbed > 0:
+                world.run(undisturbed * world.step_s)
             else:
-                world.act_within(self._through)
+                world.act_within(self._run_and_act)
 
-    def _through(self, end_s: float) -> None:
-        """Run the device to the end of a step, and execute the actions that are due meanwhile."""
+    def _run_and_act(self, end_s: float) -> None:
+        """Run the device to the end of a step, and execute the actions that are due before it."""
         while self._due and self._due[0][0] <= end_s:
             at_s, _, act = heapq.heappop(self._due)
             self.world.device.advance(max(at_s, self.world.now_s))
             act()
         self.world.device.advance(end_s)
 
-    def _slowly(self, end_s: float) -> None:
-        """Run the device to the end of a step in slices of real time; execute commands between."""
+    def _run_in_slices(self, end_s: float) -> None:
+        """Run the device to the end of a step in slices of real time, with commands between."""
         device = self.world.device
         while (left_s := end_s - device.time_s) > ROUNDING_S:
             if self._waiting is None and not self._stop.is_set():
                 self._take_orders(at_once=True)
             hurries = self._waiting is not None or not 0 < self.speed < FULL
             part_s = left_s if hurries else min(left_s, self.speed * SLICE_S)
-            self._through(device.time_s + part_s if part_s < left_s else end_s)
+            self._run_and_act(device.time_s + part_s if part_s < left_s else end_s)
             if not hurries:
                 self.tell()
                 self._clock.wait(device.time_s - self._begins_s)
 
-    # -- what the tabs get ---------------------------------------------------------------------
+    # -- data for the tabs ---------------------------------------------------------------------
 
     def tell(self, *, force: bool = False) -> None:
         """Publish the new state to the tabs, if an update is due."""

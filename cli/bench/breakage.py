@@ -21,7 +21,7 @@ Slots = frozenset[tuple[str, str]]
 
 @dataclass(frozen=True)
 class Cause:
-    """One fault that can be caused; loop -- the loop whose part fails."""
+    """One fault that can be caused; part, loop -- the part that fails, and its loop."""
 
     part: str
     loop: str
@@ -29,12 +29,12 @@ class Cause:
 
     @property
     def lasts(self) -> bool:
-        """Whether the fault has a cure; otherwise it happens once, or is undone in the wiring."""
+        """Whether the fault has a cure; if not, it ends itself, or `mend` restores the wiring."""
         return self.fault.cure is not nothing
 
 
 class Breakage:
-    """All possible faults, and the active ones; causes -- by the catalogue's id."""
+    """All possible faults, and the active ones; causes -- all, by their ids in the catalogue."""
 
     def __init__(self, world: LiveWorld, program: Elf) -> None:
         self._world = world
@@ -52,10 +52,10 @@ class Breakage:
 
     def bring(self, name: str) -> None:
         """Cause a fault. Raises LookupError: the catalogue does not have it."""
-        cause = self._of(name)
+        cause = self._cause_of(name)
         if name in self._active:
             return
-        for other in [each for each in self._active if self._excludes(cause, self._of(each))]:
+        for other in [each for each in self._active if self._excludes(cause, self._cause_of(each))]:
             self.mend(other)
         before = self._wired()
         with self._world.at(cause.loop):
@@ -66,12 +66,12 @@ class Breakage:
             return
         self._active = {
             other: taken for other, taken in self._active.items() if not taken & places
-        }  # the new fault has replaced those in its places
+        }  # the new fault has replaced all others in its places
         self._active[name] = places
 
     def mend(self, name: str) -> None:
         """Remove the cause of a fault again."""
-        cause = self._of(name)
+        cause = self._cause_of(name)
         places = self._active.pop(name, None)
         if places is None:
             return
@@ -84,14 +84,14 @@ class Breakage:
             wires[kind].pop(place, None)
 
     def renew(self) -> None:
-        """Cause again the faults that a loss of power has undone: of chips and of pins."""
+        """Cause again the faults of chips and pins, which a loss of power has ended."""
         if self._renewing:
             return
         self._renewing = True
         wiring = self._world.wiring
         heat, besides, feel = dict(wiring.heat), dict(wiring.besides), dict(wiring.feel)
         for name, slots in self._active.items():
-            cause = self._of(name)
+            cause = self._cause_of(name)
             if slots or cause.part in OUTLIVES:
                 continue
             with self._world.at(cause.loop):
@@ -101,10 +101,10 @@ class Breakage:
 
     @staticmethod
     def _excludes(cause: Cause, other: Cause) -> bool:
-        """Return whether both are faults of one sensor: it has one at a time."""
+        """Return whether both are faults of one sensor, which can have only one at a time."""
         return cause.part == other.part == "sensor" and cause.loop == other.loop
 
-    def _of(self, name: str) -> Cause:
+    def _cause_of(self, name: str) -> Cause:
         if name not in self.causes:
             raise LookupError(f"The catalogue has no fault {name}.")
         return self.causes[name]

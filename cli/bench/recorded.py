@@ -107,7 +107,7 @@ def in_words(what: Mapping[str, Any]) -> str:
 
 
 def event_of(what: Mapping[str, Any]) -> Event:
-    """Return the event of a scenario's keys. Raises BadOrder, with the message of a spec."""
+    """Return the event with these keys. Raises BadOrder: a value is invalid; the text says why."""
     try:
         return Event.model_validate({"at": "0 s", **what})
     except ValidationError as error:

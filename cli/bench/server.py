@@ -65,7 +65,7 @@ class Shown(Protocol):
         """Execute a command; answer -- is called with an error message, or ""."""
 
     def scenario(self) -> str:
-        """Return the recorded actions as a scenario file. Raises Unsaid."""
+        """Return the recorded actions as a scenario file. Raises Unsaid: there are too many."""
 
 
 class OwnNames:
@@ -133,7 +133,7 @@ class Pages:
         found = self._board.store.pictures.get(request.path_params["number"])
         if found is None:
             return _nothing()
-        from heatwright.sim.interfaces.nextion.screen import as_png  # noqa: PLC0415 - see Nextion
+        from heatwright.sim.interfaces.nextion.screen import as_png  # noqa: PLC0415 - slow to import
 
         return Response(as_png(found, QUICKLY), 200, SAFE, "image/png")
 
@@ -254,12 +254,12 @@ def _order(text: str) -> dict[str, Any]:
 class Server:
     """A server that is bound to a port, and serves once `run` is called.
 
-    address -- of its page; bound_to -- the address of this computer that it listens on. Raises
+    address -- the URL of its page; bound_to -- the network address on which it listens. Raises
     OSError: the port is in use.
     """
 
     def __init__(self, board: Shown, port: int = 0) -> None:
-        """Bind the server to a port; 0: any free one."""
+        """Bind the server to a port, or to any free port if it is 0."""
         self._socket = socket.create_server((HOST, port))
         self.bound_to, port = self._socket.getsockname()
         token = secrets.token_urlsafe(16)

@@ -36,7 +36,7 @@ class View:
         """Add a line to the journal: an action of the user, or a fault of the firmware."""
         self._journal.append([round(time_s, 3), text])
 
-    # -- once ----------------------------------------------------------------------------------
+    # -- data that never change ----------------------------------------------------------------
 
     def about(self, name: str) -> dict[str, Any]:
         """Return the data that never change: names, limits, possible faults."""
@@ -61,12 +61,7 @@ class View:
                 {"number": seat.number, "kind": seat.kind, **seat.about()} for seat in self._seats
             ],
             "faults": [
-                {
-                    "id": fault,
-                    "part": each.part,
-                    "loop": each.loop,
-                    "lasts": each.lasts,
-                }
+                {"id": fault, "part": each.part, "loop": each.loop, "lasts": each.lasts}
                 for fault, each in world.breakage.causes.items()
             ],
             "heaters_w": dict(world.heaters_w),
@@ -74,7 +69,7 @@ class View:
             "variables": list(self._named),
         }
 
-    # -- now -----------------------------------------------------------------------------------
+    # -- present values ------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
         """Return all values that the page shows now."""
@@ -126,7 +121,7 @@ class View:
         said = f"fault {found['id']}: {found['meaning']}" if found else "the fault is acknowledged"
         self.journal(self._world.now_s, said)
 
-    # -- since the last call -------------------------------------------------------------------
+    # -- data since the last call --------------------------------------------------------------
 
     def points(self) -> dict[str, list[Point]]:
         """Return each loop's new points: time, s; measured, true, set temperature, °C; duty, %."""

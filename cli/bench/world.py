@@ -19,7 +19,7 @@ LEAST_SUPPLY, MOST_SUPPLY = 0.0, 1.3
 
 
 class Course(NamedTuple):
-    """Values of a loop's control steps, in s, °C and %; machine_c -- of the sensor's node."""
+    """Values of a loop's control steps; machine_c -- the temperature of the sensor's node."""
 
     time_s: NDArray[np.float64]
     temperature_c: NDArray[np.float64]
@@ -29,7 +29,7 @@ class Course(NamedTuple):
 
 
 class LiveWorld(World):
-    """A world without an end: its records are taken from it now and then.
+    """A world that runs until it is closed: `take_courses` and `forget` delete its records.
 
     breakage -- the faults that the user has caused.
     """
@@ -86,7 +86,7 @@ class LiveWorld(World):
         super().power_cut(off_s, undefined=undefined)
         self.breakage.renew()
 
-    # -- what was recorded ---------------------------------------------------------------------
+    # -- the records ---------------------------------------------------------------------------
 
     def take_courses(self) -> dict[str, Course]:
         """Return the values of each loop since the last call, and drop them."""

@@ -25,11 +25,18 @@ from heatwright.spec.loading.suggest import advice
 from heatwright.spec.loading.tree import Tree
 from heatwright.spec.problems import Path as KeyPath
 from heatwright.spec.quantity import amount, celsius, duration, number
-from heatwright.spec.units import CAPACITY, PERCENT, TEMPERATURE, THERMAL_RESISTANCE, Dimension
+from heatwright.spec.units import (
+    CAPACITY,
+    DIFFERENCE,
+    PERCENT,
+    TEMPERATURE,
+    THERMAL_RESISTANCE,
+    Dimension,
+)
 
 EMPTY = "this file is empty", "Write what varies, such as capacities: {all: ± 20 %}"
 AROUND_K = 10.0
-"""Default of the variation of the room's temperature, both ways, K."""
+"""Default deviation of the ambient temperature in both directions, K."""
 FAULTS_PERCENT = 20.0
 
 
@@ -40,11 +47,11 @@ class _Finding(NamedTuple):
 
 
 def derived(controller: Controller) -> Vary:
-    """Return the variations for any machine that are used if no file is given.
+    """Return the variations that are used if no file is given; they suit any machine.
 
-    Heat capacities and resistances as exactly as builders know them, a colder or hotter room, a
-    supply within its usual tolerance, sensor errors up to those of the data sheets, a late
-    operator, and a fault in about every fifth run.
+    Heat capacities and resistances vary as much as builders misjudge them, the room is colder or
+    hotter, the supply is within its usual tolerance, sensor errors are at most those of the data
+    sheets, the operator is late, and about every fifth run has a fault.
     """
     simulation = controller.simulated
     ends_c = [room_c(controller, simulation.ambient_c + sign * AROUND_K) for sign in (-1, 1)]
@@ -89,10 +96,10 @@ def given(spec: Spec, file: Path | None) -> Vary:
 
 
 def _checked(vary: Vary, controller: Controller) -> Iterator[_Finding]:
-    yield from _of_plant(vary, controller)
-    yield from _of_sensors(vary, controller)
-    yield from _of_events(vary, controller)
-    yield from _of_faults(vary, controller)
+    yield from _plant_findings(vary, controller)
+    yield from _sensors_findings(vary, controller)
+    yield from _events_findings(vary, controller)
+    yield from _faults_findings(vary, controller)
 
 
 def _named(key: str, names: Mapping[str, object], known: Sequence[str]) -> Iterator[_Finding]:
@@ -113,7 +120,7 @@ def _bounded(
         )
 
 
-def _of_plant(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+def _plant_findings(vary: Vary, controller: Controller) -> Iterator[_Finding]:
     simulation = controller.simulated
     links = {link_name(link): link.resistance_k_per_w for link in simulation.plant.links}
     for key, spreads, owns, least, dimension in (
@@ -132,7 +139,7 @@ def _of_plant(vary: Vary, controller: Controller) -> Iterator[_Finding]:
         yield from _bounded(("supply",), vary.supply_percent, 100.0, 1.0, PERCENT)
 
 
-def _of_sensors(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+def _sensors_findings(vary: Vary, controller: Controller) -> Iterator[_Finding]:
     sense = controller.simulated.plant.sense
     currents = [name for name in controller.sensors if name not in controller.thermometers]
     thermometers = [name for name in sense if name not in currents]
@@ -147,16 +154,11 @@ def _of_sensors(vary: Vary, controller: Controller) -> Iterator[_Finding]:
             yield _Finding(("errors", name), reason, "Write it in K, such as ± 0.5 K")
     for name in thermometers:
         if (noise := spread_of(vary.noise_k, name)) is not None:
-            low_k = noise.ends(sense[name].noise_k)[0]
-            if low_k < 0:
-                yield _Finding(
-                    ("noise", name if name in vary.noise_k else ALL),
-                    f"{noise.text} goes down to {number(low_k)} K",
-                    "Let it stay at 0 K or above",
-                )
+            written = name if name in vary.noise_k else ALL
+            yield from _bounded(("noise", written), noise, sense[name].noise_k, 0.0, DIFFERENCE)
 
 
-def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+def _events_findings(vary: Vary, controller: Controller) -> Iterator[_Finding]:
     for number_, ask in enumerate(vary.asks):
         path: KeyPath = ("asks", number_)
         yield from _in_time((*path, "at"), ask.at_s, controller)
@@ -175,7 +177,7 @@ def _of_events(vary: Vary, controller: Controller) -> Iterator[_Finding]:
         if low_c < setpoint.minimum_c or high_c > setpoint.maximum_c:
             able = f"{celsius(setpoint.minimum_c)} .. {celsius(setpoint.maximum_c)}"
             reason = f"{ask.setpoint_c.text} exceeds the loop's range of setpoints, {able}"
-            yield _Finding((*path, "setpoint"), reason, "Stay within them")
+            yield _Finding((*path, "setpoint"), reason, f"Stay within {able}")
     nodes = controller.simulated.plant.nodes
     for number_, upset in enumerate(vary.upsets):
         yield from _in_time(("upsets", number_, "at"), upset.at_s, controller)
@@ -194,7 +196,7 @@ def _in_time(path: KeyPath, at_s: Spread, controller: Controller) -> Iterator[_F
         )
 
 
-def _of_faults(vary: Vary, controller: Controller) -> Iterator[_Finding]:
+def _faults_findings(vary: Vary, controller: Controller) -> Iterator[_Finding]:
     if vary.faults is None:
         return
     if vary.faults.at_s is not None:

@@ -43,15 +43,10 @@ class Campaign:
 
     def command(self, run: int) -> str:
         """Return the command that repeats one run."""
-        return again(self.file, self.vary_file, self.seed, run)
-
-
-def again(file: Path, vary_file: Path | None, seed: int, run: int) -> str:
-    """Return the command that repeats one run."""
-    words = ["heatwright", "campaign", str(file)]
-    words += ["--vary", str(vary_file)] if vary_file is not None else []
-    words += ["--seed", str(seed)] if seed else []
-    return shlex.join([*words, "--only", str(run)])
+        words = ["heatwright", "campaign", str(self.file)]
+        words += ["--vary", str(self.vary_file)] if self.vary_file is not None else []
+        words += ["--seed", str(self.seed)] if self.seed else []
+        return shlex.join([*words, "--only", str(run)])
 
 
 def vary_text(vary_file: Path | None) -> str:
@@ -121,8 +116,8 @@ def print_summary(done: Campaign) -> None:
         told = f"  {count:6d}  {node} became hotter than `bears` allows"
         out.print(told, style="red", markup=False)
     for title, rows in (
-        ("of runs without a fault", summary.figures),
-        ("highest temperature, of all runs", summary.peaks),
+        ("runs without a fault", summary.figures),
+        ("highest temperature, all runs", summary.peaks),
         ("time to trip", summary.trips),
     ):
         if rows:

@@ -117,7 +117,7 @@ class Store:
     def keep(self, row: Row) -> None:
         """Write a finished run to the file at once."""
         number = row["run"]
-        assert isinstance(number, int)  # noqa: S101 - its number
+        assert isinstance(number, int)  # noqa: S101 - the number of the run
         if number in self.rows:
             return
         self.rows[number] = row
@@ -129,7 +129,7 @@ class Store:
         return [self.rows[number] for number in range(runs)]
 
     def write_table(self, rows: list[Row]) -> Path:
-        """Write runs as a Parquet file, and return it: the same rows are the same bytes."""
+        """Write runs as a Parquet file, and return its path: equal rows give equal bytes."""
         import pyarrow as pa  # noqa: PLC0415 - an extra of this package
         from pyarrow import parquet  # noqa: PLC0415
 

@@ -114,9 +114,8 @@ def _trips(rows: Sequence[Row]) -> Iterable[Quantiles]:
     kinds = sorted({(str(row["drawn.fault.loop"]), str(row["drawn.fault"])) for row in broken})
     for loop, fault in kinds:
         mine = [
-            row for row in broken
-            if (row["drawn.fault.loop"], row["drawn.fault"]) == (loop, fault)
-        ]  # fmt: skip
+            row for row in broken if (row["drawn.fault.loop"], row["drawn.fault"]) == (loop, fault)
+        ]
         yield _spread(f"{loop} {fault}", "s", numbers(mine, "tripped_after_s"), len(mine))
 
 

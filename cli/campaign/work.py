@@ -29,7 +29,7 @@ Came = Callable[[Row], None]
 
 GOES_ON = "All finished runs are kept: the same command continues."
 MOST_DEATHS = 3
-"""How often processes are restarted after one was killed; more often is no accident."""
+"""How many times the processes are restarted after one of them was killed."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def _nothing(done: float, total: float) -> None:
 @lru_cache(maxsize=2)
 def _unpacked(packed: bytes) -> tuple[Task, Elf]:
     """Load task and firmware once in each process."""
-    task: Task = pickle.loads(packed)  # noqa: S301 - our own, see Task.pack
+    task: Task = pickle.loads(packed)  # noqa: S301 - the bytes are from Task.pack
     if task.heatwright != (here := version("heatwright")):
         raise Refused(
             f"A worker has heatwright {here}, and this computer {task.heatwright}: their runs "
@@ -128,7 +128,7 @@ def run_here(
         except WorkerDied:
             if death == MOST_DEATHS:
                 raise Refused(
-                    "Again and again a worker process was killed; if memory is short, try fewer "
+                    "Worker processes were killed repeatedly; if memory is short, try fewer "
                     f"--processes. {GOES_ON}"
                 ) from None
         else:

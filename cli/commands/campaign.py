@@ -185,10 +185,9 @@ def _one(task: Task, number: int, shown: Talk) -> Outcome:
     return run_whole(task.pack(), number, shown.begin("Simulating the run"), logs_nodes=True)
 
 
-def _all(  # noqa: PLR0913, PLR0917 - what a campaign is made of
-    task: Task, folder: Path, runs: int, processes: int | None,
-    scheduler: str | None, shown: Talk,
-) -> tuple[Store, int]:  # fmt: skip
+def _all(  # noqa: PLR0913, PLR0917 - the parts of a campaign
+    task: Task, folder: Path, runs: int, processes: int | None, scheduler: str | None, shown: Talk
+) -> tuple[Store, int]:
     from heatwright.cli.campaign.store import Store, identity  # noqa: PLC0415
     from heatwright.cli.campaign.work import run_here  # noqa: PLC0415
 
@@ -207,7 +206,7 @@ def _all(  # noqa: PLR0913, PLR0917 - what a campaign is made of
     return store, len(left)
 
 
-def _tell_one(  # noqa: PLR0913, PLR0917 - what is told
+def _tell_one(  # noqa: PLR0913, PLR0917 - the results of a run
     file: Path, spec: Spec, seed: int, one: Outcome, plot: Path | None, wall_s: float, *,
     as_json: bool,
 ) -> None:  # fmt: skip

@@ -52,7 +52,7 @@ def command(specs: tuple[Path, ...], quick: bool, watch: bool, as_json: bool) ->
 
 
 def _saves(specs: tuple[Path, ...]) -> Iterator[None]:
-    """Yield at once, and whenever a file was saved; an editor may replace the file meanwhile."""
+    """Yield at once, and whenever a file was saved; an editor may delete it for a moment."""
     seen: list[tuple[int, int] | None] | None = None
     while True:
         found = [_stamp(path) for path in specs]
@@ -122,7 +122,7 @@ def _checked(specs: tuple[Path, ...], quick: bool, as_json: bool) -> int:
 
 
 def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
-    """Load a spec; return its problems and raise nothing: other files are still to be checked."""
+    """Load a spec, and return its problems: an exception would prevent the check of other files."""
     from heatwright.spec import Problem, SpecError, load  # noqa: PLC0415
 
     try:
@@ -137,7 +137,7 @@ def _look(path: Path) -> tuple[Spec | None, tuple[Problem, ...]]:
 
 
 def _trips(spec: Spec) -> tuple[Problem, ...]:
-    """Run the machine by the reference model; its modules are slow to import, so only here."""
+    """Return a problem for each rule that trips in the reference model, which is slow to import."""
     from heatwright.cli.rehearse import rehearsed  # noqa: PLC0415
 
     return rehearsed(spec)

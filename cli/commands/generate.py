@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 
 @with_examples(
-    "heatwright generate chamber.yaml",
-    "heatwright generate chamber.yaml -o firmware --check",
+    "heatwright generate chamber.yaml", "heatwright generate chamber.yaml -o firmware --check"
 )
 @spec_argument
 @click.option(

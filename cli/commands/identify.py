@@ -119,7 +119,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
 
 
 def _record(log: Path, spec: Path | None, asked: Asked, port: str, for_s: float | None) -> None:
-    """Record a line, after checking that the columns asked for will be in the record."""
+    """Record a serial line, after a check that the record will have the columns of --columns."""
     if spec is None or for_s is None:
         raise Refused("--port needs also --spec, the board's spec, and --for, how long to record.")
     from heatwright.cli.plot.hearing import hearing_of  # noqa: PLC0415

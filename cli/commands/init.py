@@ -27,7 +27,7 @@ SCHEMA = "heatwright.schema.json"
 
 
 def _completed(_: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Return the examples' names for a shell's completion."""
+    """Return the possible values of an option, for a shell's completion."""
     from heatwright.cli.starters.composed import choices, names  # noqa: PLC0415
 
     told = names(choices(), str(param.name))
@@ -69,7 +69,7 @@ def _examples(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @_choice("output", "What switches the heater:")
 @_choice("interface", "What displays and commands it:")
 @click.option(
-    "--example", metavar="NAME", shell_complete=_examples, help="A whole example instead."
+    "--example", metavar="NAME", shell_complete=_examples, help="Write a whole example instead."
 )
 @json_option
 def command(file: Path, example: str | None, as_json: bool, **wanted: str | None) -> None:
@@ -81,7 +81,7 @@ def command(file: Path, example: str | None, as_json: bool, **wanted: str | None
     """
     asks = sys.stdin is not None and sys.stdin.isatty()
     if asks and file.exists():
-        raise _there(file)
+        raise _exists_already(file)
     given = {kind: name for kind, name in wanted.items() if name is not None}
     if example is not None:
         if given:
@@ -172,7 +172,7 @@ def _with_schema(file: Path) -> list[Path]:
     return [schema_file]
 
 
-def _there(file: Path) -> Refused:
+def _exists_already(file: Path) -> Refused:
     return Refused(f"{file}: exists already and is not overwritten; name another file.")
 
 
@@ -181,7 +181,7 @@ def _write(file: Path, text: str) -> None:
         with blaming(file):
             target = file.open("x", encoding="utf-8")
     except FileExistsError:
-        raise _there(file) from None
+        raise _exists_already(file) from None
     try:
         with blaming(file), target:
             target.write(text)

@@ -1,6 +1,5 @@
 """`heatwright new`: writes the stubs of a package that provides a kind."""
 
-import re
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -71,7 +70,5 @@ def _stubs(folder: Traversable, path: str, name: str) -> list[tuple[str, str]]:
 
 
 def _named(text: str, name: str) -> str:
-    words = re.split("_", name)
-    camel = "".join(word.capitalize() for word in words)
-    text = text.replace(STANDS_FOR.capitalize(), camel)
-    return text.replace(STANDS_FOR, name)
+    camel = "".join(word.capitalize() for word in name.split("_"))
+    return text.replace(STANDS_FOR.capitalize(), camel).replace(STANDS_FOR, name)

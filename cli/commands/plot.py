@@ -14,7 +14,7 @@ from heatwright.cli.options import File, json_option, spec_argument, with_exampl
 
 if TYPE_CHECKING:
     from heatwright.cli.bench.server import Server
-    from heatwright.cli.plot.listener import Record, Shown
+    from heatwright.cli.plot.listener import Shown
     from heatwright.spec import Spec
 
 
@@ -63,8 +63,27 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
         server = _announced(_of_log(spec, loaded, log, loop), opens, as_json)
         with suppress(KeyboardInterrupt):
             server.run()
-    else:
-        _live(loaded, port, loop, record, opens, as_json)
+        return
+    from heatwright.cli.plot.hearing import hearing_of  # noqa: PLC0415
+    from heatwright.cli.plot.listener import Record, opened  # noqa: PLC0415
+
+    hearing = hearing_of(loaded.file_name, loaded.controller, loop)
+    with opened(port or ports.found(), hearing) as line:
+        file = None if record is None else Record(record)
+        source = f"{hearing.kind} on {line.name}, {hearing.line.baud} baud"
+        shown = _shown(loaded, hearing.loop, source, live=True)
+        try:
+            # The server must exist before the thread listens: a line that fails at once stops it.
+            server = _announced(shown, opens, as_json)
+            shown.listen(line, hearing, file)
+            with suppress(KeyboardInterrupt):
+                server.run()
+        finally:
+            shown.stop()
+            if file is not None:
+                file.close()
+    if shown.failed is not None:
+        raise shown.failed
 
 
 def _of_log(spec: Path, loaded: Spec, log: Path, loop: str | None) -> Shown:
@@ -82,36 +101,6 @@ def _of_log(spec: Path, loaded: Spec, log: Path, loop: str | None) -> Shown:
     shown = _shown(loaded, asked.loop, str(log), live=False)
     shown.tell(readings)
     return shown
-
-
-def _live(  # noqa: PLR0913, PLR0917 - handed on by the one caller
-    loaded: Spec,
-    port: str | None,
-    loop: str | None,
-    record: Path | None,
-    opens: bool,
-    as_json: bool,
-) -> None:
-    from heatwright.cli.plot.hearing import hearing_of  # noqa: PLC0415
-    from heatwright.cli.plot.listener import Record, opened  # noqa: PLC0415
-
-    hearing = hearing_of(loaded.file_name, loaded.controller, loop)
-    with opened(port or ports.found(), hearing) as line:
-        file: Record | None = None if record is None else Record(record)
-        source = f"{hearing.kind} on {line.name}, {hearing.line.baud} baud"
-        shown = _shown(loaded, hearing.loop, source, live=True)
-        try:
-            # Before listening: a line that fails at once stops the server.
-            server = _announced(shown, opens, as_json)
-            shown.listen(line, hearing, file)
-            with suppress(KeyboardInterrupt):
-                server.run()
-        finally:
-            shown.stop()
-            if file is not None:
-                file.close()
-    if shown.failed is not None:
-        raise shown.failed
 
 
 def _shown(loaded: Spec, loop: str, source: str, *, live: bool) -> Shown:

@@ -61,8 +61,14 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     terminal), a Modbus master or a Nextion editor at the port whose name is printed, until Ctrl-C.
     A master must open this port without parity, whatever the spec says: it does not support parity.
     """
+    from heatwright.spec import facts_of, load  # noqa: PLC0415
+
     if serial:
-        _serve(spec, (scenario, plot, csv, vcd, display), model, speed, length_s, as_json)
+        if model or any((scenario, plot, csv, vcd, display)):
+            raise Refused("--serial can be combined with --speed, --for and --json only.")
+        from heatwright.cli.live import serve  # noqa: PLC0415
+
+        serve(load(spec), speed=speed, until_s=length_s, as_json=as_json)
         return
     if model and vcd is not None:
         raise Refused("The model has no pins: leave out --vcd or --model.")
@@ -74,7 +80,6 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
     check_target(display, (".png",))
     from heatwright.cli.beside import with_scenario  # noqa: PLC0415
     from heatwright.cli.targets import whole  # noqa: PLC0415
-    from heatwright.spec import facts_of, load  # noqa: PLC0415
 
     loaded = load(spec)
     controller = with_scenario(loaded, scenario, length_s)
@@ -94,23 +99,6 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
         results.print_run(run, loaded, device)
         for file in filter(None, (plot, csv, vcd, display)):
             click.echo(str(file))
-
-
-def _serve(  # noqa: PLR0913, PLR0917 - as above
-    spec: Path,
-    files: tuple[Path | None, ...],
-    model: bool,
-    speed: float,
-    length_s: float | None,
-    as_json: bool,
-) -> None:
-    if model or any(files):
-        raise Refused("--serial can be combined with --speed, --for and --json only.")
-    from heatwright.cli.live import serve  # noqa: PLC0415
-    from heatwright.spec import load  # noqa: PLC0415
-
-    loaded = load(spec)
-    serve(loaded, loaded.controller, speed=speed, until_s=length_s, as_json=as_json)
 
 
 def _simulate(spec: Spec, controller: Controller, model: bool, vcd: Path | None) -> Run:

@@ -135,9 +135,7 @@ def command(  # noqa: PLR0913, PLR0917 - one for each option
         from heatwright.cli.tune.recorded import with_machine_of  # noqa: PLC0415
 
         loaded = with_machine_of(spec, loaded, log)
-    plan = plan_of(
-        loaded, loops, asked, METHODS, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s
-    )  # fmt: skip
+    plan = plan_of(loaded, loops, asked, METHODS, at_c=at_c, lambda_s=lambda_s, tauc_s=tauc_s)
     wish = _wish(machines, spread_percent, seed) if is_robust else None
     with talk() as shown:
         found = [_tuned(job, wish, shown) for job in plan.jobs]

@@ -22,10 +22,7 @@ if TYPE_CHECKING:
 _LAST_LINES = 3
 
 
-@with_examples(
-    "heatwright upload chamber.yaml",
-    "heatwright upload dryer.yaml --programmer usbasp",
-)
+@with_examples("heatwright upload chamber.yaml", "heatwright upload dryer.yaml --programmer usbasp")
 @spec_argument
 @click.option("--port", metavar="PORT", help="Serial port, such as /dev/ttyUSB0 or COM3.")
 @click.option("--programmer", metavar="NAME", help="Programmer at the ISP header.")

@@ -78,7 +78,7 @@ MOST_UPSETS = 1_000_000
     help="Seed of the random upsets.",
 )
 @json_option
-def command(  # noqa: PLR0913, PLR0917 - an option each
+def command(  # noqa: PLR0913, PLR0917 - one for each option
     spec: Path,
     report: Path | None,
     core: Core,

@@ -30,14 +30,14 @@ class Outcome:
 
     row: ComparisonRow
     loop: str
-    """The loop that the row varies; figures and steps are this loop's."""
+    """The loop that the row varies; `figures` and `log` are those of this loop."""
     title: str
     figures: Metrics
     log: StepLog
     built: BuildResult | None
-    """The binary and its sizes; None with the model."""
+    """The binary and its sizes; None if the model was run."""
     replays: Mapping[str, ReplayResult]
-    """Comparison of each loop's steps with the model, by loop; none with the model."""
+    """Comparison of each loop's steps with the model, by loop; empty if the model was run."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _list(rows: Sequence[ComparisonRow]) -> str:
 
 
 def _own_row(controller: Controller, name: str, first: ComparisonRow) -> ComparisonRow:
-    """Make the row of a loop as it is, at its initial setpoint; if that is off, at `first`'s."""
+    """Return a row for the loop as it is, at its initial setpoint; if that is 0, at `first`'s."""
     loop = controller.loops[name]
     off = loop.setpoint.initial_c == 0.0 and facts_of(controller, name).hosted
     return ComparisonRow.model_construct(

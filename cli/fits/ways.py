@@ -89,7 +89,7 @@ OTHER_CHIP = 1.1
 """Largest ratio of a firmware's flash on another chip to that on its own: with more memory, calls
 and addresses are longer."""
 OTHER_STACK = 1.5
-"""Largest such ratio for the stack: with more memory a return address takes 3 bytes, not 2."""
+"""Largest ratio of the stacks: with more memory a return address takes 3 bytes, not 2."""
 MOST_WAYS = 6
 
 

@@ -127,7 +127,7 @@ def _reported(titles: tuple[str, str], names: Sequence[str]) -> Roles:
 
 
 def plotter_of(controller: Controller, name: str) -> tuple[int, int] | None:
-    """Find the duty among the fields of the firmware's plotter lines; count the fields."""
+    """Return the duty's place in the firmware's plotter lines, and their number of fields."""
     from heatwright.generator.plan.interfaces.serial_plotter import fields  # noqa: PLC0415
 
     if not facts_of(controller, name).plotted:

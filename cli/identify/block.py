@@ -4,7 +4,7 @@ import math
 from shlex import quote
 from typing import Any
 
-from heatwright.cli.figures import rounded
+from heatwright.cli.figures import finite, rounded
 from heatwright.sim.identify import Found, Identified
 from heatwright.sim.identify.structure import DELAY, LAG
 from heatwright.spec.quantity import about, duration, tidy
@@ -112,8 +112,8 @@ def as_json(identified: Identified) -> dict[str, Any]:
         "parameters": {
             each.parameter.key: {
                 "value": rounded(each.value),
-                "low": _finite(each.low),
-                "high": _finite(each.high),
+                "low": finite(each.low),
+                "high": finite(each.high),
                 "unit": each.parameter.unit,
                 "told": each.told,
                 "given": each.given,
@@ -122,7 +122,3 @@ def as_json(identified: Identified) -> dict[str, Any]:
         },
         "warnings": list(identified.warnings),
     }
-
-
-def _finite(value: float) -> float | None:
-    return rounded(value) if math.isfinite(value) else None

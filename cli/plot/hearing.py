@@ -54,9 +54,9 @@ class Hearing:
 
 
 def hearing_of(file_name: str, controller: Controller, loop: str | None) -> Hearing:
-    """Choose the first interface that sends the readings of a loop; of any, if none is named.
+    """Choose the first interface that sends the readings of a loop, or of any loop if it is None.
 
-    Raises Refused: there is none.
+    Raises Refused: there is no such interface.
     """
     if loop is not None and loop not in controller.loops:
         able = ", ".join(controller.loops)

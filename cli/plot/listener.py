@@ -27,7 +27,7 @@ LINES = "0"
 
 def opened(port: str, hearing: Hearing) -> Serial:
     """Open a port as the spec says. Raises Refused: it cannot be opened."""
-    from serial import Serial, SerialException  # noqa: PLC0415 - takes a while
+    from serial import Serial, SerialException  # noqa: PLC0415 - slow to import
 
     line = hearing.line
     try:
@@ -47,7 +47,7 @@ def heard(port: Serial, hearing: Hearing, stop: Flag) -> Iterator[tuple[str, lis
     While no complete message arrives, an empty one without readings is yielded after each read, so
     that the caller can check the time. Raises Refused: the port disappears.
     """
-    from serial import SerialException  # noqa: PLC0415 - see opened
+    from serial import SerialException  # noqa: PLC0415 - slow to import
 
     begun_s, asked_s, waiting = monotonic(), -hearing.every_s, bytearray()
     while not stop.is_set():

@@ -19,7 +19,7 @@ def hearings(controller: Controller, interface: SerialPlotter) -> Iterator[Heari
 
 def _plotted(controller: Controller, loop: str) -> Read:
     found = plotter_of(controller, loop)
-    assert found is not None  # noqa: S101 - the interface is there
+    assert found is not None  # noqa: S101 - the loop has a plotter
     duty, width = found
 
     def read(line: str, time_s: float) -> Iterator[Reading]:

@@ -40,13 +40,13 @@ def campaign_page(done: Campaign, rows: Sequence[Row]) -> str:
         figures=[
             (titled(column), chart)
             for column in (f"loop.{loop}.{name}" for loop in controller.loops for name in SHOWN)
-            if (chart := _histogram(numbers(well, column), column, "runs without a fault"))
+            if (chart := _histogram(well, column, "runs without a fault"))
         ],
         peaks=[
             (titled(column), chart)
-            for column in nodes if (chart := _histogram(numbers(rows, column), column, "all runs"))
+            for column in nodes if (chart := _histogram(rows, column, "all runs"))
         ],
-        trip_chart=_histogram(numbers(rows, "tripped_after_s"), "tripped_after_s", "broken ones"),
+        trip_chart=_histogram(rows, "tripped_after_s", "runs with a fault"),
         columns=SPREAD_COLUMNS,
         figure_rows=[spread_cells(each) for each in summary.figures],
         peak_rows=[spread_cells(each) for each in summary.peaks],
@@ -68,8 +68,9 @@ def _failures(done: Campaign) -> list[str]:
     return found
 
 
-def _histogram(values: list[float], column: str, whose: str) -> Any:
-    """Draw the histogram of the values; None if there are no values."""
+def _histogram(rows: Sequence[Row], column: str, whose: str) -> Any:
+    """Draw the histogram of a column's values; None if there are no values."""
+    values = numbers(rows, column)
     if not values:
         return None
     low, high = min(values), max(values)

@@ -58,7 +58,10 @@ def run_chart(trace: Trace, controller: Controller) -> Json:
         "unit": time.unit,
         "duration": trace.duration_s / time.seconds,
         "panels": panels,
-        "marks": [*_keys(trace, time), *_faults(trace, time)],
+        "marks": [
+            *(_mark(time_s, text, time, fault=False) for time_s, text in key_presses(trace)),
+            *(_mark(at_s, fault_label(code), time, fault=True) for at_s, code in all_faults(trace)),
+        ],
     }
 
 
@@ -142,11 +145,5 @@ def _short(values: NDArray[np.float64], digits: int) -> list[float]:
     return [round(value, digits) for value in values.tolist()]
 
 
-def _keys(trace: Trace, time: TimeAxis) -> Iterator[Json]:
-    for time_s, text in key_presses(trace):
-        yield {"t": time_s / time.seconds, "text": text, "fault": False}
-
-
-def _faults(trace: Trace, time: TimeAxis) -> Iterator[Json]:
-    for time_s, code in all_faults(trace):
-        yield {"t": time_s / time.seconds, "text": fault_label(code), "fault": True}
+def _mark(time_s: float, text: str, time: TimeAxis, *, fault: bool) -> Json:
+    return {"t": time_s / time.seconds, "text": text, "fault": fault}

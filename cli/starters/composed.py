@@ -37,7 +37,7 @@ def parts() -> dict[str, Any]:
     return dict(yaml.load(_text("parts.yaml"), yaml.CSafeLoader))
 
 
-def bears(board: str, part: dict[str, Any]) -> bool:
+def has_needs(board: str, part: dict[str, Any]) -> bool:
     """Return whether a board has what an output or an interface needs."""
     has = vars(BOARDS[board]) | {"timers": len(BOARDS[board].timers)}
     return all(has[key] >= least for key, least in part.get("needs", {}).items())
@@ -51,8 +51,8 @@ def choices() -> list[Choice]:
         for sensor, output, interface, board in product(
             machine["sensors"], machine["outputs"], machine["interfaces"], parts()["boards"]
         )
-        if bears(board, parts()["outputs"][output])
-        and bears(board, parts()["interfaces"][interface])
+        if has_needs(board, parts()["outputs"][output])
+        and has_needs(board, parts()["interfaces"][interface])
     ]
 
 

@@ -55,7 +55,7 @@ class Task:
         return margins(process, gains, self.period_s)
 
     def are_sound(self, gains: Gains, machines: Iterable[Machine]) -> bool:
-        """Return whether gains keep away from instability on each of the machines."""
+        """Return whether the loop with these gains is sound on every machine (margins.SOUND)."""
         return is_sound(gains, machines, self.period_s)
 
     @property

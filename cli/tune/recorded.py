@@ -20,7 +20,7 @@ _AT_NODES: dict[str, Callable[[str, Any], str | None]] = {
     "sense": lambda _, sense: sense.get("node"),
     "bears": lambda node, _: node,
 }
-"""Keys of a plant in YAML, each with a function that returns the node of an entry, None if none."""
+"""Keys of a plant in YAML, each with a function that returns the node of an entry, or None."""
 
 
 def with_machine_of(path: Path, spec: Spec, log: Path) -> Spec:

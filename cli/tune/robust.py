@@ -1,4 +1,4 @@
-"""`tune --robust`: gains that suit all machines within the tolerances, and their price."""
+"""`tune --robust`: gains for all machines within the tolerances, beside the other methods'."""
 
 import math
 from collections.abc import Sequence

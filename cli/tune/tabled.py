@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from heatwright.cli.figures import NONE, rounded
+from heatwright.cli.figures import NONE, finite, rounded
 from heatwright.cli.figures import as_json as figures_json
 from heatwright.cli.tune.methods import Failed, Judged, Task, Tried
 from heatwright.sim.tuning.disturbed import LOAD_PERCENT, Load
@@ -145,11 +145,11 @@ def _row_json(row: Judged | Failed, tried: Tried | None) -> dict[str, Any]:
         },
         "margins": {
             "stable": found.stable,
-            "gain": _number(found.gain),
-            "phase_deg": _number(found.phase_deg),
-            "delay_s": _number(found.delay_s),
-            "sensitivity": _number(found.sensitivity),
-            "crossover_rad_per_s": _number(found.crossover),
+            "gain": finite(found.gain),
+            "phase_deg": finite(found.phase_deg),
+            "delay_s": finite(found.delay_s),
+            "sensitivity": finite(found.sensitivity),
+            "crossover_rad_per_s": finite(found.crossover),
         },
         "load": _load_json(row.load),
         "step_percent": rounded(row.kick_percent),
@@ -167,10 +167,6 @@ def _load_json(load: Load | None) -> dict[str, float | None] | None:
         "after_s": rounded(load.after_s),
         "half_s": rounded(load.half_s),
     }
-
-
-def _number(value: float) -> float | None:
-    return rounded(value) if math.isfinite(value) else None
 
 
 def model_json(task: Task) -> dict[str, float | None]:

@@ -16,7 +16,7 @@ LONGEST_S = 48 * 3600.0
 
 STEPS_PER_LAG = 100
 ENDS_LAGS = 15
-"""Time after which a rise is over, in slowest lags: e^−15 is three parts in ten million."""
+"""Time after which a rise is over, divided by the slowest lag: e^−15 is 3 · 10⁻⁷."""
 
 FILTER_SHARE = 10.0
 """Derivative time divided by its filter time, if the spec has no filter (Åström & Hägglund,
@@ -97,14 +97,9 @@ def task_of(
     )
 
 
-def relay_is_possible(controller: Controller, loop: str) -> bool:
-    """Return whether the loop's firmware can tune itself."""
-    return facts_of(controller, loop).autotune
-
-
 def methods_of(task: Task, asked: Sequence[str], every: Sequence[str]) -> tuple[str, ...]:
     """Return the methods to run: those of --method, or all that the spec allows."""
-    possible = relay_is_possible(task.controller, task.loop)
+    possible = facts_of(task.controller, task.loop).autotune
     if "relay" in asked and not possible:
         raise Refused(
             f"Loop {task.loop} cannot tune itself: relay needs `autotune: {{}}` in the loop, "
@@ -128,17 +123,17 @@ def _check_output(spec: Spec, name: str, loop: Loop) -> None:
 def _target(spec: Spec, name: str) -> float:
     """Choose where to tune: the highest temperature of scenario and programs, or the initial one.
 
-    If that is not above ambient, the loop would not heat: then its highest setpoint.
+    If it is not above ambient, the loop would not heat: the highest setpoint is chosen then.
     """
     loop, simulation = spec.controller.loops[name], spec.controller.simulated
-    wanted = (*_sent(spec.controller, name), *_fired(spec.controller, name))
+    wanted = (*_commanded(spec.controller, name), *_program_targets(spec.controller, name))
     asked = max(wanted, default=loop.setpoint.initial_c)
     if asked > simulation.ambient_c:
         return min(asked, loop.setpoint.maximum_c)
     return loop.setpoint.maximum_c
 
 
-def _sent(controller: Controller, name: str) -> Iterator[float]:
+def _commanded(controller: Controller, name: str) -> Iterator[float]:
     """Yield the setpoints that host and master send to a loop in the scenario, °C.
 
     A line without a tool number is for the tool chosen last; at the beginning for the first.
@@ -159,7 +154,7 @@ def _sent(controller: Controller, name: str) -> Iterator[float]:
                 yield write.value
 
 
-def _fired(controller: Controller, name: str) -> Iterator[float]:
+def _program_targets(controller: Controller, name: str) -> Iterator[float]:
     """Yield the targets of a loop's programs, °C."""
     if controller.programs is not None and controller.programs.loop == name:
         for program in controller.programs.stored:

@@ -56,8 +56,8 @@ def verify(  # noqa: PLR0913 - what is judged, and how
 
     core -- the simulator core that runs the instructions; elf -- a binary that was built elsewhere;
     upsets -- the bit flips to try; only -- the faults to try, empty: all. Raises ToolMissing,
-    BuildFailed, SimulatorMissing; Refused: the spec has no simulation, the binary is not of this
-    spec, or it does not have a fault.
+    BuildFailed, SimulatorMissing; Refused: the spec has no simulation, the binary is not from this
+    spec, or the machine lacks a fault of `only`.
     """
     machine_of(spec)
     if elf is None:
@@ -69,7 +69,7 @@ def verify(  # noqa: PLR0913 - what is judged, and how
         raise Refused(str(error)) from None
 
 
-def _gathered(  # noqa: PLR0913, PLR0917 - what all the evidence is about
+def _gathered(  # noqa: PLR0913, PLR0917 - handed on by the one caller
     file: str,
     spec: Spec,
     built: BuildResult,

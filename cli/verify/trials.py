@@ -57,7 +57,7 @@ class _Piece:
     what: int | Literal["closed loop", "timing"]
     """A fault's number in the catalogue, or one of the other trials."""
     core: Core
-    """The simulator core: each worker is a process of its own and must be told."""
+    """The simulator core; each worker process has to select it."""
 
 
 def try_all(
@@ -66,7 +66,7 @@ def try_all(
     """Run the closed loop, measure the timing and try every fault, on all cores.
 
     only -- ids of the faults to try; empty: all. Raises all that `closed_loop` raises; Refused: the
-    machine does not have a fault.
+    machine lacks a fault of `only`.
     """
     _prepare(controller, built.elf)
     known = [each.id for each in _faults(controller, built.elf)]
@@ -93,7 +93,7 @@ def _prepare(controller: Controller, elf: Path) -> None:
         plant_module(controller.simulation.plant.kind)
 
 
-def try_upsets(  # noqa: PLR0913, PLR0917 - what is tried, and on what
+def try_upsets(  # noqa: PLR0913, PLR0917 - a trial's inputs
     controller: Controller, built: BuildResult, core: Core, numbers: range, seed: int, shown: Talk
 ) -> tuple[Outcome, ...]:
     """Try the random upsets of these numbers, on all cores."""

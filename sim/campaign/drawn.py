@@ -18,7 +18,7 @@ from heatwright.spec import Controller, Event, Link, Simulation, ThermalNetwork
 from heatwright.spec.base import ReadOnlyDict
 
 FAULTS_SHARE = 0.6
-"""Faults without a given time occur in this first part of the scenario: rules need the rest."""
+"""Faults without a given time occur in this first part of the scenario, so that rules can trip."""
 NOISE_SEEDS = 2**63
 
 

@@ -23,7 +23,7 @@ from heatwright.spec.units import (
 )
 
 SIGMAS = 3.0
-"""A normal quantity beyond this many standard deviations is drawn again: no such part is sold."""
+"""A normal quantity beyond so many standard deviations is drawn again: such a part is not sold."""
 
 _AROUND = re.compile(r"(±|\+/?-|normal\b)\s*(.*)", re.DOTALL)
 
@@ -155,7 +155,7 @@ class Upset(Model):
     @model_validator(mode="after")
     def _one_thing(self) -> Upset:
         if (self.node is None) != (self.by_k is None):
-            raise refuse("a node jumps by something", "Write {at: …, node: …, by: …}")
+            raise refuse("`node` and `by` belong together", "Write {at: …, node: …, by: …}")
         if (self.node is None) == (self.power_cut_s is None):
             raise refuse(
                 "an upset is either a jump of a node or a power cut",

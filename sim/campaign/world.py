@@ -10,7 +10,7 @@ from heatwright.sim.binary.elf import Elf
 from heatwright.sim.campaign.breaks import BREAKS
 from heatwright.sim.campaign.drawn import Asked, Broken, Drawn, Upsetting
 from heatwright.sim.faults.peaks import SPREADING_S
-from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.site import LATCHED
 from heatwright.sim.faults.world import SPREAD, Site, Weather, World
 from heatwright.sim.machine import FEED, TIME, TIPS
 from heatwright.sim.plants import plant_of
@@ -23,7 +23,6 @@ Progress = Callable[[float, float], None]
 
 PROGRESS_S = 60.0
 """How often progress is reported, s of simulated time."""
-LATCHED = OfState(lambda now: now.fault != 0)
 
 
 class _Due(NamedTuple):
@@ -72,7 +71,7 @@ class DrawnWorld(World):
                 if not self.is_caught:
                     due.act()
         self._go_to(ends_s, lambda now_s: progress(now_s, ends_s))
-        self.step()  # what is due at the end is done
+        self.step()  # the actions that are due at the end are executed
         if self.is_caught:
             self.until(SPREAD, SPREADING_S)
         self.device.feed()

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from importlib import import_module
+from itertools import chain
 
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.faults import healthy
@@ -23,22 +23,20 @@ from heatwright.sim.faults.operation import displays, left_on, masters, operator
 from heatwright.sim.faults.sensing import any_sensor, second
 from heatwright.sim.faults.world import Site
 from heatwright.spec import Controller
-from heatwright.spec.registry import module_of
 
 
 def catalogue(controller: Controller, program: Elf) -> tuple[Fault, ...]:
     """Return all faults by loop; those of the whole controller are tried on the first loop.
 
-    Memory faults use the operated loop that trips soonest without its sensor, as some need a trip.
+    Faults of the memory are tried on the loop that trips soonest without its sensor, because some
+    of them need a latched fault.
 
     Ids are unique; with several loops, the id of a loop's own fault begins with the loop's name.
     Raises ValueError: the spec has no simulated machine.
     """
     found: list[Fault] = []
     sites = [Site(controller, name, program) for name in controller.loops]
-    quickest = min(
-        sites, key=lambda site: (not site.controller.is_acknowledged, answer_s(site.loop))
-    )
+    quickest = min(sites, key=lambda site: answer_s(site.loop))
     for site in sites:
         prefix = _prefix(controller, site.loop_name)
         found += [replace(fault, id=f"{prefix}{fault.id}") for fault in _of_loop(site)]
@@ -61,8 +59,8 @@ def by_part(site: Site) -> dict[str, tuple[Fault, ...]]:
 def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fault]]:
     """Yield the faults that `bench` can apply to a running machine: part, loop and fault.
 
-    Only their cause and cure count. Of faults with the same cause only the first is given; faults
-    without a cause, which only watch a healthy machine, are left out.
+    Only their cause and cure are used. If several faults have the same cause, only the first is
+    yielded. Faults without a cause, which only watch a healthy machine, are left out.
     """
     known: set[Act] = {nothing}
     for number, name in enumerate(controller.loops):
@@ -78,15 +76,16 @@ def causes(controller: Controller, program: Elf) -> Iterator[tuple[str, str, Fau
 
 
 def _of_loop(site: Site) -> list[Fault]:
-    parts = _parts_of_loop(site)
-    found = [fault for faults in (*parts.values(), healthy.faults(site)) for fault in faults]
+    found = [*chain.from_iterable(_parts_of_loop(site).values()), *healthy.faults(site)]
     return [*left_on.over_meanwhile(site.controller, found), *left_on.faults(site)]
 
 
 def _parts_of_loop(site: Site) -> dict[str, Iterable[Fault]]:
     """Return the faults of a loop by the part that fails."""
     return {
-        "sensor": (fault for name in _sensors(site) for fault in _of_sensor(site, name)),
+        "sensor": chain.from_iterable(
+            memory.module_of_sensor(site, name).faults(site) for name in _sensors(site)
+        ),
         "tip": any_sensor.faults(site),
         "second sensor": second.faults(site),
         "heater": heaters.faults(site),
@@ -105,17 +104,9 @@ def _sensors(site: Site) -> list[str]:
     return [site.loop.sensor, *([current.sensor] if current else [])]
 
 
-def _of_sensor(site: Site, sensor: str) -> Iterator[Fault]:
-    kind = site.controller.sensors[sensor].kind
-    own = import_module(module_of("sensor", "faults", kind))
-    found: Iterator[Fault] = own.faults(site)
-    return found
-
-
 def _of_controller(site: Site, quickest: Site) -> list[Fault]:
-    parts = _parts_of_controller(site, quickest)
-    found = [fault for faults in parts.values() for fault in faults]
-    return left_on.over_meanwhile(site.controller, found)
+    found = chain.from_iterable(_parts_of_controller(site, quickest).values())
+    return left_on.over_meanwhile(site.controller, list(found))
 
 
 def _parts_of_controller(site: Site, quickest: Site) -> dict[str, Iterable[Fault]]:

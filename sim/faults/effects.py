@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from heatwright.sim.faults.world import World
 from heatwright.sim.machine import Feel, Heat
 
-# -- heaters: from the power that the pin asks for to the real one, in shares of full power -----
+# -- heaters: from the power that the pin commands to the real power, in shares of full power ---
 
 SHORTED = Heat(least=1.0)
 """The switch always conducts, whatever the pin says, as a broken-down transistor does."""
@@ -16,7 +16,7 @@ OPENED = Heat(times=0.0)
 
 
 def weakened(share: float) -> Heat:
-    """Give only a share of the power that is asked for: a broken strand, a low supply."""
+    """Give only a share of the commanded power: a strand is broken, or the supply is low."""
     return Heat(times=share)
 
 
@@ -27,7 +27,7 @@ def leaking(share: float) -> Heat:
 
 @dataclass(frozen=True)
 class Heated:
-    """Change a load's power. Equal changes compare equal: they are the same cause of a fault."""
+    """A change of a load's power. Equal changes compare equal: they are one cause of a fault."""
 
     load: str
     heat: Heat
@@ -48,7 +48,7 @@ Change = Callable[[World], Feel]
 
 @dataclass(frozen=True, eq=False)
 class Felt:
-    """Change a sensor's tip; change -- is called when the fault begins, and returns the change."""
+    """A change of a sensor's tip; change -- called when the fault begins, returns the change."""
 
     sensor: str
     change: Change
@@ -90,7 +90,7 @@ def drifting(world: World, rate_k_per_s: float, end_c: float) -> Feel:
 
 
 def jumping(world: World, by_k: float, every_s: float) -> Feel:
-    """Let the tip's temperature be wrong and right in turn, first wrong: a loose contact."""
+    """Let the tip's temperature be wrong and right in turn, as a loose contact does."""
     began_s = world.now_s
 
     def feel(felt_c: float) -> float:

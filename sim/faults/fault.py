@@ -31,7 +31,7 @@ def no_complaint(world: World) -> str:
 
 @dataclass(frozen=True)
 class Trip:
-    """A trip that must come, whatever the machine does meanwhile.
+    """A trip that must come, independently of the temperatures of the machine.
 
     rules -- ids of the rules of which one must trip; empty: the one that trips first in the model;
     allowed_s -- longest time from when `due` is true, without a gap, to the trip; due_within_s --
@@ -56,14 +56,14 @@ class Fault:
     fault; watch_s -- how long to watch if nothing trips; calm -- only the rules of `may` may trip,
     also before the cause; trip -- the trip that must come and its bound, if these do not depend on
     the machine: there are no more readings, or the processor is reset; off_within_s -- bound on the
-    time from the cause to heater off, if the heater must be off before the trip; all_off -- the
-    heaters of all other loops, too; sensor_lies -- the reading of the loop's sensor may differ from
-    its tip; others_lie -- other loops whose sensors may, and monitors, as monitor_NAME;
-    current_lies -- a measured current may differ from the real one; again -- acknowledge while the
-    cause lasts; insisted -- do so at each trip and command heat, until the lock-out, each time once
-    the tip falls too slowly for `rise_rate`, which gives most heat; floats -- heaters' pins may be
-    left undriven: resistors keep them off; judge -- checks the world at the end: returns what is
-    wrong, or "".
+    time from the cause to heater off, if the heater must be off before the trip; all_off -- this
+    bound is for the heaters of all loops; sensor_lies -- the reading of the loop's sensor may
+    differ from its tip; others_lie -- other loops, and monitors as monitor_NAME, whose readings may
+    differ; current_lies -- a measured current may differ from the real one; again -- the fault is
+    acknowledged while the cause lasts; insisted -- it is acknowledged at each trip, and heat is
+    commanded, until the lock-out, each time as soon as the tip moves too slowly for `rise_rate`:
+    that gives most heat; floats -- heaters' pins may be left undriven: resistors keep them off;
+    judge -- checks the world at the end: returns what is wrong, or "".
     """
 
     id: str
@@ -140,15 +140,15 @@ def _rounded(value: float | None) -> float | None:
 
 
 def harmless(site: Site, name: str, cause: Act, for_s: float, judge: Judge = no_complaint) -> Fault:
-    """Return a fault that no rule may see, watched for a time, s."""
+    """Return a fault at which no rule may trip; it is watched for a time, s."""
     return Fault(name, lambda: starts.heating(site), cause, calm=True, watch_s=for_s, judge=judge)
 
 
 def tripping(site: Site, name: str, cause: Act, trip: Trip, cure: Act = nothing) -> Fault:
-    """Return a fault with the trip that must come."""
+    """Return a fault at which a rule must trip."""
     return Fault(name, lambda: starts.heating(site), cause, cure, trip=trip)
 
 
 def watched(site: Site, name: str, cause: Act, cure: Act) -> Fault:
-    """Return a fault that is watched until any rule that sees it trips, and again after that."""
+    """Return a fault that is watched until a rule trips, and again after an acknowledgement."""
     return Fault(name, lambda: starts.heating(site), cause, cure, watch_s=watch_s(site), again=True)

@@ -114,8 +114,7 @@ def noisy(site: Place) -> ThermalNetwork:
     setpoints_c = starts.setpoints_c(site)
     blurs_k = (blur_k(site.controller, loop.sensor, each) for each in setpoints_c)
     step_k = max(sensor_step_k(site), *blurs_k)
-    passes_k = loop.rise_per_period_k - step_k
-    allowed_k = max(0.0, passes_k) / 2**0.5
+    allowed_k = max(0.0, loop.rise_per_period_k - step_k) / 2**0.5
     noise_k = min(allowed_k, room_k(site)) / SIGMAS
     sense = dict(site.network.sense)
     sense[loop.sensor] = sense[loop.sensor].model_copy(update={"noise_k": noise_k})

@@ -67,8 +67,8 @@ def jump_k(site: Place, start_c: float, hold_c: float) -> float:
     """Return the largest jump up that trips no rule on its way back, K; negative: there is none.
 
     The machine warms up meanwhile from a steady state to a setpoint, °C, and is cooled above that;
-    the reading has steps and noise. A chip that converts by itself may give two readings further
-    apart than a period: `rise_rate`. After a jump back the machine has to warm up by the jump and
+    the reading has steps and noise. For `rise_rate`, two readings of a chip that converts by itself
+    may be further apart than a period. After a jump back the machine has to warm up by the jump and
     by the rise of `heating` in the time of that rule.
     """
     loop = site.loop
@@ -84,9 +84,9 @@ def jump_k(site: Place, start_c: float, hold_c: float) -> float:
 
 
 def _regained_k(site: Place, start_c: float, hold_c: float) -> float:
-    """Return how much more than `heating` demands the sensor rises at full power at least, K.
+    """Return the least excess of the rise at full power over what `heating` demands, K.
 
-    This is on the way to a setpoint, from a steady state but for a cold element.
+    The machine heats up to a setpoint, from the steady state except for a cold element.
     """
     rule, most_c = site.loop.protection.heating, hold_c + _beyond_k(site.loop)
     if rule is None:
@@ -134,16 +134,16 @@ def asked_share(site: Place, percent: float) -> float:
 
 @lru_cache(maxsize=16)
 def watch_s(site: Place) -> float:
-    """Return how long a broken machine is watched: any rule that sees it trips within this time, s.
+    """Return how long a broken machine is watched, s: a rule that must trip does so in this time.
 
     This is the time that full power takes for 95 % of the way to the maximum, or to where the
-    machine levels out, plus twice the times of these rules; at most four hours.
+    machine levels out, plus twice the times of the rules in `_lasting_s`; at most four hours.
     """
     return min(MOST_WATCHED_S, _travel_s(site) + 2 * sum(_lasting_s(site)))
 
 
 def longest_rule_s(site: Place) -> float:
-    """Return the time of the slowest of these rules, s: their times run side by side."""
+    """Return the longest time of the rules in `_lasting_s`, s: these times run in parallel."""
     return max(_lasting_s(site), default=0.0)
 
 
@@ -190,11 +190,9 @@ def course(
     step_s: float | None = None,
 ) -> Iterator[tuple[float, float]]:
     """Yield time (s) and temperature (°C) at full power, from cold or from given temperatures."""
-    at_rest = network.model_copy(update={"initial_c": ambient_c})
+    cold = network.model_copy(update={"initial_c": ambient_c})
     step_s = step_s or max(COURSE_STEP_S, site.loop.period_s)
-    plant = plant_of(
-        site.controller, at_rest, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c
-    )
+    plant = plant_of(site.controller, cold, ambient_c=ambient_c, step_s=step_s, starts_c=starts_c)
     asked = _powered(site, asked_share(site, site.loop.algorithm.full_percent))
     for row in range(round(LONGEST_S / step_s)):
         yield row * step_s, plant.sensed_c()[site.loop.sensor]
@@ -207,7 +205,7 @@ def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float
     If full power is too weak to raise the temperature near the setpoint, `heating_failed` and
     `sensor_frozen` rightly trip. Two starts must not trip: from cold, and from `WARM_K` below the
     setpoint with a cold element, which first has to heat up. With PID, `sensor_frozen` also limits
-    the setpoint to what the duty `holding` can hold. Never above the spec's highest setpoint.
+    the setpoint to what the duty `holding` can hold. The spec's highest setpoint is another limit.
     """
     needs, frozen = list(_needed_rises(site)), site.loop.protection.frozen
     highest_c = min(
@@ -235,7 +233,7 @@ def usable_c(site: Place, network: ThermalNetwork, *, ambient_c: float) -> float
 
 
 def _beyond_k(loop: Loop) -> float:
-    """Return how far above its setpoint a loop still asks for full power, K."""
+    """Return how far above its setpoint a loop still commands full power, K."""
     return max(0.0, loop.algorithm.off_at_k)
 
 
@@ -249,7 +247,7 @@ def _comes_warm(
     """Whether a machine that starts in the steady state reaches a setpoint from `WARM_K` below."""
     start_c, most_c = target_c - WARM_K, target_c + _beyond_k(site.loop)
     if start_c <= ambient_c:
-        return True  # as from cold
+        return True  # `usable_c` checks the start from cold
     spread_c = _with_cold_element(site, network, ambient_c, start_c)
     taken = course(site, network, ambient_c=ambient_c, starts_c=spread_c)
     return all(
@@ -261,7 +259,7 @@ def _comes_warm(
 def _with_cold_element(
     site: Place, network: ThermalNetwork, ambient_c: float, start_c: float
 ) -> dict[str, float]:
-    """Return the nodes' temperatures, °C: the steady state at the sensor's, but none above that."""
+    """Return each node's temperature, °C: that of a steady state, but at most the sensor's."""
     rested_c = profile_c(site.controller, network, site.loop_name, start_c, ambient_c=ambient_c)
     return {node: min(start_c, each_c) for node, each_c in rested_c.items()}
 

@@ -13,7 +13,7 @@ class Peaks:
     """The highest temperature of every node, and the power given, since the recording began."""
 
     def __init__(self, machine: Machine, sensor: str) -> None:
-        """Begin now; sensor -- one whose highest temperature is recorded, too."""
+        """Begin now; sensor -- its highest temperature is recorded, too."""
         self._machine = machine
         self._from_c = machine.plant.vector.copy()
         self._first = machine.count
@@ -43,9 +43,10 @@ class Peaks:
         return dict(zip(self._machine.plant.nodes, found, strict=True))
 
     def latest_off_s(self, node: str, bears_c: float) -> float:
-        """Return by when heaters had to be off to keep a node within its limit, s from the start.
+        """Return when heaters had to go off at the latest to keep a node within its limit, s.
 
-        Found by bisection over the recorded power; 0 if the node was too hot from the beginning.
+        The time counts from the start of the recording; it is found by bisection over the recorded
+        power. It is 0 if the node was too hot from the beginning.
         """
         machine = self._machine
         rows = machine.rows[self._first : self._last]

@@ -32,7 +32,7 @@ from heatwright.sim.faults.operation.left_on import TOO_LONG
 from heatwright.sim.faults.peaks import SPREADING_S
 from heatwright.sim.faults.records import Change
 from heatwright.sim.faults.sensing.readings import CURRENT_RULES, LACKS_HEAT, SENSOR_RULES
-from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.site import LATCHED
 from heatwright.sim.faults.starts import highest_c
 from heatwright.sim.faults.world import SPREAD, World, below
 from heatwright.sim.judges.interlock import overlaps
@@ -156,11 +156,11 @@ class _Trial:
         if self.fault.insisted:
             latched = self._insisted()
         if latched is None:
-            latched = self._anew()
+            latched = self._repeated()
         if latched is not None:
-            self._goes(latched)
+            self._cured(latched)
 
-    def _goes(self, latched: Change) -> None:
+    def _cured(self, latched: Change) -> None:
         """Remove the cause, and check that the fault stays latched until it is acknowledged."""
         self.fault.cure(self.world)
         self._cools_down()
@@ -169,7 +169,7 @@ class _Trial:
         self._holds(latched, "after a loss of power")
         self._clears()
 
-    def _anew(self) -> Change | None:
+    def _repeated(self) -> Change | None:
         """Repeat the trial up to the trip, in a new world."""
         self._end()
         self.world = self.fault.make()
@@ -183,7 +183,7 @@ class _Trial:
         """Wait until the machine is well below its maximum, which would rightly trip again.
 
         It must also be within its setpoints: above them, one step of an analog sensor may be
-        large enough to count as a jump. And the reading must no longer follow the heat too fast.
+        large enough to count as a jump. And the tip must move slowly enough for `rise_rate`.
         """
         loop = self.world.site.loop
         limit_c = min(loop.protection.maximum_c - COOLER_K, loop.setpoint.maximum_c)
@@ -217,7 +217,7 @@ class _Trial:
         span_s = left_s if self.first is None else longest_rule_s(world.site) + LATE_S
         while left_s > 0:
             before_c = np.array([world.sensed_c, world.tip_c])
-            if world.until(_is_latched, min(span_s, left_s)):
+            if world.until(LATCHED, min(span_s, left_s)):
                 return
             left_s -= span_s
             moved_k = np.abs([world.sensed_c, world.tip_c] - before_c).max()
@@ -243,11 +243,11 @@ class _Trial:
         world = self.world
         if trip.due is at_once:  # in one run, for speed: a long stale_after may be days
             from_s = max(began_s, world.now_s - world.step_s)
-            world.until(_is_latched, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
+            world.until(LATCHED, from_s + trip.allowed_s + LATE_S + world.step_s - world.now_s)
             return from_s
         since_s: float | None = None
         give_up_s = began_s + trip.due_within_s
-        while not _is_latched(world):
+        while not LATCHED(world):
             if not trip.due(world):
                 since_s = None
             elif since_s is None:
@@ -266,10 +266,10 @@ class _Trial:
             self._wrong(f"tripped after {after_s:.3f} s, not within {trip.allowed_s:.3f} s{when}")
 
     def _may_come_first(self) -> tuple[str, ...]:
-        """Return the rules that may trip before the expected one: no readings means no heat.
+        """Return the rules that may trip before the expected one.
 
-        A current that is no longer read seems to flow while the heater is off. And
-        `on_for_at_most` may end before.
+        Without readings there is no heat. A current that is no longer read seems to flow while the
+        heater is off. The time `on_for_at_most` may end earlier, too.
         """
         limited = self.world.site.loop.protection.on_for_at_most_s is not None
         silent = self.fault.sensor_lies and self.fault.current_lies
@@ -290,7 +290,7 @@ class _Trial:
         self.off_s = 0.0 if last_on_s is None else last_on_s - self.cause_s
         if limit_s is not None and self.off_s > limit_s:
             self._wrong(f"heater off after {self.off_s:.3f} s, not within {limit_s:.3f} s")
-        if not self.fault.insisted:  # who insists does not wait
+        if not self.fault.insisted:  # repeated acknowledgements do not wait for this
             self.world.until(SPREAD, SPREADING_S)
 
     def _judge_peaks(self) -> None:
@@ -315,22 +315,14 @@ class _Trial:
             return "write a lower safety.lockout.trips, or use a heater of less power"
         off_s = self.world.peaks.latest_off_s(node, bears_c)
         rule = RULES[self.first.code].id if self.first else None
-        late_s = (
-            self.world.now_s - self.cause_s
-            if self.first is None
-            else (self.first.time_s - self.cause_s)
-        )
+        late_s = (self.first.time_s if self.first else self.world.now_s) - self.cause_s
         path = f"loops.{self.world.site.loop_name}.protection"
         for key, value_s, trips in _lasting(self.world.site.loop.protection):
             shorter_s = value_s - (late_s - off_s)
             if rule in trips and shorter_s > 0 and self._health_bears(key, shorter_s):
                 return f"write {path}.{key}: {_rounded_down(shorter_s):g} s"
-        if (
-            rule is None
-            and off_s > 0
-            and self.fault.sensor_lies
-            and self._health_bears("frozen.for", off_s)
-        ):
+        unseen = rule is None and self.fault.sensor_lies
+        if unseen and off_s > 0 and self._health_bears("frozen.for", off_s):
             return f"make a rule trip within {_rounded_down(off_s):g} s with {path}.frozen.for"
         return "use a heater of less power, limit its power, or add a safety relay"
 
@@ -391,14 +383,14 @@ class _Trial:
         return latched
 
     def _insisted(self) -> Change | None:
-        """Acknowledge and ask for heat at each trip, until the lock-out needs a person.
+        """Acknowledge and command heat at each trip, until the lock-out needs a person.
 
         Return the fault that is latched at the end, or None.
         """
         world, lockout = self.world, self.world.site.controller.lockout
         most_s = (lockout.trips if lockout else 1) * (longest_rule_s(world.site) + LATE_S)
         ends_s = world.now_s + max(INSISTED_S, most_s)
-        while world.now_s < ends_s and world.until(_is_latched, ends_s - world.now_s):
+        while world.now_s < ends_s and world.until(LATCHED, ends_s - world.now_s):
             if world.is_locked_out:
                 ends_s = min(ends_s, world.now_s + REFUSED_S)
             self._moves_slowly()
@@ -407,7 +399,7 @@ class _Trial:
         world.until(SPREAD, SPREADING_S)
         self._judge_peaks()
         trips = world.trips.since(self.cause_s)
-        if lockout is not None and _goes_on(trips, lockout):
+        if lockout is not None and _exceeds(trips, lockout):
             self._wrong(f"{len(trips)} trips were acknowledged although the lock-out was due")
         if not world.fault:
             return None
@@ -435,11 +427,8 @@ class _Trial:
             self._wrong("a rule tripped again although the cause was removed")
 
 
-_is_latched = OfState(lambda now: now.fault != 0)
-
-
-def _goes_on(trips: list[Change], lockout: Lockout) -> bool:
-    """Whether a trip came after those that had to lock out, with a `within` shorter by 1 s."""
+def _exceeds(trips: list[Change], lockout: Lockout) -> bool:
+    """Return whether a rule tripped after the lock-out was due, with a `within` shorter by 1 s."""
     soon, last_s = 0, -math.inf
     for trip in trips:
         if soon == lockout.trips:

@@ -52,9 +52,8 @@ class TripLog:
             return
         taken = self._snapshots.take()
         for cycle, image in zip(taken["cycle"].tolist(), taken["image"].tolist(), strict=True):
-            self._changes.append(
-                Change(self._start_s + cycle / self._device.avr.clock_hz, image[0])
-            )
+            time_s = self._start_s + cycle / self._device.avr.clock_hz
+            self._changes.append(Change(time_s, image[0]))
 
     @property
     def changes(self) -> list[Change]:

@@ -60,7 +60,7 @@ class Place:
 
     @property
     def heat_command(self) -> str:
-        """The host's command to heat the loop, such as `M104 T0`; without a host LookupError."""
+        """The host's command to heat the loop, such as `M104 T0`. Raises LookupError: no host."""
         gcode = facts_of(self.controller).gcode
         for address, loop in gcode.loops.items() if gcode else ():
             if loop == self.loop_name:
@@ -101,6 +101,10 @@ class OfState:
     def __call__(self, state: State) -> bool:
         """Return whether the condition holds now."""
         return self.met(state)
+
+
+LATCHED = OfState(lambda now: now.fault != 0)
+"""A fault is latched."""
 
 
 class Operated(Protocol):

@@ -131,7 +131,7 @@ def cold(site: Site) -> World:
 
 
 def resting(site: Site, start_c: float) -> World:
-    """Return a world that starts at a temperature, or lower if that trips, with its setpoint."""
+    """Return a world that starts at a temperature, °C, or below it if a rule would trip there."""
     return begun(site, permitted_c(site, start_c))
 
 

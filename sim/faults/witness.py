@@ -55,7 +55,7 @@ def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> I
     """Yield how the firmware differs from the reference model, or its readings from the machine.
 
     lying -- the loops and monitors whose sensors are faulty; current_lies -- whether a current
-    sensor is.
+    sensor is faulty.
     """
     logs = {name: world.device.steps(name) for name in world.site.controller.loops}
     idle = [name for name, log in logs.items() if not len(log)]
@@ -79,9 +79,9 @@ def complaints(world: World, lying: Collection[str], *, current_lies: bool) -> I
 
 
 def _untrue(world: World, name: str, sensor: str, prefix: str) -> Iterator[str]:
-    """Compare each good reading with the tip's temperatures since a period and a conversion before.
+    """Compare each good reading with the tip's temperatures in the period and conversion before it.
 
-    prefix -- of the sensor's members in the log of the loop that reads it.
+    prefix -- begins the names of the sensor's members in the log of the loop that reads it.
     """
     controller = world.site.controller
     log = world.device.steps(name)
@@ -118,7 +118,7 @@ def _extremes(values: Numbers, spans: NDArray[np.intp]) -> tuple[Numbers, Number
     """Return the lowest and the highest value of each span."""
     if not len(spans):
         return np.empty(0), np.empty(0)
-    padded = np.append(values, 0.0)  # so that a span may end at the end
+    padded = np.append(values, 0.0)  # so that a span may end with the last value
     least, most = (each.reduceat(padded, spans.ravel())[::2] for each in (np.minimum, np.maximum))
     return least, most
 

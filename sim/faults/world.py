@@ -61,7 +61,7 @@ class Known:
 
 
 def below(limit_c: float) -> Known:
-    """Return whether the machine's temperature at the loop's sensor is below a limit, °C."""
+    """Return the condition that the machine is colder at the loop's sensor than a limit, °C."""
     return Known(
         lambda world: world.sensed_c < limit_c,
         lambda world: Stop(below=(world.site.loop.sensor, limit_c)),
@@ -73,7 +73,7 @@ SPREAD = Known(lambda world: not world.peaks.spreads, lambda _: Stop(spread=True
 
 
 def given(site: Site) -> Known:
-    """Return whether the loop's heater has an on-time above 0.
+    """Return the condition that the loop's heater has an on-time above 0.
 
     A duty below the shortest pulse results in no on-time.
     """
@@ -89,7 +89,7 @@ def given(site: Site) -> Known:
 
 
 def switched(*, on: bool) -> Known:
-    """Return whether the pin of the loop's heater is at its active level, or is not."""
+    """Return the condition that the pin of the loop's heater is at its active level, or is not."""
     return Known(
         lambda world: world.device.outputs[world.site.loop.heater].on == on,
         lambda world: Stop(turned=world.site.loop.heater),
@@ -118,8 +118,8 @@ class Wiring:
     """The connections between controller and machine, which can break.
 
     heat -- by output: changes its power. besides -- by output: an additional source of heat at its
-    node. feel -- by sensor: from the machine's temperature to the tip's, °C. volts -- of the
-    heaters' supply, as a share of the nominal voltage; taken -- by output: the share of its power
+    node. feel -- by sensor: from the machine's temperature to the tip's, °C. volts -- voltage of
+    the heaters' supply, as a share of the nominal one; taken -- by output: the share of its power
     that something takes away at its node.
     """
 
@@ -149,11 +149,10 @@ class World:
         self.hand = hand_of(site)
         self.wiring = Wiring()
         self.ambient_c = weather.ambient_c
-        sensors = (loop.sensor for loop in site.controller.loops.values())
-        sums = any(sums_noise(site.controller, sensor) for sensor in sensors)
+        loops = site.controller.loops.values()
+        sums = any(sums_noise(site.controller, loop.sensor) for loop in loops)
         period_s = site.loop.period_s  # in whole steps, otherwise readings would seem to jump
-        shortest_s = site.controller.shortest_period_s
-        most_s = min(STEP_S, metered_step_s(site.controller), shortest_s)
+        most_s = min(STEP_S, metered_step_s(site.controller), site.controller.shortest_period_s)
         self.step_s = TICK_S if sums else period_s / math.ceil(period_s / most_s - ROUNDING)
         self.device = AvrDevice(site.controller, site.program)
         self.coupling = Coupling(site.controller, self.device, self.step_s)
@@ -165,9 +164,7 @@ class World:
         self.watch_peaks()
         self.trips = TripLog(self.device)
         self.heater = HeaterLog(self.device, {site.loop.heater})
-        self.heaters = HeaterLog(
-            self.device, {loop.heater for loop in site.controller.loops.values()}
-        )
+        self.heaters = HeaterLog(self.device, {loop.heater for loop in loops})
         for log in (self.heater, self.heaters):
             self.device.record(log)
         self.trips.attach()
@@ -209,7 +206,7 @@ class World:
         return feel(self.sensed_c) if feel else self.sensed_c
 
     def told(self, sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return times, s, and a sensor's true value from each of them on: its tip's °C, or A."""
+        """Return times, s, and a sensor's true value from each time on, in °C or A."""
         rows = self._machine.rows
         told = rows[:, BITS].astype(int) & SENSED > 0
         return rows[told, TIME], rows[told, TIPS + self._machine.sensors.index(sensor)]
@@ -339,7 +336,7 @@ class World:
     def acknowledge(self) -> None:
         """Acknowledge the latched fault, by key, touch or command; at the machine if locked out.
 
-        A commanded loop is then off: it gets its setpoint again.
+        An acknowledgement leaves a commanded loop off: it gets its setpoint again.
         """
         was_on, setpoint_c = self._switched_on, self.setpoint_c
         if self.is_locked_out:
@@ -360,7 +357,7 @@ class World:
             self.set_setpoint(setpoint_c)
 
     def switch(self, *, on: bool) -> None:
-        """Switch a loop that has a switch beside its setpoint."""
+        """Switch the loop on or off; it must have a switch, not only a setpoint."""
         self._switched_on = on
         self.hand.switch(self, on=on)
 

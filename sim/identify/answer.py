@@ -35,9 +35,9 @@ class Modes:
     ambient: Series
     """Change of each mode per degree of ambient temperature, 1/s."""
     inward: NDArray[np.float64]
-    """From states to modes."""
+    """Matrix that converts states to modes."""
     reading: Series
-    """From modes to the reading."""
+    """Weight of each mode in the reading."""
 
 
 def modes(network: ThermalNetwork, heater: str, sensor: str) -> Modes:
@@ -89,7 +89,7 @@ class Answer:
 
         found -- the network; late_s -- dead time and age of the readings, s; ambient_c -- ambient
         temperature, °C; start_c -- states of the network a time `late_s` before the first row, °C;
-        None: at rest under the power before the record.
+        None: the steady state under the power before the record.
         """
         switched_s = self._switched_s + late_s
         place = np.searchsorted(switched_s, self._times_s, side="right")

@@ -79,7 +79,7 @@ def with_unit(title: str) -> tuple[str, str]:
 
 
 def named_roles(names: Sequence[str], loop: str = "") -> Roles:
-    """Find the columns by the names in the log's header; of several that fit, those of the loop.
+    """Find the columns by the names in the log's header; if several fit, the loop's are chosen.
 
     Raises Unusable: there are no names, or they are not clear.
     """

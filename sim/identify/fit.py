@@ -96,7 +96,7 @@ def fit(  # noqa: PLR0913 - all but two have defaults and names
 
 
 def _best(setting: Setting, cold: bool, progress: Progress | None) -> Solution:
-    """Fit from every start value and keep the best; assume a start at rest if that fits as well."""
+    """Return the best fit of all start values; a steady start is chosen if it fits as well."""
     starts = list(_starts(setting, cold))
     if not starts:
         raise Unusable(
@@ -119,7 +119,7 @@ def _starts(setting: Setting, cold: bool) -> Iterator[tuple[Setting, Beginning]]
     """Yield the start values of the fits.
 
     The heater may have been switched on by the first row, or long before it; the machine may have
-    been at rest then, or not.
+    been in the steady state then, or not.
     """
     first_w = float(setting.record.powers_w[0])
     moves = bool(setting.record.steps)

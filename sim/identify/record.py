@@ -78,8 +78,7 @@ class Record:
 
     def without(self, rows: NDArray[np.bool_]) -> Record:
         """Return the record without some readings, but with all of the power."""
-        keep = ~rows
-        return Record(self.times_s, np.where(keep, self.readings_c, np.nan), self.powers_w)
+        return Record(self.times_s, np.where(rows, np.nan, self.readings_c), self.powers_w)
 
 
 def record_of(log: Log, roles: Roles, scales: Scales) -> Record:

@@ -11,14 +11,14 @@ FALSE_ALARM = 0.05
 """Probability that a record of pure noise loses a reading (Bonferroni's share for each row)."""
 
 NEIGHBOURS = 5
-"""Number of rows of the median: two of them may be garbled."""
+"""Number of rows of the median: two of them may be damaged."""
 
 TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
 
 def outliers(residuals_k: Series, resolution_k: float) -> NDArray[np.bool_]:
-    """Find single readings that stand out: a garbled line, a sensor's power-on value.
+    """Find single readings that stand out: a damaged line, a sensor's power-on value.
 
     Each is compared with the median of its neighbours (Hampel's identifier: Davies & Gather,
     Journal of the American Statistical Association 88, 1993). If several in a row stand out, the
@@ -49,7 +49,7 @@ def pattern(residuals_k: Series) -> float:
 
 
 def correlation_rows(residuals_k: Series) -> float:
-    """Return over how many rows residuals are correlated: n rows equal n / this independent ones.
+    """Return over how many rows r residuals are correlated: n rows count as n / r independent rows.
 
     1 + 2·Σρ_k, summed while pairs of neighbours stay positive (Geyer, Statistical Science 7, 1992).
     """

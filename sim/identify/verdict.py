@@ -14,7 +14,7 @@ from heatwright.spec.quantity import about
 FIRST = 5
 """Number of rows whose median is the temperature at the record's beginning."""
 COLDER_K = 2.0
-"""A machine that is colder than the ambient by this cannot simply have been off for long."""
+"""A machine that was off for long cannot be colder than the ambient by more than this."""
 
 
 class Found(NamedTuple):
@@ -71,7 +71,7 @@ def _told(parameter: Parameter, low: float, half: float, moved_k: float) -> bool
 def warnings(
     found: tuple[Found, ...], residuals_k: Series, record: Record, structure: Structure
 ) -> tuple[str, ...]:
-    """Return what the user should know before trusting the numbers."""
+    """Return the warnings that the user needs before using the numbers."""
     said = [_untold(each) for each in found if not each.told]
     begins_c = float(np.median(record.readings_c[:FIRST]))
     said += [

@@ -1,7 +1,7 @@
 """Compare the firmware's count of trips for a lock-out with the model, step by step of a log.
 
-The log shows the inputs: the fault's code the trips, and a count the acknowledgements. A locked-out
-fault can only be acknowledged by a person with keys, or after a loss of power and a wait.
+The log shows the inputs: the fault's code shows the trips, and a count the acknowledgements. Only
+a person with keys can acknowledge a locked-out fault, or anybody after a loss of power and a wait.
 After several events within one step, or a reset, the firmware's count is taken over.
 """
 

@@ -22,7 +22,7 @@ def missing(device: AvrDevice, controller: Controller, loop_name: str) -> tuple[
     if device.outputs[controller.loops[loop_name].heater].on:
         return ()
     found = [*_of_all(device), *_of_loop(device, controller, loop_name)]
-    return tuple(found or [_left(device, controller, loop_name)])
+    return tuple(found or [_other_reason(device, controller, loop_name)])
 
 
 def _of_all(device: AvrDevice) -> Iterator[Missing]:
@@ -59,7 +59,7 @@ def _of_loop(device: AvrDevice, controller: Controller, loop_name: str) -> Itera
         yield Missing("cooler", f"The cooler {loop.cooler} is on.")
 
 
-def _left(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
+def _other_reason(device: AvrDevice, controller: Controller, loop_name: str) -> Missing:
     """Return the reason if no other was found: no reading, no duty, the relay, or a pulse's end."""
     if not device.read(f"gate.c:{loop_name}_sensor_ticks"):
         return Missing("step", "No control step with a reading has renewed the loop's permit.")

@@ -73,7 +73,10 @@ def looks_of(loops: Iterable[str]) -> dict[str, Look]:
 def node_colours(
     controller: Controller, nodes: Iterable[str], looks: Mapping[str, Look]
 ) -> dict[str, str]:
-    """Choose a colour for each node; with several loops its loop's, or grey if no single one's."""
+    """Choose a colour for each node.
+
+    With several loops it is that of the node's loop; grey if it belongs to none or to several.
+    """
     if len(looks) == 1 or controller.simulation is None:
         return dict(zip(nodes, cycle(NODES), strict=False))
     own = nodes_of(controller, controller.simulation.plant)

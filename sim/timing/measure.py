@@ -1,11 +1,11 @@
 """The measurement: a quiet run to plan the keys, then ten minutes of keys, display and line."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from heatwright.sim.avr import Avr
+from heatwright.sim.bench import Progress
 from heatwright.sim.binary.elf import Elf
 from heatwright.sim.binary.profile import Profile
 from heatwright.sim.device import PROOF, AvrDevice
@@ -15,9 +15,6 @@ from heatwright.sim.timing.figures import JITTER_US, Figure, Timing
 from heatwright.sim.timing.operator import HELD_S, Press, aimed, presses
 from heatwright.sim.timing.stage import Stage
 from heatwright.spec import Controller, facts_of, longest_wait_s
-
-Progress = Callable[[float, float], None]
-"""Called with the simulated time and the end, s."""
 
 LEAST_S = 600.0
 """Time that is measured: twenty start-ups of the display, each with a key at another phase."""

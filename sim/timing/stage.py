@@ -43,7 +43,7 @@ class Stage:
     """
 
     def __init__(self, controller: Controller, device: AvrDevice, lasts_s: float) -> None:
-        """Prepare the readings for a run that lasts so long, s."""
+        """Prepare the readings; lasts_s -- length of the run, s."""
         self._device = device
         swings: dict[str, Beat] = {}
         self._beats: list[Beat] = []
@@ -57,7 +57,7 @@ class Stage:
                 swings[sensor] = _beat(loop, 0.0, swing)
             self._beats += _current(controller, device, loop)
             if facts_of(controller, name).switched:
-                self._beats.append(Beat(STARTED_S, inf, partial(_go, controller, device, name)))
+                self._beats.append(Beat(STARTED_S, inf, partial(_start, controller, device, name)))
         self._beats += swings.values()
         self._act(0.0)  # the first reading may be soon after the power-on
 
@@ -75,7 +75,7 @@ class Stage:
                 beat.due_s += beat.every_s
 
 
-def _go(controller: Controller, device: AvrDevice, loop: str) -> None:
+def _start(controller: Controller, device: AvrDevice, loop: str) -> None:
     """Switch the loop on, by its master, its keys, or its touch display.
 
     A menu then shows the screen of the setpoint. A loop that is already on needs no key: UP would

@@ -34,8 +34,7 @@ def load_answer(process: Process, gains: Gains, period_s: float) -> Load:
     """
     plant, controller = sampled(process, period_s), minimal_pid(gains, period_s)
     states, ours = np.zeros(plant.nstates), np.zeros(controller.nstates)
-    matrices = [np.asarray(each) for each in (plant.A, plant.B[:, 0], plant.C[0])]
-    step, given, seen = matrices
+    step, given, seen = (np.asarray(each) for each in (plant.A, plant.B[:, 0], plant.C[0]))
     own_step, own_given, own_out = controller.A, controller.B[:, 0], controller.C[0]
     direct = float(controller.D[0, 0])
     slow_s = max(process.lags_s[0], gains.kp / gains.ki if gains.ki else 0.0)

@@ -33,7 +33,7 @@ class Margins:
     phase_deg: float
     """Further phase lag that the loop tolerates at its crossover."""
     delay_s: float
-    """Further dead time with that phase lag, s."""
+    """Further dead time that causes this phase lag, s."""
     sensitivity: float
     """Ms: the largest amplification of an error; its reciprocal is the distance to −1."""
     crossover: float

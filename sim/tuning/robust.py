@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatwright.sim.arrays.world import step_logs
+from heatwright.sim.bench import Progress
 from heatwright.sim.judges.metrics import overshoot, response_of, settling
 from heatwright.sim.plants import supplied
 from heatwright.sim.trace import StepLog
 from heatwright.sim.tuning.gains import Gains
 from heatwright.sim.tuning.margins import SOUND, open_loop
 from heatwright.sim.tuning.process import Process
-from heatwright.sim.tuning.trial import Progress, at_setpoint, ending, heat, with_gains
+from heatwright.sim.tuning.trial import at_setpoint, ending, heat, with_gains
 from heatwright.spec import Controller
 from heatwright.spec.base import ReadOnlyDict
 

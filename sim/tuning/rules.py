@@ -60,7 +60,7 @@ def robust_simc(process: Process, model: Reduced, filter_s: float, period_s: flo
 
 
 def lambda_rule(model: Reduced, filter_s: float, closed_s: float | None = None) -> Gains:
-    """Tune by lambda: with the requested time constant.
+    """Tune by lambda, for a time constant of the closed loop.
 
     By default the closed loop's time constant is three dead times. With both lags cancelled the
     open loop is exp(−θs)/((λ + θ)s), whose gain margin then is 2π = 6.3, its phase margin

@@ -2,18 +2,16 @@
 
 from collections.abc import Callable
 
-from heatwright.sim.bench import ReferenceDevice, bench
+from heatwright.sim.bench import Progress, ReferenceDevice, bench
 from heatwright.sim.interfaces.gcode import heats, tunes
 from heatwright.sim.plots.plot_data import fault_label, faults
 from heatwright.sim.trace import Trace
 from heatwright.sim.tuning.gains import Gains
 from heatwright.spec import Controller, Event, Pid, facts_of
 
-Progress = Callable[[float, float], None]
-
 
 def with_gains(controller: Controller, loop: str, gains: Gains) -> Controller:
-    """Replace a loop's gains; an on-off loop becomes a PID."""
+    """Return a controller with other gains for a loop; an on-off loop becomes a PID."""
     spec = controller.loops[loop]
     changes = {
         "kp": gains.kp,
@@ -42,7 +40,7 @@ def try_gains(  # noqa: PLR0913 - all but two are names
 
 
 def at_setpoint(controller: Controller, loop: str, target_c: float) -> Controller:
-    """Let a loop without host or master start on, with this setpoint."""
+    """Return a controller whose loop, if nobody commands it, starts on at this setpoint."""
     spec = controller.loops[loop]
     facts = facts_of(controller, loop)
     if facts.must_release or facts.hosted:
@@ -120,7 +118,7 @@ def relay(
     spec = controller.loops[loop]
     pid = spec.algorithm.pid
     assert pid is not None  # noqa: S101 - the checks ensure it
-    assert spec.autotune is not None  # noqa: S101 - the caller has looked
+    assert spec.autotune is not None  # noqa: S101 - the caller has checked it
     length_s = spec.autotune.timeout_s + AFTERWARDS_S
     scenario = (*tune(controller, loop, target_c, spec.autotune.cycles), ending(length_s))
     trace = bench(controller, ReferenceDevice(controller), scenario, progress=progress)

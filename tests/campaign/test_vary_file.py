@@ -29,8 +29,8 @@ noise: {air: ± 0.1 K}  #noise.air: ± 0.1 K goes down to -0.1 K. Let it stay at
 late: ± 5 s  #late: ± 5 s is relative, but the spec has no value for it. Write both ends, such as 1 s .. 1 s.
 asks: [{loop: sky, at: 1 s, setpoint: 30 °C}]  #asks[0].loop: there is no loop sky in the spec. Use air.
 asks: [{loop: air, at: 1 h, setpoint: 30 °C}]  #asks[0].at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.
-asks: [{loop: air, at: 1 s, setpoint: 80 °C}]  #asks[0].setpoint: 80 °C exceeds the loop's range of setpoints, 10 °C .. 70 °C. Stay within them.
-upsets: [{at: 1 s, node: air}]  #upsets[0]: a node jumps by something. Write {at: …, node: …, by: …}.
+asks: [{loop: air, at: 1 s, setpoint: 80 °C}]  #asks[0].setpoint: 80 °C exceeds the loop's range of setpoints, 10 °C .. 70 °C. Stay within 10 °C .. 70 °C.
+upsets: [{at: 1 s, node: air}]  #upsets[0]: `node` and `by` belong together. Write {at: …, node: …, by: …}.
 upsets: [{at: 1 s}]  #upsets[0]: an upset is either a jump of a node or a power cut. Write {at: …, node: …, by: …} or {at: …, power_cut: …}.
 upsets: [{at: 1 s, node: sky, by: 1 K}]  #upsets[0].node: there is no node sky in the plant. Use element, air or walls.
 upsets: [{at: 1 h, power_cut: 1 s}]  #upsets[0].at: 1 h is not before the end of the scenario, at 30 min. Make it earlier.

@@ -145,7 +145,7 @@ def test_what_the_board_refuses_is_told(heatwright: Heatwright) -> None:
     (refused,) = heatwright(f"{words} --json").json["not_done"]
     assert refused["answer"] == "M104 is outside its limits; nothing was changed"
     assert 2 < refused["time_s"] < 2.1
-    assert "not done after 2.0 s: M104 is outside its limits; nothing" in heatwright(words).out
+    assert "at 2.0 s failed: M104 is outside its limits; nothing" in heatwright(words).out
     written = "{at: 2 s, write: {air.manual: true}}"  # of a loop that is off
     Path("master.yaml").write_text(f"scenario: [{written}, {{for: 6 s}}]", encoding="utf-8")
     words = f"simulate {EXAMPLES}/dryer.yaml --scenario master.yaml --json"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The page: shows the news that come over the WebSocket, and sends the user's actions as commands.
+// The page of `bench`: it shows the data from the WebSocket, and sends the user's actions as commands.
 
 import { Chart } from "./chart.js";
 import { connect, element, figuresOf, moment, panelOf, roll } from "./panels.js";
@@ -124,7 +124,7 @@ function slider(text, unit, min, max, step, read, write) {
   };
 }
 
-// ---- news ----------------------------------------------------------------------------------
+// ---- new data ------------------------------------------------------------------------------
 
 function show(fresh) {
   state = { ...state, ...fresh };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The chart of one loop: it scrolls with the time, unless the user has zoomed or moved back.
 
+import { element } from "./panels.js";
+
 const CURVES = [
   { label: "measured", color: "--measured", width: 2, scale: "c" },
   { label: "machine", color: "--machine", width: 1, scale: "c", dash: [5, 4] },
@@ -30,39 +32,20 @@ export class Chart {
     this.end = null; // end of the shown time; null: now
     this.now = 0;
     this.changed = true;
-    this.place = place;
     this.buttons = this.windows(place);
-    this.frame = document.createElement("div");
-    this.frame.className = "chart";
-    this.frame.tabIndex = 0;
-    this.frame.setAttribute("role", "img");
-    this.frame.addEventListener("keydown", (event) => this.key(event));
+    this.frame = element("div", { class: "chart", tabindex: "0", role: "img", onkeydown: (event) => this.key(event) });
     this.loop = loop;
-    place.append(this.frame);
-    const hint = document.createElement("p");
-    hint.className = "soft";
-    hint.textContent =
-      "Drag to zoom in, double-click to follow. Keys: + and − zoom, ← and → move, End follows.";
-    place.append(hint);
+    place.append(this.frame, element("p", { class: "soft" },
+      "Drag to zoom in, double-click to follow. Keys: + and − zoom, ← and → move, End follows."));
     this.plot = new window.uPlot(this.options(), this.columns, this.frame);
     new ResizeObserver(() => this.resize()).observe(this.frame);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.plot.redraw(false, true));
   }
 
   windows(place) {
-    const row = document.createElement("p");
-    row.className = "row";
-    row.setAttribute("role", "group");
-    row.setAttribute("aria-label", "Time shown");
-    const buttons = WINDOWS.map(([text, seconds]) => {
-      const button = document.createElement("button");
-      button.type = "button";
-      button.textContent = text;
-      button.addEventListener("click", () => this.show(seconds, null));
-      row.append(button);
-      return [button, seconds];
-    });
-    place.append(row);
+    const buttons = WINDOWS.map(([text, seconds]) =>
+      [element("button", { type: "button", onclick: () => this.show(seconds, null) }, text), seconds]);
+    place.append(element("p", { class: "row", role: "group", "aria-label": "Time shown" }, ...buttons.map(([button]) => button)));
     return buttons;
   }
 
@@ -164,7 +147,7 @@ export class Chart {
   }
 }
 
-// Lower end of the temperatures' part of the chart: below it the duty is drawn.
+// Returns the lowest temperature that the axis shows; the duty is drawn below it.
 function floor(plot) {
   const { min, max } = plot.scales.c;
   return min + (max - min) / 3;

@@ -12,7 +12,8 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-// Makes a list of figures; cells: each value's element by its key. A curve: key, name, color, …
+// Returns a list of figures, and the element of each value by the curve's key. Each curve is an
+// array that begins with its key, name and color.
 export function figuresOf(curves) {
   const list = element("dl", { class: "figures" });
   const cells = {};
@@ -39,7 +40,7 @@ export function connect(took, began = () => {}) {
 }
 
 // Calls down(event) when a finger presses a button, down() for Enter or Space, and up(seconds) on
-// release, wherever the finger is then.
+// release, even if the finger has left the button.
 export function holdable(button, down, up) {
   let since = null;
   const begin = (event) => {
@@ -74,9 +75,7 @@ export function holdable(button, down, up) {
 }
 
 function section(title, ...children) {
-  const heading = element("h2", {}, title);
-  const made = element("section", { "aria-label": title }, heading, ...children);
-  return made;
+  return element("section", { "aria-label": title }, element("h2", {}, title), ...children);
 }
 
 const KEYS = { ArrowUp: "up", ArrowDown: "down", ArrowLeft: "left", ArrowRight: "right" };
@@ -90,7 +89,7 @@ function showRows(lcd, rows) {
   lcd.setAttribute("aria-label", `Display: ${rows.map((row) => row.trim()).join(", ")}`);
 }
 
-// Of a kind from outside, only the rows of text are shown.
+// The panel of a kind that another package provides: it shows only rows of text.
 function outside(about) {
   const lcd = element("pre", { class: "lcd", role: "img" });
   return { panel: section(about.kind, lcd), show(state) { showRows(lcd, state.rows ?? []); } };

@@ -1,4 +1,4 @@
-"""The user's side of the interfaces; each module has the name of its kind."""
+"""The users of the simulated interfaces; each module is named after its kind of interface."""
 
 from importlib import import_module
 

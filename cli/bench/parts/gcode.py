@@ -13,7 +13,7 @@ MOST_TYPED = 1000
 
 
 class Terminal(Seat):
-    """Somebody who types G-code."""
+    """A person who types G-code."""
 
     kind = "gcode"
 
@@ -23,9 +23,8 @@ class Terminal(Seat):
         self._polling = False
 
     def about(self) -> dict[str, Any]:
-        """Return lines that the terminal suggests."""
-        hints = ["M105", "M115", "M503", "M112", "M999"]
-        return {"types": True, "polls": True, "hints": hints}
+        """Return the features of the terminal, and the lines that it suggests."""
+        return {"types": True, "polls": True, "hints": ["M105", "M115", "M503", "M112", "M999"]}
 
     def lines(self, world: LiveWorld) -> list[Line]:
         """Return the new lines of both directions."""

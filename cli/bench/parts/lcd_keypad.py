@@ -41,8 +41,8 @@ class Shield(Seat):
         """Press a key or release it.
 
         A board faster than real time is too fast for a finger: the press reaches it on release, and
-        lasts as long in board time as the finger held it. A press waits until the key before has
-        been up for the pause between a scenario's presses, so that the firmware sees both.
+        lasts as long in board time as the finger held it. A press waits until the previous key has
+        been released for PRESS_S, so that the firmware sees both.
         """
         key = order.get("key")
         if key not in KEYS:

@@ -82,7 +82,7 @@ class Seat:
         return None
 
     def act(self, live: Live, order: Order) -> None:
-        """Execute a command of the page. Raises BadOrder."""
+        """Execute a command of the page. Raises BadOrder: the command cannot be executed."""
         del live, order
         raise BadOrder(f"The interface {self.kind} accepts no commands.")
 

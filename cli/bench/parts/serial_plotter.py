@@ -1,4 +1,4 @@
-"""The computer that plots: it shows the lines of the plotter."""
+"""The seat of a serial plotter: it shows the plotter's lines of numbers."""
 
 from heatwright.cli.bench.parts.seat import Line, Seat
 from heatwright.cli.bench.world import LiveWorld

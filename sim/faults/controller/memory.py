@@ -11,9 +11,9 @@ from typing import Any
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S, answer_s, flash_s, start_up_s
-from heatwright.sim.faults.fault import Fault, Trip, tripping
+from heatwright.sim.faults.fault import Fault, Trip, harmless, tripping
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
-from heatwright.sim.faults.site import OfState
+from heatwright.sim.faults.site import LATCHED
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.native.pins import Level
 from heatwright.spec import facts_of
@@ -22,7 +22,7 @@ from heatwright.spec.registry import module_of
 SEED = 1
 WATCH_S = 30.0
 HIGHEST_BIT = 7
-"""Highest bit of a byte; in the third byte of a float this is the lowest bit of the exponent."""
+"""Highest bit of a byte; in the third byte of a float it is the lowest bit of the exponent."""
 LOWEST_BIT = 0
 SEAL, UNSEALED = "flash_seal", b"\xff\xff"
 """The constant with the program's checksum, and its value before seal.py has written it."""
@@ -50,19 +50,12 @@ def faults(site: Site) -> Iterator[Fault]:
     if facts_of(site.controller).checked:
         yield from (replace(fault, floats=True) for fault in _self_checked(site, start_s))
     if site.controller.is_acknowledged:
-        yield Fault(
-            "record_cut_short",
-            lambda: latched(site),
-            cut_short,
-            may=SENSOR_RULES,
-            sensor_lies=True,
-            calm=True,
-            watch_s=WATCH_S,
-        )
+        cut = harmless(site, "record_cut_short", cut_short, WATCH_S)
+        yield replace(cut, make=lambda: latched(site), may=SENSOR_RULES, sensor_lies=True)
 
 
 def _self_checked(site: Site, start_s: float) -> Iterator[Fault]:
-    """Yield what the self-checks find; start_s -- from a reset to the latched fault, s."""
+    """Yield the faults that self-checks find; start_s -- time from a reset to the latched fault."""
     for name, cause, rule in (
         ("duty_left_out", leave_out_duty, "sequence_broken"),
         ("stack_guard_flipped", flip_stack_guard, "stack_overrun"),
@@ -109,7 +102,7 @@ def flip_flash(world: World) -> None:
 
 
 def leave_out_duty(world: World) -> None:
-    """Flip a bit of the mark of a control step's tasks: one seems done before it begins."""
+    """Flip a bit of the marks of finished tasks: one seems to be finished before it begins."""
     flip(world, f"loop_{world.site.loop_name}.c:done", LOWEST_BIT)
 
 
@@ -157,10 +150,9 @@ def _held_pin(site: Site, start_s: float) -> Fault:
     """
     output = site.controller.safety.relay or site.loop.heater
     switch = site.controller.switches[output]
-    within_s = HELD_S + (start_s if switch.frequency_hz else _asked_within_s(switch))
-    holds = partial(
-        hold_other, output=output, within_s=within_s, at_start=bool(switch.frequency_hz)
-    )
+    at_start = bool(switch.frequency_hz)
+    within_s = HELD_S + (start_s if at_start else _asked_within_s(switch))
+    holds = partial(hold_other, output=output, within_s=within_s, at_start=at_start)
     found = tripping(site, "pin_held", holds, Trip(("pin_held",), within_s))
     return replace(found, make=lambda: _followed(site))
 
@@ -183,8 +175,8 @@ def _asked_within_s(output: Any) -> float:
 def hold_other(world: World, output: str, within_s: float, *, at_start: bool = False) -> None:
     """Short an output's pin to the level that it does not have now, until a fault is latched.
 
-    In windows it is the level that it has for the shorter time: a low duty is on for too few looks.
-    at_start -- restart first, so that this is the level of an output that is on.
+    An output with windows is held at the level that it has for the shorter part of a window: its
+    pin is then wrong in at least LOOKS looks. at_start -- restart first: the output is then on.
     """
     if at_start:
         world.power_cut(world.step_s)
@@ -216,8 +208,7 @@ def unseal(world: World) -> None:
 
 def seal(world: World) -> None:
     """Restart with the program and its checksum again."""
-    program = world.site.program
-    _put_seal(world, program.flash_bytes(SEAL, len(UNSEALED)))
+    _put_seal(world, world.site.program.flash_bytes(SEAL, len(UNSEALED)))
 
 
 def _put_seal(world: World, wanted: bytes) -> None:
@@ -231,7 +222,7 @@ def latched(site: Site) -> World:
     """Return a world with a fault that is latched and stored, and whose cause is removed."""
     world = starts.heating(site)
     cut_line(world)
-    world.until(OfState(lambda now: now.fault != 0), answer_s(site.loop))
+    world.until(LATCHED, answer_s(site.loop))
     world.run(REST_S)
     mend_line(world)
     return world
@@ -239,17 +230,17 @@ def latched(site: Site) -> World:
 
 def cut_line(world: World) -> None:
     """Disconnect the loop's sensor, in a way that suits its kind."""
-    _of_sensor(world.site).cut(world)
+    module_of_sensor(world.site, world.site.loop.sensor).cut(world)
 
 
 def mend_line(world: World) -> None:
     """Undo `cut_line`."""
-    _of_sensor(world.site).mend(world)
+    module_of_sensor(world.site, world.site.loop.sensor).mend(world)
 
 
-def _of_sensor(site: Site) -> ModuleType:
-    kind = site.controller.sensors[site.loop.sensor].kind
-    return import_module(module_of("sensor", "faults", kind))
+def module_of_sensor(site: Site, sensor: str) -> ModuleType:
+    """Return the module with the faults of a sensor, which its kind determines."""
+    return import_module(module_of("sensor", "faults", site.controller.sensors[sensor].kind))
 
 
 def cut_short(world: World) -> None:
@@ -261,4 +252,4 @@ def cut_short(world: World) -> None:
         world.device.advance(world.now_s + 0.001)
         if eeprom.writes >= before + BYTES and eeprom.writing:
             break
-    world.power_cut(STEP_S, undefined=random.Random(SEED).randrange(256))  # noqa: S311 - as above
+    world.power_cut(STEP_S, undefined=random.Random(SEED).randrange(256))  # noqa: S311 - noise

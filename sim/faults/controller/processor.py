@@ -27,14 +27,12 @@ GLANCES, GLANCE_S = 9, 0.001
 
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of any processor."""
-    allowed_s = watchdog_s(site)
+    trip = Trip(("watchdog_reset",), watchdog_s(site))
     for name, entry, off_s in (
         ("hung_main_loop", INTERRUPTS_ON, gate_s()),
-        ("hung_with_interrupts_off", INTERRUPTS_OFF, allowed_s),
+        ("hung_with_interrupts_off", INTERRUPTS_OFF, trip.allowed_s),
     ):
-        hangs = tripping(
-            site, name, partial(hang, entry=entry), Trip(("watchdog_reset",), allowed_s)
-        )
+        hangs = tripping(site, name, partial(hang, entry=entry), trip)
         yield replace(hangs, off_within_s=off_s, all_off=True)
     trip = Trip(("brown_out",), start_up_s(site))
     resets = tripping(site, "brown_out", lambda world: world.device.avr.reset("brown_out"), trip)
@@ -56,13 +54,13 @@ def hang(world: World, entry: str) -> None:
     ValueError if it does not sleep within a tick.
     """
     for _ in range(GLANCES):
-        if _turned_aside(world, entry):
+        if _redirected(world, entry):
             return
         world.device.avr.run(GLANCE_S)
     raise ValueError("The program did not sleep within a tick: it hangs, or still starts up.")
 
 
-def _turned_aside(world: World, entry: str) -> bool:
+def _redirected(world: World, entry: str) -> bool:
     avr, program = world.device.avr, world.device.elf
     size = 3 if world.site.controller.board.flash_bytes > LARGE_FLASH else 2
     main, target = program.function("main"), program.symbols[entry]
@@ -85,12 +83,10 @@ def stays_off(world: World) -> str:
 
 def off_through_reset(world: World) -> str:
     """Check that the heater went off at the reset, and that its pin was then driven to off."""
-    resets = world.device.take_resets()
+    resets, avr = world.device.take_resets(), world.device.avr
     if len(resets) != 1:
         return f"there were {len(resets)} resets, not one"
-    reset_s = (
-        world.now_s - world.device.avr.time_s + int(resets["cycle"][0]) / world.device.avr.clock_hz
-    )
+    reset_s = world.now_s - avr.time_s + int(resets["cycle"][0]) / avr.clock_hz
     world.device.feed()
     after = world.heater.since(reset_s)
     return "" if _goes_off(after, reset_s) else "the heater's pin was not driven off after reset"

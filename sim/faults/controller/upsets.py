@@ -7,12 +7,12 @@ that has a latched fault without its cause. A peripheral register acts as if an 
 written it. A flip in the EEPROM is followed by a loss of power, because the EEPROM is read only at
 start-up.
 
-Where heaters may be on, the same world without the upset tells how much heat is right: it differs
-from the struck one in nothing else. A difference is harmless if it is no more than full power for
-as long as a heater that must be off may be on, because the last decision before the upset may have
-been to heat. A machine whose heaters give more is followed until they no longer do, and until its
-heat has spread; by the end of the slowest rule, or of two checks of the flash, this must be so.
-A heater that stays at full power shows in the state hot, in which the healthy one goes off soon.
+Where heaters may be on, the same world without the upset shows how much heat is right: nothing else
+differs. A difference is harmless if it is at most full power for as long as a heater that must be
+off may be on, because the last decision before the upset may have been to heat. A machine whose
+heaters give more is followed until they no longer do, and until its heat has spread; that must
+happen within the time of the slowest rule, or of two checks of the flash. A heater that stays at
+full power is detected in the state hot, in which the healthy heater goes off soon.
 """
 
 from collections.abc import Callable, Mapping
@@ -54,7 +54,7 @@ HEATS, TOO_HOT, FORGETS = "heats", "too hot", "forgets"
 longer latched although nobody acknowledged it."""
 BAD = (HEATS, TOO_HOT, FORGETS)
 RESULTS = ("nothing", "told", "reset", "unknown", *BAD)
-"""All outcomes; told -- a fault was latched; unknown -- it did something that is not simulated."""
+"""All outcomes; told -- a fault was latched; unknown -- something that is not simulated."""
 
 
 class Upset(NamedTuple):
@@ -174,7 +174,7 @@ def try_upset(controller: Controller, program: Elf, upset: Upset) -> Outcome:
 
 
 def _strike(world: World, upset: Upset, after_s: float) -> float:
-    """Strike some time after the present step's begin; return when (device time, s)."""
+    """Cause the upset `after_s` after this step has begun; return its device time, s."""
     avr, since_s = world.device.avr, world.now_s + after_s
     if upset.kind == "eeprom":
         image = bytearray(avr.eeprom.contents)
@@ -209,7 +209,7 @@ def _bound_s(loop: Loop) -> float:
 
 @lru_cache(maxsize=16)
 def _healthy(site: Site, state: str, cut_s: float | None) -> World:
-    """Return the world without the upset; cut_s -- when its power is cut, s after its begin."""
+    """Return the world without the upset; cut_s -- time from its beginning to its power cut, s."""
     world = begun(site, state)
     if cut_s is not None:
         world.run(cut_s)
@@ -221,7 +221,7 @@ def _still_heats(world: World, upset: Upset, first: int) -> str:
     """Follow a world that gets more heat than without the upset; return "" if this ends in time.
 
     It has ended if the heat is the same for so long that the loop's heater, at full power, would
-    have exceeded the bound twice. A hot machine is watched as long from the beginning.
+    have exceeded the bound twice. A machine in the state hot is watched for at least that time.
     """
     site, loops, step_s = world.site, world.site.controller.loops, world.step_s
     bounds_s = np.array([_bound_s(loop) for loop in loops.values()])
@@ -271,10 +271,9 @@ def _judged(
         return HEATS, f"a heater was on {last_s - since_s:.2f} s after the upset"
     if upset.state == "latched" and not world.fault and not acknowledged:
         return FORGETS, "the latched fault was lost without an acknowledgement"
-    if must_be_off or upset.state not in {"latched", "off"}:
-        words = _still_heats(world, upset, first)
-        if words:
-            return HEATS, words
+    follows = must_be_off or upset.state not in {"latched", "off"}
+    if follows and (words := _still_heats(world, upset, first)):
+        return HEATS, words
     bears_c = world.bears_c
     for node, peak_c in world.peaks.highest_c.items():
         if peak_c > bears_c[node]:

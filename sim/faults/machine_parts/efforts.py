@@ -21,20 +21,20 @@ BEYOND = 1.15
 SPARE = 0.05
 """Margin, as a share of the nodes' limits above ambient: a drift is detected late."""
 SLOW = 4.0
-"""A drift takes this many filter times, and is this many times slower than `rise_rate`."""
+"""A drift takes SLOW filter times, and is SLOW times slower than `rise_rate`."""
 STANDING_K = 1.0
-"""How far above the setpoint and its hysteresis the reading stands."""
+"""How far above the setpoint and its hysteresis the reading stays."""
 FILTERS, TIMES = 4.0, 2.0
 """How long a machine is watched: FILTERS filter times plus TIMES times the rule's `for`."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
-    """Yield the faults for which rules effort_high and effort_low exist, where they can trip."""
+    """Yield the faults at which rules effort_high and effort_low must trip, if they can."""
     effort = site.loop.protection.effort
     if effort is None or site.loop.cooler is not None:
         return
     watch_s = FILTERS * effort.band.filter_s + TIMES * effort.for_s
-    if site.loop.algorithm.continuous:  # a switching loop asks for full power: rule 10 sees it
+    if site.loop.algorithm.continuous:  # a switching loop commands full power: rule 10 trips
         yield from _aged(site, effort, watch_s)
     yield from _drifting(site, effort, watch_s)
     yield from _standing_high(site, effort, watch_s)
@@ -83,29 +83,20 @@ def _drifting(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
     limits_c = {node: ambient_c + (1 - SPARE) * (bears[node] - ambient_c) for node in nodes}
     if any(each_c > limits_c[node] for node, each_c in nodes.items()):
         return
-    rate_k_per_s = min(
-        (true_c - setpoint_c) / (SLOW * effort.band.filter_s),
-        site.loop.protection.rise_rate_k_per_s / SLOW,
-    )
+    low_k, fastest_k_per_s = true_c - setpoint_c, site.loop.protection.rise_rate_k_per_s / SLOW
+    rate_k_per_s = min(low_k / (SLOW * effort.band.filter_s), fastest_k_per_s)
 
     def change(world: World) -> Feel:
         began_s = world.now_s
-        return lambda felt_c: (
-            felt_c - min(true_c - setpoint_c, rate_k_per_s * (world.now_s - began_s))
-        )
+        return lambda felt_c: felt_c - min(low_k, rate_k_per_s * (world.now_s - began_s))
 
-    drifts = Felt(site.loop.sensor, change)
-    yield Fault(
-        "reading_drifts_low",
-        lambda: _held(site, setpoint_c),
-        drifts,
-        drifts.mend,
-        watch_s=watch_s + (true_c - setpoint_c) / rate_k_per_s,
-    )
+    drifts, make = Felt(site.loop.sensor, change), partial(_held, site, setpoint_c)
+    drift_s = low_k / rate_k_per_s
+    yield Fault("reading_drifts_low", make, drifts, drifts.mend, watch_s=watch_s + drift_s)
 
 
 def _standing_high(site: Site, effort: Effort, watch_s: float) -> Iterator[Fault]:
-    """Yield a reading that stands above the setpoint: the heater stays off, the machine cools."""
+    """Yield a reading that stays above the setpoint: the heater is off, and the machine cools."""
     seen_c = [each for each in _setpoints_c(site) if effort.band.at(each)[1] > 0]
     if not seen_c:
         return

@@ -51,7 +51,7 @@ def _weak_share(site: Site) -> float:
 
 
 def _leaking(site: Site) -> Fault:
-    """A switch that leaks while off, above the band, enough to heat the machine further.
+    """Return a switch that leaks while it is off, above the band: enough to heat the machine more.
 
     If the band ends near the maximum, the machine starts halfway to the maximum.
     """

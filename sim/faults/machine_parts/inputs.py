@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import TICK_S
@@ -27,19 +28,15 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _opens(site: Site, name: str, each: Input) -> Fault:
-    """An emergency stop is pressed, a cut-out opens, a wire is torn."""
-    opens = tripping(
-        site,
-        f"input_{name}_opens",
-        lambda world: _move(world, name, is_open=True),
-        Trip(("input_open",), site.loop.next_step_s(each.for_s) + 2 * TICK_S),
-        lambda world: _move(world, name, is_open=False),
-    )
-    return replace(opens, off_within_s=2 * TICK_S, all_off=True, again=True)
+    """Return a contact that opens: a pressed emergency stop, a cut-out, or a torn wire."""
+    trip = Trip(("input_open",), site.loop.next_step_s(each.for_s) + 2 * TICK_S)
+    opens, closes = (partial(_move, name=name, is_open=is_open) for is_open in (True, False))
+    found = tripping(site, f"input_{name}_opens", opens, trip, closes)
+    return replace(found, off_within_s=2 * TICK_S, all_off=True, again=True)
 
 
 def _pauses(site: Site, name: str) -> Fault:
-    """A door is open for long: no heat and no fault, and heat again once the door is closed."""
+    """Return a door that is open for long: no heat and no trip until it is closed, then heat."""
     on_s = site.loop.protection.on_for_at_most_s or math.inf
     opened_s = math.nan
 
@@ -62,7 +59,7 @@ def _pauses(site: Site, name: str) -> Fault:
 
 
 def _bounces(site: Site, name: str, each: Input) -> Fault:
-    """A contact that bounces: it opens repeatedly, each time for less than the input's `for`."""
+    """Return a contact that bounces: it opens repeatedly, but for less than the input's `for`."""
     open_s = each.for_s - 2 * TICK_S
 
     def shake(world: World) -> Callable[[float], None]:

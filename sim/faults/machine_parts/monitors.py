@@ -86,9 +86,8 @@ def _break(watched: Watched, what: str) -> Act:
     def act(world: World) -> None:
         part = world.device.sensors[watched.monitor.sensor]
         if watched.sensor.on_adc:
-            cast("AdcSensor", part).wiring = Wiring(
-                opened=what == "torn", shorted=what == "shorted"
-            )
+            wiring = Wiring(opened=what == "torn", shorted=what == "shorted")
+            cast("AdcSensor", part).wiring = wiring
             return
         chip = cast("Ds18b20 | SpiChip", part)
         if what == "torn":
@@ -101,7 +100,7 @@ def _break(watched: Watched, what: str) -> Act:
 
 
 def _over_limit(site: Site, watched: Watched) -> Fault:
-    """The monitored part becomes too hot, and no loop's sensor measures it."""
+    """Return a monitored part that becomes too hot, while no loop's sensor measures it."""
     allowed_s = reading_s(watched.loop)
     hot = Felt(watched.monitor.sensor, standing(watched.over_c))
     name, trip = f"monitor_{watched.name}_over_limit", Trip(("monitor_limit",), allowed_s)
@@ -109,7 +108,7 @@ def _over_limit(site: Site, watched: Watched) -> Fault:
 
 
 def _warned(site: Site, watched: Watched) -> Fault:
-    """A warning: the machine goes on, every interface warns, and the warning ends in time."""
+    """Return a part that is too warm: every interface warns, nothing trips, the warning ends."""
 
     def judge(world: World) -> str:
         if not world.device.read(f"monitor_{watched.name}.warns"):
@@ -145,9 +144,7 @@ def untold(world: World) -> Iterator[str]:
         ):
             yield f"the touch display does not show {words!r}"
     if facts_of(site.controller).modbus is not None:
-        bits = sum(
-            1 << place for place, name in enumerate(site.controller.monitors) if name in warning
-        )
+        bits = sum(1 << list(site.controller.monitors).index(name) for name in warning)
         if not world.until(lambda now: now.device.master.values.get("warnings") == bits, within_s):
             yield "the master does not read the warning"
     if facts_of(site.controller).log is not None:

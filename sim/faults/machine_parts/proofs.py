@@ -46,33 +46,28 @@ def _of_tachometer(site: Site, fan: str, counted: Tachometer) -> Iterator[Fault]
 
 
 def _unproven(site: Site, fan: str, name: str, cause: Act) -> Fault:
-    """A fan without its proof: the heater is off within two ticks, then a rule trips.
+    """Return a fan without its proof: the heater is off within two ticks, then a rule trips.
 
     A tachometer first counts for two windows. A rule of a measured current may trip first.
     """
     proof = _proof(site, fan)
     counting_s = 2 * proof.tachometer.window_s if proof.tachometer else 0.0
-    measured = site.facts.current
-    rules = ("fan_stopped", *(CURRENT_RULES if measured else ()))
+    rules = ("fan_stopped", *(CURRENT_RULES if site.facts.current else ()))
     trip = Trip(rules, site.loop.next_step_s(counting_s + proof.within_s) + TICK_S)
     found = tripping(site, name, cause, trip, _mend(fan))
     return replace(found, off_within_s=counting_s + 2 * TICK_S, again=True)
 
 
 def _believed(site: Site, fan: str) -> Fault:
-    """A contact that is always closed, and a fan that stands still: no proof can show this."""
+    """Return a fan that stands still while its contact is stuck closed: no proof shows this."""
+    stuck = _stick(fan, wire=Wire.SHORTED)
+    return watched(site, f"{fan}_stuck_with_its_contact", stuck, _mend(fan))
 
+
+def _stick(fan: str, *, wire: Wire = Wire.SOUND) -> Act:
     def cause(world: World) -> None:
-        world.wiring.heat[fan] = effects.OPENED
-        world.device.proofs[fan].fail(stands=True, wire=Wire.SHORTED)
-
-    return watched(site, f"{fan}_stuck_with_its_contact", cause, _mend(fan))
-
-
-def _stick(fan: str) -> Act:
-    def cause(world: World) -> None:
-        world.wiring.heat[fan] = effects.OPENED  # it moves no air
-        world.device.proofs[fan].fail(stands=True)
+        world.wiring.heat[fan] = effects.OPENED  # the fan moves no air
+        world.device.proofs[fan].fail(stands=True, wire=wire)
 
     return cause
 
@@ -83,7 +78,7 @@ def _broken(fan: str, **how: Any) -> Act:
 
 def _proof(site: Site, fan: str) -> Proof:
     proof = site.controller.outputs[fan].proof
-    assert proof is not None  # noqa: S101 - it has one
+    assert proof is not None  # noqa: S101 - the fan has a proof
     return proof
 
 

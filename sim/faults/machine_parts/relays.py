@@ -13,7 +13,7 @@ from heatwright.sim.relay import SafetyRelay
 CONTACT_S = 0.100
 """Time within which the mirror contact must follow the relay."""
 CLOSES_S = 60.0
-"""The relay is closed within this time and the first periods, if heat is asked for."""
+"""The relay closes within this time plus the first periods, if heat is commanded."""
 
 
 def faults(site: Site) -> Iterator[Fault]:
@@ -40,7 +40,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _unseen(site: Site) -> Iterator[Fault]:
-    """Without a mirror contact, a relay that never closes looks like a heater without power."""
+    """Yield a relay that never closes; without a mirror contact, the heater seems to be broken."""
 
     def cause(world: World) -> None:
         _relay(world).fail(Armature.DEAD)

@@ -1,11 +1,12 @@
 """Faults of a heater's wire that only its measured current shows."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from heatwright.sim.faults import effects, starts
 from heatwright.sim.faults.bounds import reading_s
 from heatwright.sim.faults.effects import Heated
-from heatwright.sim.faults.fault import Fault, Trip
+from heatwright.sim.faults.fault import Fault, Trip, tripping
 from heatwright.sim.faults.machine_parts.currents import SOFT_START, Measured, measured
 from heatwright.sim.faults.world import STEP_S, Site, World, given
 from heatwright.sim.machine import Heat
@@ -31,30 +32,20 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def _shorted(site: Site, heater: Measured) -> Fault:
-    """A wire with so little resistance that the current trips at any duty.
+    """Return a wire with so little resistance that the current trips at any duty.
 
-    Without an operator the loop may ask for less than the shortest pulse: then no current flows.
-    With one, an integral alone may take long to ask for it again after the acknowledgement.
+    Without an operator the duty of the loop may be below the shortest pulse: no current flows then.
+    With an operator, an integral alone may need long for such a duty after the acknowledgement.
     """
     shorted = Heated(site.loop.heater, Heat(once_asked=BEYOND * heater.over_a / heater.mean_a))
-    return Fault(
-        "heater_shorted",
-        lambda: starts.heating(site),
-        shorted,
-        shorted.mend,
-        trip=Trip(
-            ("over_current",),
-            reading_s(site.loop) + STEP_S,
-            given(site),
-            starts.LONGEST_S if site.is_set else WATCH_S,
-            certain=site.is_set,
-        ),
-        again=True,
-    )
+    allowed_s = reading_s(site.loop) + STEP_S
+    due_s = starts.LONGEST_S if site.is_set else WATCH_S
+    trip = Trip(("over_current",), allowed_s, given(site), due_s, certain=site.is_set)
+    return replace(tripping(site, "heater_shorted", shorted, trip, shorted.mend), again=True)
 
 
 def _part_shorted(site: Site, heater: Measured, limit_a: float) -> Fault:
-    """A wire that has lost resistance before it is switched on: the controller limits its duty."""
+    """Return a wire with too little resistance from the start: the controller limits the duty."""
     times = BEYOND * heater.over_a / heater.mean_a
 
     def make() -> World:

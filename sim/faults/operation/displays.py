@@ -32,14 +32,13 @@ def faults(site: Site) -> Iterator[Fault]:
         ("touch_display_unplugged", _unplug),
         ("touch_display_of_other_speed", _other_speed(display.baud)),
         ("touch_display_floods", _flood),
-        ("touch_display_asks_too_much", _ask_too_much),
+        ("touch_display_asks_too_much", _exceed_bounds),
     ):
         yield harmless(site, name, cause, WATCH_S, _unmoved)
     yield harmless(site, "touched_at_random", _play, WATCH_S)
 
 
 def _unplug(world: World) -> None:
-    """Unplug the display for a while."""
     world.device.display.unplug()
     world.run(AWAY_S)
     world.device.display.plug()
@@ -68,7 +67,7 @@ def _flood(world: World) -> None:
         world.run(0.1)
 
 
-def _ask_too_much(world: World) -> None:
+def _exceed_bounds(world: World) -> None:
     """Send every command that takes a number with values out of bounds."""
     for command in (2, 3, 4, 8, 10, 13, 15, 20):
         for value in (BELOW_ALL, BEYOND_ALL, "1e9", "--1", "", "nan"):
@@ -78,8 +77,7 @@ def _ask_too_much(world: World) -> None:
 
 def _unmoved(world: World) -> str:
     """Check that the setpoint is unchanged, no step was late, and the display is up to date."""
-    moved = starts.setpoint_moved(world, starts.highest_c(world.site))
-    if moved:
+    if moved := starts.setpoint_moved(world, starts.highest_c(world.site)):
         return moved
     if not world.loop("enabled"):
         return "the loop was switched off"

@@ -23,7 +23,7 @@ HELD_S = 2.6
 COARSE_STEPS = 10
 LONGEST_HOLD_S = 60.0
 PAGES = 1 + len(KINDS)
-"""Maximum number of pages beside the setpoint's: the time's, and one for each kind of number."""
+"""Maximum number of pages after the setpoint's: the timer's, and one for each kind of number."""
 OFF = ("OFF, UP: ", "Done UP: ")
 """Start of the display's second line if the loop was switched off by a key or by the timer."""
 SETPOINT = ("Set temp ", *OFF)

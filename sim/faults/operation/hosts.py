@@ -29,14 +29,14 @@ SEED = 3
 def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults that a host, or the cable to it, can cause on a loop that it commands."""
     host = facts_of(site.controller).gcode
-    assert host is not None  # noqa: S101 - only of loops that it commands
+    assert host is not None  # noqa: S101 - a host commands the loop
     after_s = site.loop.protection.master_lost_after_s
     if after_s is not None:
         yield from _silent(site, after_s)
     stopped = Trip(("emergency_stop",), len(STOP) * BITS_A_BYTE / host.baud + 2 * TICK_S)
     yield tripping(site, "host_stop", _stop, stopped)
     yield Fault("host_stop_in_flood", lambda: _flooded(site), _stop, trip=stopped)
-    yield harmless(site, "host_out_of_bounds", _ask_too_much, WATCH_S, _keeps_setpoint)
+    yield harmless(site, "host_out_of_bounds", _exceed_bounds, WATCH_S, _keeps_setpoint)
     yield harmless(site, "host_garbled", _garble, WATCH_S, _hears_all)
 
 
@@ -51,7 +51,7 @@ def lost(
 
 
 def _silent(site: Site, after_s: float) -> Iterator[Fault]:
-    """Yield a host that becomes silent, and one that only asks for the temperatures."""
+    """Yield a host that becomes silent, and one that only requests the temperatures."""
     yield lost(site, "host_lost", after_s, lambda world: world.device.host)
     yield harmless(site, "host_only_asks", nothing, after_s + WATCH_S)
 
@@ -71,7 +71,7 @@ def _stop(world: World) -> None:
     host.send_bytes(STOP)
 
 
-def _ask_too_much(world: World) -> None:
+def _exceed_bounds(world: World) -> None:
     """Send setpoints that the spec forbids, and texts that are no numbers."""
     loop = world.site.loop
     beyond = (loop.setpoint.maximum_c + BEYOND_K, loop.protection.maximum_c, 1e6, -BEYOND_K)
@@ -86,8 +86,7 @@ def _keeps_setpoint(world: World) -> str:
 
 def _garble(world: World) -> None:
     """Send numbered lines through a cable that damages many of them."""
-    host = world.device.host
-    host.noise = SerialNoise(to_board_share=GARBLED_SHARE, seed=SEED)
+    world.device.host.noise = SerialNoise(to_board_share=GARBLED_SHARE, seed=SEED)
     for _ in range(LINES):
         world.device.send(f"{world.site.heat_command} S{starts.highest_c(world.site):g}")
 

@@ -1,4 +1,4 @@
-"""A loop that nobody switches off: its `on_for_at_most` ends, and only off restarts it."""
+"""A loop that nobody switches off: `on_for_at_most` ends, and starts anew only when it is off."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -36,7 +36,7 @@ def faults(site: Site) -> Iterator[Fault]:
 
 
 def over_meanwhile(controller: Controller, found: list[Fault]) -> list[Fault]:
-    """Allow `on_too_long` where nothing else may trip: a trial may be longer than a loop is on."""
+    """Allow `on_too_long` in trials without a trip, which may be longer than `on_for_at_most`."""
     if not any(each.protection.on_for_at_most_s for each in controller.loops.values()):
         return found
     return [

@@ -34,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
         yield lost(site, "master_lost", silent_s, lambda world: world.device.master)
     yield harmless(site, "master_insists_on_heat", _insist, WATCH_S, stays_off)
     for name, cause in (
-        ("master_out_of_bounds", _ask_too_much),
+        ("master_out_of_bounds", _exceed_bounds),
         ("bus_damaged", _damage),
         ("bus_of_other_format", _speak_otherwise(modbus)),
         ("bus_of_other_slaves", _speak_to_others),
@@ -52,7 +52,7 @@ def _insist(world: World) -> None:
         world.run(EVERY_S)
 
 
-def _ask_too_much(world: World) -> None:
+def _exceed_bounds(world: World) -> None:
     """Write setpoints just beyond the limits, and the most extreme ones of a register."""
     setpoint, name = world.site.loop.setpoint, f"{world.site.loop_name}.setpoint"
     for wanted_c in (
@@ -111,8 +111,7 @@ def _speak_to_others(world: World) -> None:
 
 def _unmoved(world: World) -> str:
     """Check that the setpoint is unchanged, no step was late, and valid requests are answered."""
-    moved = starts.setpoint_moved(world, starts.highest_c(world.site))
-    if moved:
+    if moved := starts.setpoint_moved(world, starts.highest_c(world.site)):
         return moved
     polls = world.device.master.polls
     world.run(HEARD_S)

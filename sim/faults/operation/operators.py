@@ -74,7 +74,7 @@ def _leak(world: World) -> None:
 
 
 def _acknowledged_once(world: World) -> str:
-    """Check that only the intended press at the end has acknowledged."""
+    """Check that only the press at the end of the trial has acknowledged."""
     times = sum(not each.code for each in world.trips.changes)
     return "" if times <= 1 else f"the leaking key acknowledged {times - 1} times"
 
@@ -133,7 +133,6 @@ def _play(world: World) -> None:
 
 
 def _unplug_and_plug(world: World) -> None:
-    """Unplug the display for some seconds."""
     lcd = world.device.shield.lcd
     lcd.unplug(world.now_s)
     world.run(3.0)
@@ -157,14 +156,14 @@ def _shows_again(world: World) -> str:
 
 def _flood(world: World) -> None:
     """Send bytes to the serial port without a pause."""
-    noise = random.Random(SEED)  # noqa: S311 - as above
+    noise = random.Random(SEED)  # noqa: S311 - noise, not a secret
     device = world.device
     device.avr.uarts[device.uart].send(noise.randbytes(FLOOD_BYTES), FLOOD_BAUD)
 
 
 def keeps_time(world: World) -> str:
     """Check that every control step was in time."""
-    late_s = off_s(world.device.steps(world.site.loop_name), world.site.loop.period_s)
+    late_s = off_s(world.device.steps(world.site.loop_name), world.site.loop.periods_s(1))
     return "" if late_s < JITTER_S + TICK_S else f"a step was {late_s * 1000:.1f} ms early or late"
 
 

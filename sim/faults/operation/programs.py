@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from heatwright.sim.faults import effects, starts
@@ -9,10 +10,10 @@ from heatwright.sim.faults.bounds import answer_s, watchdog_s
 from heatwright.sim.faults.controller import memory
 from heatwright.sim.faults.controller.processor import INTERRUPTS_ON, hang
 from heatwright.sim.faults.effects import Heated
-from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing
+from heatwright.sim.faults.fault import Fault, Judge, Trip, nothing, tripping
 from heatwright.sim.faults.machine import steady_c, watch_s
 from heatwright.sim.faults.sensing.readings import SENSOR_RULES
-from heatwright.sim.faults.site import OfState, Place
+from heatwright.sim.faults.site import LATCHED, Place
 from heatwright.sim.faults.world import STEP_S, Site, World
 from heatwright.sim.plants import plant_of
 from heatwright.sim.reference.programs.state import (
@@ -46,23 +47,13 @@ def faults(site: Site) -> Iterator[Fault]:
     programs = site.controller.programs
     if programs is None or not site.facts.programmed or not programs.stored:
         return
-    lost = Fault(
-        "sensor_lost_in_program",
-        lambda: under_way(site),
-        memory.cut_line,
-        memory.mend_line,
-        trip=Trip(SENSOR_RULES, answer_s(site.loop)),
-        sensor_lies=True,
-        judge=_judge(programs),
-    )
+    no_reading = Trip(SENSOR_RULES, answer_s(site.loop))
+    lost = tripping(site, "sensor_lost_in_program", memory.cut_line, no_reading, memory.mend_line)
+    lost = replace(lost, make=lambda: under_way(site), sensor_lies=True, judge=_judge(programs))
     yield lost
-    yield Fault(
-        "hung_in_program",
-        lambda: under_way(site),
-        lambda world: hang(world, INTERRUPTS_ON),
-        trip=Trip(("watchdog_reset",), watchdog_s(site)),
-        judge=_judge(programs),
-    )
+    reset = Trip(("watchdog_reset",), watchdog_s(site))
+    hung = tripping(site, "hung_in_program", partial(hang, entry=INTERRUPTS_ON), reset)
+    yield replace(hung, make=lambda: under_way(site), judge=_judge(programs))
     flipped = Trip(("memory_damaged",), site.loop.periods_s(2))
     yield replace(lost, id="program_flipped", cause=_flip, cure=nothing, trip=flipped,
                   sensor_lies=False, judge=_failed)  # fmt: skip
@@ -196,7 +187,7 @@ def _place(world: World) -> list[Any]:
 def _cut_while_latched(world: World) -> None:
     """Cut the sensor off until a fault is latched, repair it, then cut the power."""
     memory.cut_line(world)
-    world.until(OfState(lambda now: now.fault != 0), answer_s(world.site.loop))
+    world.until(LATCHED, answer_s(world.site.loop))
     world.run(shows_s(world.site))
     memory.mend_line(world)
     world.power_cut()
@@ -211,8 +202,7 @@ def _lagging(site: Site, programs: Programs) -> Iterator[Fault]:
     ramp_s = _ramp_s(site, first)
     if hold_back is None or ramp_s is None or first.to_c is None:
         return
-    ambient_c = site.ambient_c
-    share = _share_for(site, first.to_c - BELOW_TARGET_K, ambient_c)
+    share = _share_for(site, first.to_c - BELOW_TARGET_K)
     weak = Heated(site.loop.heater, effects.weakened(share))
     yield Fault(
         "heater_too_weak_for_program",
@@ -233,12 +223,12 @@ def _ramp_s(site: Site, segment: Segment) -> float | None:
     return abs(segment.to_c - site.ambient_c) / segment.at_k_per_h * 3600.0
 
 
-def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
-    """Return the share of full power that holds a temperature, by bisection."""
+def _share_for(site: Site, level_c: float) -> float:
+    """Return the share of full power that holds a temperature, °C, found by bisection."""
     low, high = 0.0, 1.0
     for _ in range(20):
         middle = (low + high) / 2
-        if steady_c(site, middle, ambient_c=ambient_c) < level_c:
+        if steady_c(site, middle, ambient_c=site.ambient_c) < level_c:
             low = middle
         else:
             high = middle
@@ -246,7 +236,7 @@ def _share_for(site: Site, level_c: float, ambient_c: float) -> float:
 
 
 def _lag_was_long(world: World, programs: Programs, hold_back: HoldBack) -> str:
-    """Check that the rule did not trip too early, and that the program then did as it must."""
+    """Check that program_lags did not trip too early, and what the program did after the trip."""
     lags = [trip for trip in world.trips.since(0.0) if RULES[trip.code].id == LAGS]
     early = bool(lags) and lags[0].time_s < hold_back.limit_s
     return "program_lags tripped too early" if early else _judge(programs)(world)
@@ -264,17 +254,12 @@ def _power_cuts(site: Site, programs: Programs) -> Iterator[Fault]:
         calm=True,
         watch_s=shows_s(site),
         judge=lambda world: (
-            _goes_on(world, programs) if _is_near(world, programs) else stops(world)
+            _resumed_as_saved(world, programs) if _is_near(world, programs) else stops(world)
         ),
     )
     yield again
-    yield replace(
-        again,
-        id="power_cut_until_cold",
-        make=lambda: _hot(site, programs),
-        cause=lambda world: _cut_until_cold(world, programs),
-        judge=stops,
-    )
+    hot, cools = partial(_hot, site, programs), partial(_cut_until_cold, programs=programs)
+    yield replace(again, id="power_cut_until_cold", make=hot, cause=cools, judge=stops)
     yield replace(again, id="power_cut_in_pause", make=lambda: paused(site), judge=_stays_paused)
 
 
@@ -298,8 +283,7 @@ def paused(site: Site) -> World:
 def _cut_until_cold(world: World, programs: Programs) -> None:
     """Cut the power until the machine is colder than a resumption allows."""
     cold_c = world.sensed_c - programs.after_power_loss.resume_within_k - FAR_K
-    off_s = _cools_in_s(world, cold_c)
-    world.power_cut(off_s)
+    world.power_cut(_cools_in_s(world, cold_c))
 
 
 def _cools_in_s(world: World, cold_c: float) -> float:
@@ -318,7 +302,7 @@ def _cools_in_s(world: World, cold_c: float) -> float:
 def _is_near(world: World, programs: Programs) -> bool:
     """Whether the first reading after the loss of power is near the one at the last save.
 
-    A program may have moved on since: from a cold machine, for `save_every`.
+    After that save the program has run for up to `save_every`, in which a cold machine warms up.
     """
     log = world.device.steps(world.site.loop_name)
     after = log[(log["time_s"] > world.power_on_s) & (log["reading_status"] == 0)]
@@ -329,7 +313,7 @@ def _is_near(world: World, programs: Programs) -> bool:
     return _is_within(programs.after_power_loss, gone_k)
 
 
-def _goes_on(world: World, programs: Programs) -> str:
+def _resumed_as_saved(world: World, programs: Programs) -> str:
     """Check that the program goes on where it was last saved, after a valid reading."""
     state, segment = _program(world, "state"), _program(world, "segment")
     if state not in (RUNNING, RETURNING) or segment != 1 or _program(world, "number") != 1:

@@ -54,8 +54,7 @@ def _sensor(site: Site) -> Thermistor | Rtd | Analog:
 
 def _wire(wiring: Wiring) -> Act:
     def act(world: World) -> None:
-        tip = cast("AdcSensor", world.device.sensors[world.site.loop.sensor])
-        tip.wiring = wiring
+        cast("AdcSensor", world.device.sensors[world.site.loop.sensor]).wiring = wiring
 
     return act
 
@@ -135,10 +134,10 @@ def _jump(
     which: Callable[[list[float]], float],
     wiring: Callable[[float, float], Wiring],
 ) -> Fault:
-    """Add a resistance that makes the reading jump by twice what `rise_rate` allows.
+    """Return a resistance that makes the reading jump by twice what `rise_rate` allows.
 
-    which -- selects the element's resistance after a jump up or down; wiring -- makes the wiring
-    from the element's own resistance and that one.
+    which -- selects the element's resistance after a jump up or down; wiring -- returns the wiring
+    for the element's resistances before and after the jump, Ω.
     """
 
     def cause(world: World) -> None:
@@ -152,7 +151,7 @@ def _jump(
 
 
 def _intermittent(site: Site, broken: int) -> Fault:
-    """A wire that breaks for so many periods, again and again."""
+    """Return a wire that is broken for this number of periods, again and again."""
     turn = (1 + SOUND_PER_BROKEN) * broken
 
     def by_turns(world: World) -> Feel:

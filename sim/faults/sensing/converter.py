@@ -77,7 +77,7 @@ def conversions(site: Site, anew_s: float = 0.0) -> Iterator[Fault]:
     anew_s -- time until the next answer if the chip is set up again after a damaged answer, s.
     """
     frozen = watched(site, "frozen", fail(Faults(frozen=True)), fail(Faults()))
-    yield replace(frozen, sensor_lies=True)  # it repeats its present reading for ever
+    yield replace(frozen, sensor_lies=True)  # the chip repeats its last reading permanently
     yield _damaged_in_bursts(site, anew_s)
     interrupt = on_chip(SpiChip.brown_out)
     yield harmless(site, "supply_interrupted_once", interrupt, WATCH_S, _zeros_not_believed)
@@ -89,9 +89,9 @@ def slow(site: Site) -> Fault:
 
 
 def _damaged_in_bursts(site: Site, anew_s: float) -> Fault:
-    """As many damaged answers in a row as the controller just tolerates.
+    """Return a chip that damages as many answers in a row as the controller just tolerates.
 
-    A chip that is set up again after each of them answers only after its next conversion.
+    A chip that is set up again after a damaged answer gives the next one after a conversion.
     """
     taken = max(1, math.ceil(site.loop.periods_in(anew_s)))
     most = max(1, (steps(site.loop.protection.stale_after_s, site.loop) - 1) // taken)

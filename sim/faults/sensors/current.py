@@ -44,7 +44,7 @@ def _wire(wiring: Wiring) -> Act:
 def _stand(world: World) -> None:
     """Hold the sensor's output while the heater is on, and set the lowest setpoint."""
     heater = measured(world.site)
-    assert heater is not None  # noqa: S101 - else there is no such sensor
+    assert heater is not None  # noqa: S101 - this sensor measures it
     world.until(lambda now: _probe(now).amperes >= 2 * heater.idle_a, starts.LONGEST_S)
     _probe(world).stands = True
     world.set_setpoint(starts.setpoints_c(world.site)[0])

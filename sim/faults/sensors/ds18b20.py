@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import cast
 
 from heatwright.sim.faults.bounds import answer_s
-from heatwright.sim.faults.fault import Act, Fault, Trip, harmless, watched
+from heatwright.sim.faults.fault import Fault, Trip, harmless, watched
 from heatwright.sim.faults.sensing.converter import fail, on_chip, short
 from heatwright.sim.faults.sensing.readings import (
     SENSOR_RULES,
@@ -34,7 +34,7 @@ def faults(site: Site) -> Iterator[Fault]:
     """Yield the faults of the loop's DS18B20."""
     yield from _answers(site)
     frozen = watched(site, "frozen", fail(Faults(frozen=True)), fail(Faults()))
-    yield replace(frozen, sensor_lies=True)  # it repeats its present reading for ever
+    yield replace(frozen, sensor_lies=True)  # the chip repeats its last reading permanently
     yield _never_converts(site)
     yield from _harmless(site)
 
@@ -44,16 +44,12 @@ def _chip(world: World) -> Ds18b20:
 
 
 def _answers(site: Site) -> Iterator[Fault]:
-    """Yield a chip without an answer or with bad ones: the heater goes off at the first one."""
-    cases: tuple[tuple[str, Act, Act], ...] = (
-        ("unplugged", on_chip(Ds18b20.unplug), on_chip(Ds18b20.plug)),
-        ("shorted_to_ground", short("low"), short(None)),
-        ("shorted_to_supply", short("high"), short(None)),
-        ("damaged_answers", fail(Faults(corrupt_rate=1.0)), fail(Faults())),
-        ("failing_supply", fail(Faults(weak=True)), fail(Faults())),
-    )
-    for name, cause, cure in cases:
-        yield no_reading(site, name, cause, cure)
+    """Yield a chip that does not answer, or answers badly: the heater then goes off at once."""
+    yield no_reading(site, "unplugged", on_chip(Ds18b20.unplug), on_chip(Ds18b20.plug))
+    yield no_reading(site, "shorted_to_ground", short("low"), short(None))
+    yield no_reading(site, "shorted_to_supply", short("high"), short(None))
+    yield no_reading(site, "damaged_answers", fail(Faults(corrupt_rate=1.0)), fail(Faults()))
+    yield no_reading(site, "failing_supply", fail(Faults(weak=True)), fail(Faults()))
 
 
 def _never_converting(world: World) -> None:
@@ -77,10 +73,9 @@ def _never_converts(site: Site) -> Fault:
 
 
 def _harmless(site: Site) -> Iterator[Fault]:
-    """Yield disturbances as on a long cable, which must not trip a rule of the sensor."""
-    most = (
-        steps(site.loop.protection.stale_after_s, site.loop) - 1
-    )  # the controller just tolerates so many
+    """Yield disturbances that a long cable causes: they must not trip a rule of the sensor."""
+    # The controller just tolerates this number of damaged answers in a row.
+    most = steps(site.loop.protection.stale_after_s, site.loop) - 1
     yield bursts_of_damage(site, _chip, most, most + 2, WATCH_S)
     interrupt = on_chip(Ds18b20.brown_out)
     yield harmless(site, "supply_interrupted_once", interrupt, WATCH_S, _never_believed)

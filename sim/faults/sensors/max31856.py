@@ -6,7 +6,7 @@ from typing import cast
 
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.bounds import answer_s, reading_s
-from heatwright.sim.faults.fault import Act, Fault, Trip
+from heatwright.sim.faults.fault import Act, Fault, Trip, tripping
 from heatwright.sim.faults.sensing.converter import (
     chip_of,
     conversions,
@@ -27,7 +27,7 @@ TOO_HOT_C, USUAL_C = 130.0, 25.0
 
 
 def cut(world: World) -> None:
-    """Short its answers to ground."""
+    """Short the chip's data output to ground."""
     chip_of(world).short("low")
 
 
@@ -58,25 +58,14 @@ def open_s(site: Site) -> float:
 def _broken(site: Site) -> Iterator[Fault]:
     """Yield a thermocouple that breaks just after the chip has tested for an open input.
 
-    Until the next test a capacitor holds the input's voltage; or the voltage goes to 0 and the tip
-    seems as cold as the chip, which another rule may see sooner.
+    Until the next test a capacitor holds the input's voltage, or the voltage goes to 0: the tip
+    then seems to be as cold as the chip, and another rule may trip earlier.
     """
-    at_bias = Fault(
-        "thermocouple_broken_at_bias",
-        lambda: _just_tested(site),
-        _break_at_bias,
-        mend_thermocouple,
-        trip=Trip((), answer_s(site.loop) + open_s(site)),
-        sensor_lies=True,
-        again=True,
-    )
-    yield replace(
-        at_bias,
-        id="thermocouple_broken",
-        cause=break_thermocouple,
-        off_within_s=reading_s(site.loop) + open_s(site),
-    )
-    yield at_bias
+    trip = Trip((), answer_s(site.loop) + open_s(site))
+    broken = tripping(site, "thermocouple_broken", break_thermocouple, trip, mend_thermocouple)
+    broken = replace(broken, make=lambda: _just_tested(site), sensor_lies=True, again=True)
+    yield replace(broken, off_within_s=reading_s(site.loop) + open_s(site))
+    yield replace(broken, id="thermocouple_broken_at_bias", cause=_break_at_bias)
 
 
 def _just_tested(site: Site) -> World:
