@@ -196,8 +196,7 @@ IEC_60751 = {
 }  # fmt: skip
 """Resistance of a Pt100 by temperature, the standard's table: rounded to 0.01 Ω."""
 
-AGREE = 1e-12
-"""Relative; both ways are in double precision, with few operations of 1.1e-16 each."""
+AGREE = 1e-12  # relative; both ways are in double precision, with few operations of 1.1e-16 each
 
 
 @pytest.mark.parametrize("celsius", IEC_60751)

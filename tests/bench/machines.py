@@ -113,8 +113,7 @@ def tuned(name: str, target_c: float, capacity: float, resistance: float) -> Run
 
 # ---- the long runs of binaries ----
 
-TUNED_S = 400.0
-"""By then a tuning from cold has ended."""
+TUNED_S = 400.0  # by then a tuning from cold has ended
 SET_S, ON_S, COOLER_S, OFF_S, END_S = ACCEPTED_S = 1.0, 10.0, 210.0, 520.0, 530.0
 HOT_C, MILD_C = 300.0, 30.0
 LOOK_S = 1.0
@@ -191,8 +190,7 @@ HOSTED: Lines = (
     *at({25: "M106 P0 S127.5", 27: "M107", 28: "M303 S200 C3"}),  # it ends only after the run
     {"for": "30 s"},
 )
-FEED_MM_PER_S, HOLD_S = 5.0, 300.0
-"""HOLD_S: time to heat up and settle."""
+FEED_MM_PER_S, HOLD_S = 5.0, 300.0  # HOLD_S: time to heat up and settle
 PHASES = tuple(
     (target_c, feeds, TUNED_S + 1.0 + HOLD_S * (2 * number + feeds))
     for number, target_c in enumerate(range(180, 251, 10))

@@ -50,8 +50,7 @@ SETTLED_S = 1200.0
 
 # ---- the rule, step by step ----
 
-LINE = EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5)
-"""Between T − 10 and T/2 − 20 %."""
+LINE = EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5)  # between T − 10 and T/2 − 20 %
 
 
 def rule(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:

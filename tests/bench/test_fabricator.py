@@ -8,8 +8,7 @@ from heatwright.sim.comparison import run_row
 
 LOOP = "nozzle"
 SET_S, ON_S, COOLER_S, OFF_S, END_S = ACCEPTED_S
-SETTLED_S = 4.0
-"""A look tells steady light after two seconds; the master reads once a second."""
+SETTLED_S = 4.0  # a look tells steady light after two seconds; the master reads once a second
 WARMED_UP_S = 160.0
 
 PUBLISHED_C, PUBLISHED_S = 250.0, 102.0

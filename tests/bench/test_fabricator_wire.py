@@ -34,8 +34,7 @@ HEATED = (
 )
 WIRES_OHM = {"hot": 1.05 * WIRE_OHM, "as rated": WIRE_OHM, "cold": 0.95 * WIRE_OHM}
 OVER_CURRENT = 20
-RATED_OHM = RATED_V**2 / 76.6
-"""As the spec has it."""
+RATED_OHM = RATED_V**2 / 76.6  # as the spec has it
 TRIPS = {
     "heater_shorted": "over_current",
     "switch_shorted_in_band": "over_current",

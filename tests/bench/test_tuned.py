@@ -45,8 +45,7 @@ def test_the_host_tunes_it(name):
 
 # ---- the extruder: from cold, and under filament ----
 
-OVERSHOOT_K, DIP_K, WITHIN_K, BACK_S = 1.0, 2.0, 0.5, 20.0
-"""What the extruder is held to."""
+OVERSHOOT_K, DIP_K, WITHIN_K, BACK_S = 1.0, 2.0, 0.5, 20.0  # what the extruder is held to
 ON_S, FED_S, STOPPED_S = 1500.0, 1700.0, 1760.0
 MEAN_S = 5.0
 

@@ -33,8 +33,7 @@ REGISTERS = (
     "CJTH", "CJTL", "LTCBH", "LTCBM", "LTCBL", "SR",
 )  # fmt: skip
 POWER_ON = bytes.fromhex("00 03 FF 7F C0 7F FF 80 00 00 00 00 00 00 00 00")
-TYPES = "BEJKNRST"
-"""By their codes."""
+TYPES = "BEJKNRST"  # by their codes
 AUTO, FIFTY = 0x80, 1
 FIRST_S, NEXT_S = 0.185, 0.110
 

@@ -10,8 +10,7 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import replay
 from heatwright.spec import Controller
 
-K, N, S = 3, 4, 6
-"""Codes of types, which the operator may choose."""
+K, N, S = 3, 4, 6  # codes of types, which the operator may choose
 CHOOSE_S = f"#15 {S};"
 ROOM_C = 25.0
 

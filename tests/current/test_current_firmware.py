@@ -239,8 +239,7 @@ def test_the_slowest_filter_that_it_names_is_allowed_and_no_slower_one(kind: str
 
 SUPPLY_V, LIMIT_A = 43.0, 3.0
 RATED = {True: 25.57, False: SUPPLY_V}
-SMALL = st.floats(0.001, 5.0)
-"""Duties whose current is about what counts as one, %."""
+SMALL = st.floats(0.001, 5.0)  # duties whose current is about what counts as one, %
 ASKED = st.lists(st.one_of(SMALL, st.floats(5.0, 100.0), st.just(100.0)), min_size=8, max_size=40)
 
 

@@ -8,13 +8,11 @@ from typing import Any
 
 from heatwright.spec import Controller, facts_of
 
-Rules = dict[str, str | None]
-"""By fault; None: nothing may trip."""
+Rules = dict[str, str | None]  # by fault; None: nothing may trip
 LEAK = "rising_while_off"
 """Unless the machine cools down into the band before: then the band is left, too."""
 FULL_PERCENT = 100.0
-BELOW_K = 5.0
-"""So far below its setpoint a machine is when its sensor fails."""
+BELOW_K = 5.0  # so far below its setpoint a machine is when its sensor fails
 
 
 def _of(none: str = "", **by_rule: str) -> Rules:

@@ -26,16 +26,12 @@ SHOWS = 5000
 """So many are counted as they are: where 0.3 of 1000 are missed, 6 of these are once in 225."""
 BOOT_BYTES = 512
 FLAGS = 32
-IN_R17_SREG = (0xB71F).to_bytes(2, "little")
-"""The instruction that reads the flags."""
-PATTERNS_CYCLES = 120
-"""More than the test of the registers takes."""
+IN_R17_SREG = (0xB71F).to_bytes(2, "little")  # the instruction that reads the flags
+PATTERNS_CYCLES = 120  # more than the test of the registers takes
 EXTRF = 1
-MCUSR = 0x54
-"""In the data space."""
+MCUSR = 0x54  # in the data space
 CHAMBER = "chamber"
-BURST = "window: 1 s, resolution: 10 ms"
-"""The kiln's pulses."""
+BURST = "window: 1 s, resolution: 10 ms"  # the kiln's pulses
 
 
 def broken(spec: str, file: str, statement: str, by: str) -> Elf:

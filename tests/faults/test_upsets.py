@@ -38,8 +38,7 @@ from heatwright.spec.scenario.program_orders import Order
 DRAWN = amount("upsets")
 FLAGS = {"A": 0xFC, "B": 0x23}
 """Bits of UCSRA and UCSRB that say what happens on the line, and UDRIE."""
-RECORDED_S = 5.0
-"""Longer than the records of a fault and of a program's end take, at a byte a tick."""
+RECORDED_S = 5.0  # longer than the records of a fault and of a program's end take, at a byte a tick
 T = TypeVar("T")
 
 

@@ -38,8 +38,7 @@ from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.names import LONGEST_NAME
 
 TEMPLATES = ROOT / "templates"
-LARGE_FLASH = 100_000
-"""Bytes; no drawn firmware takes that much."""
+LARGE_FLASH = 100_000  # bytes; no drawn firmware takes that much
 CODE = (".c", ".h")
 FOLDERS = {"sensors": Sensor, "outputs": Output, "algorithms": Algorithm, "interfaces": Interface}
 KINDS = [(folder, kind) for folder, union in FOLDERS.items() for kind in kinds(union)]
@@ -63,10 +62,8 @@ class Noting(Environment):
     def __init__(self) -> None:
         loader = FunctionLoader(self._noted_text)  # and the rest as the generator's own
         super().__init__(loader=loader, undefined=StrictUndefined, trim_blocks=True)
-        self.loaded: set[str] = set()
-        """All templates in use: what these include or extend, too."""
-        self.places: set[str] = set()
-        """Template and line, for each condition."""
+        self.loaded: set[str] = set()  # all templates in use: what these include or extend, too
+        self.places: set[str] = set()  # template and line, for each condition
         self.seen: set[tuple[str, bool]] = set()
         self.globals["noted"] = self._noted
 
@@ -242,8 +239,7 @@ def test_two_converters_with_registers_share_no_name() -> None:
     ))  # fmt: skip
 
 
-IDE = Path("/usr/share/arduino/hardware/arduino/avr")
-"""Where Debian's arduino-core-avr puts it."""
+IDE = Path("/usr/share/arduino/hardware/arduino/avr")  # where Debian's arduino-core-avr puts it
 
 SLOW = {"-flto", "-fno-fat-lto-objects", "-fuse-linker-plugin"}
 """Link-time optimisation, which older IDEs do without."""

@@ -16,8 +16,7 @@ from storage_settings import SettingsKept
 from heatwright.sim.host import Host
 
 Judge = Callable[[Host], str]
-FIRST_COURSES = 25
-"""Most of what can be killed is dead after them."""
+FIRST_COURSES = 25  # most of what can be killed is dead after them
 
 
 class HostArena(BuildArena):

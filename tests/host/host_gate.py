@@ -15,13 +15,10 @@ from heatwright.sim.host import Command, Host
 from heatwright.sim.reference.programs.state import RUNNING
 
 HOT_C, COLD_C, TARGET_C = 240.0, 60.0, 150.0
-LONG = 3000
-"""Ticks in which every permit runs out."""
+LONG = 3000  # ticks in which every permit runs out
 MAIN_TICKS = 10
-BEYOND_TICKS = 60
-"""Watched after every permit has run out."""
-WELL_TICKS = 15
-"""More than the main loop may be silent for, and too few for any rule to trip."""
+BEYOND_TICKS = 60  # watched after every permit has run out
+WELL_TICKS = 15  # more than the main loop may be silent for, and too few for any rule to trip
 NO_SENSOR = 1
 
 
@@ -244,10 +241,8 @@ class _Counted(Running):
 
 
 FAULT = 6
-WAYS, ONE = 1, 2
-"""Programs that heat, the second with one segment."""
-NEAR_C = 44.5
-"""Where that has just reached its target, within its first 2 s."""
+WAYS, ONE = 1, 2  # programs that heat, the second with one segment
+NEAR_C = 44.5  # where that has just reached its target, within its first 2 s
 MOST_STEPS = 20
 START_C = 30.0
 

@@ -46,11 +46,9 @@ ASKED = {Command.SET: "may_set", Command.ENABLE: "may_enable"}
 
 class Given(NamedTuple):
     row: NDArray[Any]
-    taken: tuple[bool, bool]
-    """The command, and the order."""
+    taken: tuple[bool, bool]  # the command, and the order
     tells: bool | None
-    state: dict[str, Any]
-    """After it, where a step follows."""
+    state: dict[str, Any]  # after it, where a step follows
 
 
 @cache

@@ -36,8 +36,7 @@ class Steps:
 
     per_k: int
     lowest: int
-    highest: int
-    """Codes that may come; those of `noise` are where the sensor mostly is."""
+    highest: int  # codes that may come; those of `noise` are where the sensor mostly is
     noise: tuple[int, int]
     first = 0
 
@@ -105,8 +104,7 @@ def scale_of(controller: Controller) -> Steps | Table:
 
 LARGEST = 20_000_000
 MOST_DECIMALS = 2
-HALF_ULP = Fraction(1, 2**24)
-"""Relative error of one operation in single precision."""
+HALF_ULP = Fraction(1, 2**24)  # relative error of one operation in single precision
 
 EXTREMES = [
     float(np.float32(value))
@@ -164,8 +162,7 @@ def all_text_problems(host: Host) -> str:
 
 
 MILD_C = 30.0
-LEAST_RANGE = 1.0
-"""Least range of the output, above its minimum."""
+LEAST_RANGE = 1.0  # least range of the output, above its minimum
 
 
 def begun_at(host: Host, celsius: float) -> NDArray[Any]:
@@ -222,8 +219,7 @@ def _about(bound: Single) -> tuple[Single, ...]:
     return np.nextafter(bound, Single(-200)), bound, np.nextafter(bound, Single(200))
 
 
-DAMAGED = 0xFF
-"""A code that nobody can choose: as the type that bears the least."""
+DAMAGED = 0xFF  # a code that nobody can choose: as the type that bears the least
 
 
 def types_problem(host: Host) -> str:

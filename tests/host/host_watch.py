@@ -43,8 +43,7 @@ class _Watched(Running):
 
 INPUT_OPEN = 31
 INPUT_COURSES = 40
-PATIENCE = 4
-"""Periods after which a step has come."""
+PATIENCE = 4  # periods after which a step has come
 
 
 def inputs_problem(host: Host) -> str:
@@ -258,10 +257,8 @@ class _Proven(_Watched):
 
 
 RAWS = 1024
-LASTS = 60
-"""Steps in which each pair stays: a limit rises to its end, and a fault would come."""
-UPSETS = (nan, inf, 1e30)
-"""What a bit that flips in RAM may make of the limit, and what is no duty."""
+LASTS = 60  # steps in which each pair stays: a limit rises to its end, and a fault would come
+UPSETS = (nan, inf, 1e30)  # what a bit that flips in RAM may make of the limit, and what is no duty
 
 
 def current_problem(host: Host) -> str:

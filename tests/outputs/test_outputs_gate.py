@@ -34,8 +34,7 @@ VARIANTS = {
     "all": (", minimum_on: 60 ms, minimum_off: 40 ms", ", minimum_on: 80 ms, minimum_off: 70 ms"),
     "low": (", active: low, minimum_on: 60 ms", ", active: low, minimum_off: 40 ms"),
 }
-LATCHED = 6
-"""A fault's code, whichever."""
+LATCHED = 6  # a fault's code, whichever
 
 
 class Asked(NamedTuple):
@@ -187,11 +186,9 @@ PINS = {"uno": ("D3", "D7", "D8"), "mega2560": ("D6", "D9", "D17"),
 OPERATE_S, RELEASE_S = 0.022, 0.012
 """So that the contact is, at a tick, where it was LATE_S after the one before."""
 SETTLE_TICKS, CONTACT_TICKS = 5, 10
-MAIN_TICKS = 10
-"""The main loop's permit."""
+MAIN_TICKS = 10  # the main loop's permit
 WELDED, OPEN = 25, 26
-JUDGED_C = 21.0
-"""The temperature that the program gives with a judgement."""
+JUDGED_C = 21.0  # the temperature that the program gives with a judgement
 
 
 class Orders(NamedTuple):

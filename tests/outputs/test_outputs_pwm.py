@@ -17,8 +17,7 @@ from heatwright.spec.board.timers import allocate
 
 CLOCK_HZ = 16_000_000
 TCCR2A, TIMSK1 = 0xB0, 0x6F
-LATENCY = 200
-"""Cycles: from the match to the pin. Its own interrupt, and the tick's before it."""
+LATENCY = 200  # Cycles: from the match to the pin. Its own interrupt, and the tick's before it.
 INSTRUCTION = 12
 """Cycles: the simulator moves a timer's pin after an instruction, or after the 8 cycles in which
 the processor wakes and enters an interrupt."""

@@ -178,8 +178,7 @@ FACTOR = SIGMA * AREA_M2 * EMISSIVITY
 RADIATION = {"area": f"{AREA_M2} m²", "emissivity": EMISSIVITY}
 GLOWS = {"radiation": [{"between": ["block", "ambient"], **RADIATION}]}
 ALONE = ONE | {"nodes": {"block": "50 J/K"}, "links": []} | GLOWS
-HALF_A_CELL = 0.01
-"""The conductance of the grid is off by a hundredth at most."""
+HALF_A_CELL = 0.01  # the conductance of the grid is off by a hundredth at most
 
 
 def test_a_block_in_empty_space_cools_by_the_inverse_cube():

@@ -67,12 +67,10 @@ def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code
 # ---- the rule of tuning finds what a relay's swing is made of: an integrator, a lag, a dead time
 
 PERIOD_S = 0.1
-SINGLE = 2**-20
-"""Roundings to single precision, relatively."""
+SINGLE = 2**-20  # roundings to single precision, relatively
 DAMPED = 5
 """Lags in each half of a swing after which the turn before it is forgotten: e⁻⁵ is below 1 %."""
-PADE = 0.065
-"""How far the share of the top is from the exact one, up to five times the fall (docs)."""
+PADE = 0.065  # how far the share of the top is from the exact one, up to five times the fall (docs)
 
 
 def constants(**changes):

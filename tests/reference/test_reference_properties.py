@@ -112,8 +112,7 @@ def widths_hold(controller: Controller, record: Record) -> None:
             assert info.min <= record[name] <= info.max, name
 
 
-SINGLE = 2**-22
-"""A few roundings of numbers up to some hundreds, relatively."""
+SINGLE = 2**-22  # a few roundings of numbers up to some hundreds, relatively
 
 
 @given(st.integers(-64, 64), st.integers(-4, 4), st.floats(0, 100, width=32))

@@ -44,12 +44,10 @@ from heatwright.spec.sensors import shortest_period_s
 
 NAMES = ("air", "bed", "plate_2")
 MONITORS = ("drivers", "camera")
-HOTTEST_BOX_C = 45.0
-"""No room, and no loop, makes a monitored box warmer."""
+HOTTEST_BOX_C = 45.0  # no room, and no loop, makes a monitored box warmer
 CLOCKS_MHZ = (8, 12, 14.7456, 18.432, 20)
 BAUDS = (9600, 115_200, 1200, 19_200, 38_400, 57_600, 250_000)
-LENGTH_S = 60.0
-"""Length of a scenario."""
+LENGTH_S = 60.0  # length of a scenario
 BY_HOST = {"B": ("M140", "M303 E-1", "M304"), "C": ("M141", "M303 E-2", "M309")}
 """How a host heats bed and chamber, tunes them, and sets their gains."""
 TITLES = ("An oven", "Größe µ/Ω ??/ */ \\", "x" * 60)

@@ -21,10 +21,8 @@ from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS
 from heatwright.spec.sensing.max31856 import lowered
 
 TICK_S = 0.01
-LONGEST_PERIOD_S = 600.0
-"""Unless a sensor takes longer."""
-SIGMA = 5.670374e-8
-"""Of Stefan and Boltzmann, W/m²/K⁴."""
+LONGEST_PERIOD_S = 600.0  # unless a sensor takes longer
+SIGMA = 5.670374e-8  # of Stefan and Boltzmann, W/m²/K⁴
 AMBIENT_C = 20.0
 FASTEST_K_PER_S = 500.0
 FEED_MM_PER_S = 5.0
@@ -200,8 +198,7 @@ class LoopDraw:
         self.high_c = draws.number(highest_c - 0.2 * self.span_k, highest_c, 250, 0.1)
         self.coasts_k = coasts_k
         self.most_percent = draws.number(30, 100, 100) if self.kind == "pid" else 100.0
-        self.strength = draws.one(2.0, 1.4, 5.0)
-        """Full power over what holds the highest setpoint."""
+        self.strength = draws.one(2.0, 1.4, 5.0)  # full power over what holds the highest setpoint
         self.full_w = self.power_w * self.most_percent / 100
         if self.measured:
             self._current()

@@ -183,8 +183,7 @@ PRELUDE = """
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror")
 FLAGS = ("-Os", "-gdwarf-2", "-std=c11", "-fpack-struct=1", "-ffunction-sections",
          "-fdata-sections")  # fmt: skip
-LITTLE_FLASH = 16384
-"""Bytes; there it is linked with short jumps, as the project does everywhere."""
+LITTLE_FLASH = 16384  # bytes; there it is linked with short jumps, as the project does everywhere
 Changed = Mapping[str, str]
 """Files of a firmware, by name, that have another text: a mutant is compiled without warnings."""
 
@@ -258,12 +257,9 @@ def began_s(spec: str) -> float:
 class Program:
     """Some files of a spec's firmware with a main program; without one, the whole firmware."""
 
-    spec: str
-    """Its text, or the name of an example."""
-    names: tuple[str, ...] = ()
-    """The files, without their ending."""
-    main: str = ""
-    """The text of main.c, if there is to be another one."""
+    spec: str  # its text, or the name of an example
+    names: tuple[str, ...] = ()  # the files, without their ending
+    main: str = ""  # the text of main.c, if there is to be another one
     flags: tuple[str, ...] = ()
 
     def texts(self) -> dict[str, str]:
@@ -326,8 +322,7 @@ class Firmware:
 
     name: str
     program: Program
-    broken: tuple[str, ...]
-    """The files that are broken, without their ending."""
+    broken: tuple[str, ...]  # the files that are broken, without their ending
     checks: tuple[Callable[[Elf], object], ...]
     """Each is given the binary; it says what is wrong with it, or raises. Quick ones first."""
     together: bool = False

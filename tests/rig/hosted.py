@@ -26,8 +26,7 @@ import heatwright.sim.host
 
 HERE = Path(__file__).parent / "world"
 """What worlds share, and registers beyond those of the host build."""
-HOST = Path(heatwright.sim.host.__file__).parent / "include"
-"""avr-libc's headers of the host build."""
+HOST = Path(heatwright.sim.host.__file__).parent / "include"  # avr-libc's headers of the host build
 SANITIZED = (
     "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
     "-fno-sanitize-recover=all",
@@ -47,10 +46,8 @@ class World:
 
     sources: Mapping[str, str]
     """Files of the firmware's `src/`, by name; headers are there for the others."""
-    files: tuple[str, ...]
-    """The C files that are compiled."""
-    world: Path
-    """The C file of the test that is around them; what is beside it may be included."""
+    files: tuple[str, ...]  # the C files that are compiled
+    world: Path  # the C file of the test that is around them; what is beside it may be included
     flags: tuple[str, ...] = ()
 
     def program(self, changed: Mapping[str, str] | None = None) -> Path:

@@ -32,8 +32,7 @@ from heatwright.sim.native.characters import EIGHT_N_ONE, Format
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Controller
 
-BUSY_S = 0.2
-"""So long a patient board runs on after a byte has come: its answer is out by then."""
+BUSY_S = 0.2  # so long a patient board runs on after a byte has come: its answer is out by then
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, LONGEST, SHOR
 from heatwright.sim.interfaces.modbus_rtu.registers import TENTH, Register, registers
 from heatwright.spec import Controller, digest, facts_of
 
-LOCKED_OUT = 3
-"""Trips: the language's default."""
+LOCKED_OUT = 3  # trips: the language's default
 BAD_FUNCTION, BAD_ADDRESS, BAD_VALUE = 1, 2, 3
 WRITES = (5, 6, 15, 16, 22)
 TABLES = {1: "coil", 2: "discrete_input", 3: "holding_register", 4: "input_register"}
@@ -22,8 +21,7 @@ MODES = ("automatic", "manual", "tune")
 COUNTERS = ("messages", "errors", "exceptions", "requests", "unanswered", "overruns")
 FAULTY, GOOD = 16, 32
 UNKNOWN_C = -32768
-CYCLES = 5
-"""Cycles of a tuning, in these specs."""
+CYCLES = 5  # cycles of a tuning, in these specs
 
 
 class Refused(Exception):
@@ -90,8 +88,7 @@ class Oracle:
         commands = [coil.name for coil, _ in self._tables["coil"].values() if "." not in coil.name]
         self._orders = dict.fromkeys(commands, False)
         """The controller's coils, as they were last written."""
-        self._rested: set[str] = set()
-        """Those that were last written 0; none at the reset."""
+        self._rested: set[str] = set()  # those that were last written 0; none at the reset
 
     def _default_gains(self, name: str) -> dict[str, float]:
         if not facts_of(self._controller, name).tunable:

@@ -173,10 +173,8 @@ class Wired:
 
     board: str
     outputs: tuple[tuple[str, str], ...]
-    gate: bool = False
-    """The real one; else the test's, which only `permitted` closes."""
-    feedback: str = ""
-    """The pin of the safety relay's contact, if it has one."""
+    gate: bool = False  # the real one; else the test's, which only `permitted` closes
+    feedback: str = ""  # the pin of the safety relay's contact, if it has one
 
     @cached_property
     def text(self) -> str:
@@ -251,8 +249,7 @@ def wired(board: str, outputs: Outputs, *, gate: bool = False, feedback: str = "
 
 
 TICK_S = 0.01
-LATE_S = 0.004
-"""Into a tick: all that it did is done."""
+LATE_S = 0.004  # into a tick: all that it did is done
 
 
 class Change(NamedTuple):
@@ -319,8 +316,7 @@ class Recorded:
         return [change.cycle for change in self.found if change.name == name]
 
 
-FIRST = 40
-"""Cycles from the reset vector to the pin, some ten instructions on."""
+FIRST = 40  # cycles from the reset vector to the pin, some ten instructions on
 
 
 def reset_problem(bench: OutputBoard, name: str) -> str:
@@ -339,8 +335,7 @@ def reset_problem(bench: OutputBoard, name: str) -> str:
     return "on for a moment after a reset" if any(change.on for change in mine) else ""
 
 
-WATCHDOG_RESET, BROWN_OUT = 14, 15
-"""Faults."""
+WATCHDOG_RESET, BROWN_OUT = 14, 15  # faults
 MCUSR, POWER_ON, BROWNED_OUT = 0x54, 1, 4
 HANG_MARK = 0x5AC3
 TIMER_0 = {False: (0x45, 0x6E), True: (0x53, 0x59)}

@@ -84,8 +84,7 @@ def crucible(kind: str, board: str = "uno", *, period_s: float = 0, **said: str)
     return text
 
 
-AFTER_S = 0.02
-"""We look so long after a step is due."""
+AFTER_S = 0.02  # we look so long after a step is due
 
 
 class Crucible:

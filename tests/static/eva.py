@@ -52,14 +52,11 @@ from rig.firmware import board_of, finished
 from tree_sitter import Node
 
 STUBS = Path(__file__).parent / "avr_stubs"
-MOST_S = 3600
-"""Maximum time of one proof, wall clock; kiln_uno takes 8 minutes of a processor."""
+MOST_S = 3600  # maximum time of one proof, wall clock; kiln_uno takes 8 minutes of a processor
 
 NUMBER = re.compile(r"\(?(0[xX][0-9A-Fa-f]+|\d+)[uUlL]*\)?")
-ITERATIONS = 80
-"""So many of each loop are looked at one by one; more are taken together."""
-STEPS = "8, 16, 32, 64, 100, 128"
-"""Where a bound that grows is tried to stand."""
+ITERATIONS = 80  # so many of each loop are looked at one by one; more are taken together
+STEPS = "8, 16, 32, 64, 100, 128"  # where a bound that grows is tried to stand
 FURTHER_STEPS = {
     "static const int32_t PER_SIGN = 0x80000;": 524287,  # a converter's 19 bits
     "static const int32_t MOST_BEFORE_DIGIT = 1000000;": 10000245,  # behind it, one more byte
@@ -67,8 +64,7 @@ FURTHER_STEPS = {
 }
 """And that of what a source has, if it has it."""
 FEW = 10
-APART = 300
-"""States that are kept apart in a function that looks at them one by one."""
+APART = 300  # states that are kept apart in a function that looks at them one by one
 
 FLASH = """#include "flash.h"
 
@@ -96,10 +92,8 @@ Sources = Mapping[str, str]
 
 
 class Proof(NamedTuple):
-    alarms: tuple[str, ...]
-    """Each with its file and line, and what must hold."""
-    asserted: int
-    """Properties of ours that are proven; one that is not is an alarm."""
+    alarms: tuple[str, ...]  # each with its file and line, and what must hold
+    asserted: int  # properties of ours that are proven; one that is not is an alarm
     unreached: tuple[str, ...]
     """Functions that are called in the text and in no run: nothing is proven of them."""
     said: str
@@ -268,8 +262,7 @@ def _with_texts(sources: Sources) -> list[str]:
     return sorted(names | {"static_strlen", "static_strcpy", "static_strcat"})
 
 
-WORD = re.compile(r"return (WORD_\w+);")
-"""What a line of G-code has: only a number is given."""
+WORD = re.compile(r"return (WORD_\w+);")  # what a line of G-code has: only a number is given
 FINDS = re.compile(
     r"\b(words_find|words_count|take_number|read_number|take_count|number_\w+|read_point|read_amount"
     r"|nextion_port_take)\("

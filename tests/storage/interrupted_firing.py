@@ -35,8 +35,7 @@ PER_KELVIN = 128
 PERIOD_TICKS = 100
 LEAST_C, MOST_C = -200.0, 1300.0
 LONGEST_DEAD_S = 900
-LONGEST_RECORDS = 120
-"""Bytes, and some more, that are written in a period."""
+LONGEST_RECORDS = 120  # bytes, and some more, that are written in a period
 
 
 def spec_for(otherwise: str, on_fault: str = "pause") -> Spec:

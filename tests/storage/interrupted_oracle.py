@@ -16,13 +16,10 @@ COAST_S = 60
 """In which the element gives off what it held when it went off: four of its time constants."""
 OFF_S = 120
 RISE_K = 0.5
-LATE_S = 2
-"""In which a record is written: one of 0.45 s may be under way, and a fault's goes first."""
-AGE_S = 16
-"""The mean's temperature, before a fault that took up to eight periods to be told."""
+LATE_S = 2  # in which a record is written: one of 0.45 s may be under way, and a fault's goes first
+AGE_S = 16  # the mean's temperature, before a fault that took up to eight periods to be told
 STEP_K = 0.01
-NEAR_K = 0.02
-"""What single precision and the sensor's steps may make of a temperature."""
+NEAR_K = 0.02  # what single precision and the sensor's steps may make of a temperature
 PLACE = (
     "number", "segment", "program_crc", "first_c", "from_c", "setpoint_c", "elapsed", "clock",
     "segment_clock",

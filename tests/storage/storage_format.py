@@ -82,8 +82,7 @@ class Settings(NamedTuple):
     gains: tuple[float, ...]
     maximum_c: float | None = None
     type: int | None = None
-    limits: tuple[float, ...] = ()
-    """Least and most of the integral, most of the output, %."""
+    limits: tuple[float, ...] = ()  # least and most of the integral, most of the output, %
     numbers: tuple[float, ...] = ()
 
 

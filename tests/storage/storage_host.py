@@ -21,15 +21,12 @@ TORN = (-1, BLANK, 0x00, 0x5A)
 class Kept:
     """Something that is kept in slots, each with a number that says which is newer."""
 
-    checks: tuple[str, ...]
-    """What it must stand, what is quick first."""
+    checks: tuple[str, ...]  # what it must stand, what is quick first
     old: Any
     new: Any
-    size: int
-    """Bytes of a slot that are written."""
+    size: int  # bytes of a slot that are written
     slots: int
-    turns: tuple[int, ...]
-    """Numbers, also those about which they wrap."""
+    turns: tuple[int, ...]  # numbers, also those about which they wrap
 
     def __init__(self, host: Host, *, short: bool = False) -> None:
         """Take a host build; `short`: with a part of the numbers, for many builds."""
@@ -45,12 +42,9 @@ class Kept:
 
     # ---- what it is; each kind says it ----
 
-    save: Callable[[Any], None]
-    """Let it be written from now on."""
-    found: Callable[[], Any]
-    """What the firmware says it is."""
-    known: Callable[[bytes], Any]
-    """What the firmware has to say it is, with this EEPROM."""
+    save: Callable[[Any], None]  # let it be written from now on
+    found: Callable[[], Any]  # what the firmware says it is
+    known: Callable[[bytes], Any]  # what the firmware has to say it is, with this EEPROM
     slot_at: Callable[[int], int]
     slot_bytes: Callable[..., bytes]
     """The bytes for a turn and a value, perhaps with the digest of another spec."""

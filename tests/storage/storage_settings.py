@@ -15,8 +15,7 @@ from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
 from heatwright.spec import Pid, facts_of
 from heatwright.spec.sensing.max31856 import lowered
 
-REST_TICKS = 1000
-"""A setting is saved when it has rested 10 s."""
+REST_TICKS = 1000  # a setting is saved when it has rested 10 s
 CORRUPT = 16
 GAIN_MAXIMUM = 1e6
 GAINS = ("kp", "ki", "kd")

@@ -18,12 +18,10 @@ SLICE_S = 2 * TICK_S
 """In which at most the relay is told to close; the heater waits five ticks for it."""
 SEEN_EVERY_S = 0.1
 FIRST_STEP_S = 1.0
-DECIDED_BY_S = 4.0
-"""The converter's first reading takes 0.2 s, a step 1 s."""
+DECIDED_BY_S = 4.0  # the converter's first reading takes 0.2 s, a step 1 s
 WATCHED_S = 1.0
 FULL_PERMILLE = 1000
-LEAST_C = 5.0
-"""The machine's lowest temperature: well within what no rule takes for a fault."""
+LEAST_C = 5.0  # the machine's lowest temperature: well within what no rule takes for a fault
 
 
 class Book:
@@ -144,8 +142,7 @@ class Judge:
     def __init__(self, controller: Controller, program: Elf) -> None:
         self.book = Book(controller)
         self._device = Again(controller, program)
-        self.wanted = Outcome(firing.IDLE, 0, None, None, 0)
-        """What had to become of the last cut."""
+        self.wanted = Outcome(firing.IDLE, 0, None, None, 0)  # what had to become of the last cut
 
     def problems(self, cut: firing.Cut, change_k: float) -> Iterator[str]:
         """Let the power come back with the machine hotter by so much, and say what is wrong."""

@@ -9,8 +9,7 @@ from heatwright.sim.reference.programs import state as orders
 
 KILNS = [(otherwise, seed) for otherwise in ("stop", "pause") for seed in range(4)]
 EACH = amount("interrupted_firings") // len(KILNS)
-RENEWED = 10
-"""Faults of one kiln, then another one is fired."""
+RENEWED = 10  # faults of one kiln, then another one is fired
 ENOUGH = 100
 COMMON = {
     "stop": {"interrupted", "to 0", "to 3", "ended 2", "ended 4"},

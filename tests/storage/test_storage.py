@@ -166,8 +166,7 @@ int main(void)
 """
 RUN_S = 1.0
 LEAST_BYTES = 110
-MOST_S = 500e-6
-"""A byte takes 3.3 ms to write; a record is made, and its CRC, in much less."""
+MOST_S = 500e-6  # a byte takes 3.3 ms to write; a record is made, and its CRC, in much less
 
 
 def waiting(machine: str) -> Program:
@@ -190,8 +189,7 @@ def test_nor_where_all_want_to_write_at_once(machine):
 
 
 SEEDS = range(24)
-CUTS = amount("power_cuts") // len(SEEDS)
-"""In each of the firings."""
+CUTS = amount("power_cuts") // len(SEEDS)  # in each of the firings
 MOST_ROWS = 20_000
 RESOLUTION_S = 0.0002
 CHANGES_K = (0.0, 20.0, -20.0, 45.0, -45.0)
@@ -200,8 +198,7 @@ COMMON, RARE = (
     {"torn", "idle", "goes on"},
     {"cold", "unreadable", "failed", "interrupted", "paused"},
 )
-ENOUGH = 400
-"""Cuts in a firing, and it comes by all that is common and something of what is rare."""
+ENOUGH = 400  # cuts in a firing, and it comes by all that is common and something of what is rare
 
 
 def kind_of(outcome: Outcome) -> str:

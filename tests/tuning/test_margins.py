@@ -40,8 +40,7 @@ def second_order(gain: float, lag_s: float, second_s: float, late_s: float = 0.0
 
 # ---- margins ----
 
-BETWEEN = 2e-3
-"""Relative distance of two of the frequencies that margins are interpolated between."""
+BETWEEN = 2e-3  # relative distance of two of the frequencies that margins are interpolated between
 
 
 def proportional(kp: float) -> Gains:

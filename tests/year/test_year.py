@@ -39,14 +39,10 @@ from heatwright.spec import Analog, Controller, Event, Rtd, Spec, Thermistor
 HERE, HOST = Path(__file__).parent, Path(heatwright.sim.host.__file__).parent
 AMBIENT_C, DAY_K, SEASON_K = 20.0, 5.0, 8.0
 SUPPLY = 0.1
-COLDEST = 0.75
-"""The coldest time, as a share of the year from spring on."""
-FAR_K_PER_W = 0.5
-"""From the load to the room."""
-LOWEST_C = 40.0
-"""Warmer than the warmest day: there heat is needed to hold."""
-EXACTLY_C = 85.0
-"""What a DS18B20 says that has never measured."""
+COLDEST = 0.75  # the coldest time, as a share of the year from spring on
+FAR_K_PER_W = 0.5  # from the load to the room
+LOWEST_C = 40.0  # warmer than the warmest day: there heat is needed to hold
+EXACTLY_C = 85.0  # what a DS18B20 says that has never measured
 
 
 class Kind(NamedTuple):
@@ -54,8 +50,7 @@ class Kind(NamedTuple):
 
     text: str
     highest_c: float
-    low: bool = False
-    """It reads what `protection.minimum` is by default; else `check` asks for one."""
+    low: bool = False  # it reads what `protection.minimum` is by default; else `check` asks for one
 
 
 _SPI = "chip_select: D10, clock: D13, data_out: D12"
@@ -81,10 +76,8 @@ KINDS = {
 class Style(NamedTuple):
     """A machine, by what it can do, and how it is held."""
 
-    excess: float
-    """Full power, as a multiple of what holds the highest setpoint on a usual day."""
-    lag_s: float
-    """In which the machine comes near where it ends."""
+    excess: float  # full power, as a multiple of what holds the highest setpoint on a usual day
+    lag_s: float  # in which the machine comes near where it ends
     noisy: bool
     heater: str
     algorithm: str
@@ -163,8 +156,7 @@ def specified(kind: str, style: str, initial_c: float = LOWEST_C) -> str:
 
 COMPILE = "gcc -std=c11 -O2 -Wall -Wextra -Werror -fPIC -shared year.c -lm -o year.so"
 YEAR_S = 365 * 86400
-SETTLED = 0.5
-"""Share of each run, at the end: there it is held."""
+SETTLED = 0.5  # share of each run, at the end: there it is held
 MOST_EDGES = 2**18
 NONE = np.zeros(0, INPUT)
 FUNCTIONS = {"set": "host_set", "tick": "loop_held_tick", "state": "host_state"}

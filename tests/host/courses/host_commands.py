@@ -15,8 +15,7 @@ from heatwright.sim.reference.programs.orders import ORDERS, ProgrammedOperator
 from heatwright.sim.reference.programs.state import IDLE, ProgramState
 from heatwright.spec import Controller, ThreePosition, facts_of
 
-READY_WITHIN_K = 1.0
-"""Default for a loop whose specification does not say it."""
+READY_WITHIN_K = 1.0  # default for a loop whose specification does not say it
 
 
 _SWITCHING: dict[Command, Callable[[SwitchedOperator, float], object]] = {

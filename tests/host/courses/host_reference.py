@@ -22,11 +22,9 @@ from heatwright.spec import Controller, facts_of
 from heatwright.spec.outputs import is_held
 
 TICK_US = 10_000
-HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64
-"""Bits of a row's `monitored`: see sim/host/world.h."""
+HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64  # bits of a row's `monitored`: see sim/host/world.h
 TRIPPED_BY, TRIPPED_C = 6, 21.5
-SLACK = 0.001
-"""For counts: the reference has shares of a time, which do not add up to the last bit."""
+SLACK = 0.001  # for counts: the reference has shares of a time, which do not add up to the last bit
 
 
 INPUT_OPEN = 31
@@ -38,8 +36,7 @@ class Restored(NamedTuple):
     program: ProgramState
     setpoint_c: Single
     gains: Gains | None
-    critical_c: float
-    """Only for loops where it is adjustable."""
+    critical_c: float  # only for loops where it is adjustable
     fault_code: int
     fault_c: Single
     fault_s: int
@@ -50,8 +47,7 @@ class Expected(NamedTuple):
     heater_counts: NDArray[np.float64]
     """Not numbers where the output decides by itself: nothing is expected then."""
     ticks: int
-    cooler_ticks: float
-    """Not a number where it decides by itself, either."""
+    cooler_ticks: float  # not a number where it decides by itself, either
 
 
 def alone(controller: Controller, name: str) -> Controller:
