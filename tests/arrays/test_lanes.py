@@ -190,7 +190,6 @@ def test_each_lane_is_the_model() -> None:
 
 
 def log_of(case: Case) -> StepLog:
-    """What the first lane's model does, as a log."""
     records = on_its_own(case, 0)
     members = Reference(case.lanes[0], case.loop).members
     rows = [(float(number), *record.values()) for number, record in enumerate(records)]

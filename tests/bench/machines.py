@@ -87,13 +87,11 @@ class Run(NamedTuple):
 
 
 def run_on(device: Any, controller: Controller, lines: Lines, seed: int = 0) -> Run:
-    """Run a device through a scenario; the specification's own if none is given."""
     trace = bench(controller, device, events(*lines) if lines else None, seed=seed)
     return Run(controller, device, trace)
 
 
 def modelled(controller: Controller | str, *lines: Mapping[str, Any], seed: int = 0) -> Run:
-    """Run the model through a scenario; the specification's own if none is given."""
     found = example(controller) if isinstance(controller, str) else controller
     return run_on(ReferenceDevice(found), found, lines, seed)
 
@@ -106,7 +104,6 @@ def course(log: Any, *names: str) -> list[tuple[Any, ...]]:
 
 @cache
 def tuned(name: str, target_c: float, capacity: float, resistance: float) -> Run:
-    """Tune on a machine, from cold."""
     controller = scaled(example(name), capacity, resistance)
     return modelled(controller, *at({1: f"M303 S{target_c:g}"}), {"for": "500 s"})
 

@@ -388,7 +388,6 @@ def asked(controller: Controller, hours: float) -> Iterator[tuple[float, str, fl
 
 
 def course_c(controller: Controller, name: str) -> list[float]:
-    """Return the setpoints that a loop is taken through."""
     held = held_c(controller, name)
     return [held[round(share * (len(held) - 1))] for share in SHARES]
 
@@ -490,7 +489,6 @@ def test_nor_do_their_binaries(number: int) -> None:
 
 
 def test_healthy_machines_of_this_module_are_at_the_ends() -> None:
-    """What is drawn reaches both ends of the supply and of the rooms."""
     controller = example("chamber").controller
     random = Random(0)  # noqa: S311 - machines, not secrets
     rooms = {healthy(controller, random, WIDEST).simulation.ambient_c for _ in range(40)}

@@ -24,7 +24,6 @@ WORK, HEAT, COOL = 1, 2, 4
 
 @pytest.fixture(scope="module")
 def accepted():
-    """The unmodified binary, through the acceptance test."""
     return run_of("fabricator")
 
 

@@ -111,8 +111,6 @@ EACH = [(kind, title) for kind, scripts in SCRIPTS.items() for title in scripts]
 
 
 class Orders:
-    """What the orders of a script mean; each takes its words."""
-
     def __init__(self, kind: str) -> None:
         self._bench: Any = Bench(kind)
         self._chip: Any = self._bench.chip

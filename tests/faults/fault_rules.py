@@ -101,7 +101,6 @@ _OPERATORS = {
 
 
 def rules_of(controller: Controller) -> Rules:
-    """Return what each fault of a controller with one loop must trip."""
     (loop,) = controller.loops.values()
     kinds = {each.kind for each in controller.interfaces} & _OPERATORS.keys()
     found = _ANY | _healthy(controller, loop) | _SENSORS[controller.sensors[loop.sensor].kind]

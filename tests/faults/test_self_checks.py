@@ -47,7 +47,6 @@ def powered(until_s: float, program: Elf | None = None) -> AvrDevice:
 
 
 def safety_bytes(site: Site, example: str) -> list[int]:
-    """Return the addresses of what decides about heat."""
     texts = [text for name, text in sources_of(example).items() if SAFETY.fullmatch(name)]
     defined = {
         name

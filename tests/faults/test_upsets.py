@@ -266,7 +266,6 @@ BEGINS = {programs.under_way: RUNNING, programs.paused: PAUSED, starts.cold: IDL
 
 
 def moves_no_firing(site: Site, begin: Callable[[Site], World], count: int) -> None:
-    """Judge flipped bits of a program in the RAM, and of an order that waits."""
     world, state = begin(site), BEGINS[begin]
     variables = world.device.variables
     bits = [

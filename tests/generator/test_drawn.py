@@ -260,7 +260,6 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 
 def core(folder: Path, lto: bool, where: list[str]) -> Path:
-    """Compile the core of the IDE into an archive."""
     folder.mkdir()
     for language, compiler in (("c", "avr-gcc"), ("cpp", "avr-g++")):
         chosen = sorted((IDE / "cores" / "arduino").glob(f"*.{language}"))

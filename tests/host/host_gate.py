@@ -23,8 +23,6 @@ NO_SENSOR = 1
 
 
 class Running:
-    """A loop that is switched on and runs, at a temperature."""
-
     def __init__(self, host: Host) -> None:
         self.host = host
         self.library = host.library
@@ -72,7 +70,6 @@ class Running:
 
 
 def gate_problem(host: Host) -> str:
-    """Say the first thing that the gate does wrong; empty if nothing."""
     gate = _Gate(host)
     found = next(gate.problems(), "")
     host.world.main_hangs = host.world.loop_hangs = host.world.fan_stands_still = 0
@@ -166,7 +163,6 @@ COUNT_BITS = 32
 
 
 def on_time_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     loop = host.build.controller.loops[host.build.parts.name]
     most_s = loop.protection.on_for_at_most_s
     if most_s is None:
@@ -248,7 +244,6 @@ START_C = 30.0
 
 
 def switching_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     parts, switching = host.build.parts, _Switching(host)
     checks = [switching.hanging()] if parts.cooler else []
     if parts.programmed:

@@ -76,13 +76,11 @@ def _drawn(row: Any, random: Random, controller: Controller) -> Any:
 
 
 def prepare_answers(name: str) -> None:
-    """Let the reference take all courses."""
     for number in range(COURSES):
         _course(name, number)
 
 
 def answers_problem(host: Host, name: str) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     numbers = range(COURSES)
     return next((problem for each in numbers if (problem := _problem(host, name, each))), "")
 
@@ -122,7 +120,6 @@ Check = Callable[[Host, str], Iterator[str]]
 
 
 def power_problem(host: Host, name: str) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     checks: tuple[Check, ...] = (_edges, _asked, _interrupted, _cut, _edited, _senseless)
     return next((problem for check in checks for problem in check(host, name)), "")
 

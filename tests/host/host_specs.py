@@ -64,7 +64,6 @@ SWITCHING = tuple(_SWITCHED)
 
 
 def in_other_order(text: str) -> str:
-    """The same specification with its loops the other way round."""
     spec = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - everything is text
     return _text({**spec, "loops": dict(reversed(spec["loops"].items()))})
 
@@ -98,7 +97,6 @@ def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
 
 @cache
 def _world() -> bytes:
-    """What else goes into a build: the world, and how it is compiled."""
     folder = Path(package).parent
     return b"".join(
         path.read_bytes() for path in sorted(folder.rglob("*.[chp]*")) if path.is_file()
@@ -136,5 +134,4 @@ class BuildArena:
         return built.library
 
     def host(self, library: Path) -> Host:
-        """Load what was built."""
         return Host(replace(self.built, library=library))

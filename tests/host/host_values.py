@@ -118,7 +118,6 @@ EXTREMES = [
 
 
 def text_problem(host: Host, value: float, decimals: int) -> str:
-    """Say what is wrong with the text of a value of single precision; empty if nothing."""
     try:
         text = host.number(value, decimals)
     except ValueError as problem:
@@ -174,7 +173,6 @@ def begun_at(host: Host, celsius: float) -> NDArray[Any]:
 
 
 def next_step(host: Host, inputs: NDArray[Any]) -> Any:
-    """Do a step without a latched fault; return its states."""
     host.library.fault.code, host.library.fault_complement = 0, 255
     return host.run(inputs).states[0]
 
@@ -223,7 +221,6 @@ DAMAGED = 0xFF  # a code that nobody can choose: as the type that bears the leas
 
 
 def types_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing, or if all types bear the same."""
     controller, parts = host.build.controller, host.build.parts
     loop = controller.loops[parts.name]
     setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c

@@ -47,7 +47,6 @@ PATIENCE = 4  # periods after which a step has come
 
 
 def inputs_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     inputs = list(host.build.controller.safety.inputs.values())
     if not inputs:
         return ""
@@ -140,7 +139,6 @@ TWO_BYTES = 1 << 16
 
 
 def proof_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     fans = facts_of(host.build.controller).proofs
     if not fans:
         return ""
@@ -262,7 +260,6 @@ UPSETS = (nan, inf, 1e30)  # what a bit that flips in RAM may make of the limit,
 
 
 def current_problem(host: Host) -> str:
-    """Say the first step after which they differ; empty if none."""
     controller = host.build.controller
     ((name, loop),) = controller.loops.items()
     current = current_of(controller)
@@ -344,7 +341,6 @@ def restored_problem(host: Host) -> str:
 
 
 def lockout_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     controller = host.build.controller
     lockout = controller.lockout
     if lockout is None:

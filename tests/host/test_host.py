@@ -182,7 +182,6 @@ CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)
 
 @cache
 def planned():
-    """Every file of every build, by its template; planned once."""
     found = defaultdict(list)
     for name in host_specs.NAMES:
         for file in plan_firmware(host_specs.spec_of(name)).files:

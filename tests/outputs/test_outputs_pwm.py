@@ -57,7 +57,6 @@ class PwmBoard(OutputBoard):
         return Pulses(np.diff(begins), widths, share)
 
     def cycles_of(self, name: str) -> int:
-        """Cycles of a period, as the allocation says."""
         return self.channels[name].prescaler * self.channels[name].counts
 
     def late(self, name: str) -> int:
@@ -187,7 +186,6 @@ either_level = pytest.mark.parametrize("active", ["high", "low"])
 
 
 def timers() -> Iterator[tuple[str, int, tuple[str, ...]]]:
-    """Every timer with compare outputs of each chip, and their pins."""
     for board in CHIPS:
         pins = {pin.port_name: pin for pin in BOARDS[board].pins.values() if pin.pwm}
         for number in BOARDS[board].timers:

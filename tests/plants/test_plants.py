@@ -306,7 +306,6 @@ PRODUCTS = 2.0**-52 * 2
 
 
 def begun(name: str) -> Trace:
-    """Run the first minutes of an example's scenario on its binary."""
     controller = example(name).controller
     scenario = controller.simulated.scenario
     soon = [each for each in scenario if each.for_s is None and (each.at_s or 0.0) < RUN_S]

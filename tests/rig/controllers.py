@@ -54,8 +54,6 @@ TITLES = ("An oven", "Größe µ/Ω ??/ */ \\", "x" * 60)
 
 
 class Drawn(NamedTuple):
-    """A drawn spec."""
-
     text: str
     spec: Spec
 
@@ -111,8 +109,6 @@ def drawn(count: int) -> tuple[Drawn, ...]:
 
 
 class _Controller:
-    """Draws one controller, section by section."""
-
     def __init__(self, draws: Draws, loops: Sequence[int]) -> None:
         self.draws = draws
         self._simulated = draws.one(True, True, False)
@@ -201,7 +197,6 @@ class _Controller:
             self.safety["relay_feedback"] = self.left.digital()
 
     def _inputs(self) -> None:
-        """Put contacts at pins that are left."""
         own = own_draws(self.safety | self.outputs)
         number = 0
         while self._spare() and number < 3 and (own.some() if number else own.seldom()):
@@ -309,7 +304,6 @@ class _Controller:
             self.twins.append((loop, part))
 
     def _boxes(self, plant: Part) -> None:
-        """Add what the monitors watch to the machine."""
         for name, _, warmer in self.watched:
             plant["nodes"][f"{name}_box"] = "200 J/K"
             plant["links"].append({"between": [f"{name}_box", "ambient"], "resistance": "2 K/W"})
@@ -321,7 +315,6 @@ class _Controller:
             plant["sense"][f"{loop.name}_second"] = {**plant["sense"][f"{loop.name}_felt"]}
 
     def _fans_and_feed(self) -> None:
-        """Give the host something to switch."""
         draws = self.draws
         if self._spare() and draws.some():
             pulses = self.left.pwm(1.0, heats=False) if draws.some() else None
@@ -571,7 +564,6 @@ class _Controller:
         return [*events, {"for": text(LENGTH_S, "s")}]
 
     def _orders(self) -> list[Part]:
-        """List what may be done to this controller."""
         found: list[Part] = []
         if self.has_keys:
             keys = ("up", "down", "select", "left", "right")
@@ -609,7 +601,6 @@ class _Controller:
         return found
 
     def text(self) -> str:
-        """Write the file."""
         whole: Part = {
             "heatwright": 1, "controller": self.identity,
             "sensors": joined(self.loops, "sensors")

@@ -205,14 +205,12 @@ def shared(name: str, *flags: str, mcu: str = "atmega328p") -> Elf:
 
 
 def powered(program: Elf, mcu: str = "atmega328p") -> Avr:
-    """Return a processor with the program, at cycle 0."""
     avr = Avr(mcu, CLOCK_HZ)
     avr.load(program)
     return avr
 
 
 def running(source: str, *flags: str, mcu: str = "atmega328p") -> Avr:
-    """Return a processor at cycle 0 with this C as its program."""
     return powered(compiled(source, *flags, mcu=mcu), mcu)
 
 
@@ -328,24 +326,19 @@ class Firmware:
     together: bool = False
 
     def headers(self) -> dict[str, str]:
-        """Return what the files include."""
         return headers_of(self.program.texts())
 
     def sources(self) -> dict[str, str]:
-        """Return the files that are broken."""
         texts = self.program.texts()
         return {f"{name}.c": texts[f"{name}.c"] for name in self.broken}
 
     def build(self, changed: Changed, folder: Path) -> Path:
-        """Compile a mutant in a folder."""
         return self.program.elf(changed, folder).path
 
     def prepare(self) -> None:
-        """Compile all that mutants share."""
         self.program.elf(changed={name: f"{text}\n" for name, text in self.sources().items()})
 
     def problem(self, built: Path) -> str:
-        """Say the first thing that a check finds wrong."""
         for check in self.checks:
             if found := check(Elf(built)):
                 return str(found)
@@ -377,12 +370,10 @@ class Board:
         return name in self._variables
 
     def put(self, name: str, value: float) -> None:
-        """Set a variable of the program."""
         variable = self._variables[name]
         self.avr.write_ram(variable.address, np.asarray(value, variable.dtype).tobytes())
 
     def get(self, name: str) -> Any:
-        """Read a variable of the program."""
         variable = self._variables[name]
         raw = self.avr.read_ram(variable.address, variable.size)
         return np.frombuffer(raw, variable.dtype)[0]

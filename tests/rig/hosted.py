@@ -78,7 +78,6 @@ class World:
         return objects
 
     def _headers(self, changed: Mapping[str, str]) -> dict[str, str]:
-        """Return everything that may be included, by its place in one folder."""
         headers = headers_of(self.sources) | headers_of(changed)
         headers |= {path.name: path.read_text("utf-8") for path in self.world.parent.glob("*.h")}
         for name, folder in {"more": HERE, "host": HOST}.items():
@@ -100,7 +99,6 @@ def world_of(spec: str, files: Iterable[str], world: Path, *flags: str) -> World
 
 
 def received(data: bytes) -> bytes:
-    """Bytes that come in."""
     parts = [data[i : i + 0xFFFF] for i in range(0, len(data), 0xFFFF)]
     return b"".join(b"r" + struct.pack("<H", len(part)) + part for part in parts)
 
@@ -213,16 +211,13 @@ class InItsWorld:
         self._broken = re.compile(broken)
 
     def sources(self) -> Mapping[str, str]:
-        """Return the files that may be broken."""
         world = self._world()
         return {name: world.sources[name] for name in world.files if self._broken.match(name)}
 
     def headers(self) -> Mapping[str, str]:
-        """Return what they include."""
         return headers_of(self._world().sources)
 
     def build(self, changed: Mapping[str, str], folder: Path) -> Path:  # noqa: ARG002
-        """Compile a library with these texts."""
         world = self._world()
         return replace(world, flags=(*world.flags, *TRAPS)).library(changed)
 

@@ -34,7 +34,6 @@ def check(condition: bool, code: int = BAD_VALUE) -> None:
 
 
 def single(value: float) -> float:
-    """Round to single precision."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 

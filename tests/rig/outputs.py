@@ -178,7 +178,6 @@ class Wired:
 
     @cached_property
     def text(self) -> str:
-        """Write the spec."""
         sensor, pin = PINS[self.board]
         said = dict(self.outputs)
         heater = f"kind: time_proportional, window: 1 s, pin: {pin}, power: 40 W"
@@ -253,8 +252,6 @@ LATE_S = 0.004  # into a tick: all that it did is done
 
 
 class Change(NamedTuple):
-    """A change of an output's level."""
-
     cycle: int
     name: str
     on: bool
@@ -273,7 +270,6 @@ class OutputBoard(Board):
     """A board with outputs, each a switch on its pin."""
 
     def __init__(self, place: Wired, elf: Elf | None = None) -> None:
-        """Power on; with another binary if there is one."""
         self.controller = place.controller
         super().__init__(elf or place.program.elf(), self.controller.board)
         self.outputs = {

@@ -91,7 +91,6 @@ class Crucible:
     """The crucible's board, run period by period."""
 
     def __init__(self, text: str, elf: Elf | None = None) -> None:
-        """Power on; with another binary if there is one."""
         self.controller = spec_of(text).controller
         self.device = AvrDevice(self.controller, elf or whole(text))
         self.period_s = self.controller.loops["crucible"].period_s
@@ -100,11 +99,9 @@ class Crucible:
         self.chip: Any = chip
 
     def sense(self, celsius: float) -> None:
-        """Set the tip's temperature."""
         self.device.sense("tip", celsius)
 
     def steps(self, count: int = 1) -> NDArray[Any]:
-        """Run so many periods, and return their steps."""
         done = len(self.device.steps("crucible"))
         first_s = 0 if self.device.time_s else AFTER_S
         self.device.advance(self.device.time_s + first_s + count * self.period_s)
@@ -115,7 +112,6 @@ class Crucible:
         return [(int(s["reading_status"]), int(s["reading_raw"])) for s in self.steps(count)]
 
     def statuses(self, count: int = 1) -> list[int]:
-        """Do the same, and return each step's status."""
         return [status for status, _ in self.read(count)]
 
     def answered(self, word: int) -> tuple[int, int]:
@@ -235,7 +231,6 @@ def sensor(name: str) -> AnalogSensor:
 
 
 def bed(circuit: str, *, board: str = "uno", interface: str = PLOTTER) -> str:
-    """Write the spec of the machine with one of the circuits."""
     text = BED.replace("BOARD", board).replace("SENSOR", CIRCUITS[circuit])
     return text.replace("INTERFACE", interface)
 

@@ -236,7 +236,6 @@ def _count(what: str, said: str) -> int:
 
 
 def _run(command: list[str], folder: Path) -> str:
-    """Run a command to its good end; return what it says."""
     there = {**os.environ, "PWD": str(folder)}  # where Frama-C looks for files
     done = finished(command, cwd=folder, env=there, timeout=MOST_S)
     assert done.returncode == 0, done.stdout[-3000:]
@@ -244,7 +243,6 @@ def _run(command: list[str], folder: Path) -> str:
 
 
 def _texts(text: str) -> list[Node]:
-    """The functions that have texts in hand."""
     return [
         each
         for each in syntax_of(text.encode()).children
@@ -446,7 +444,6 @@ def _admitting(name: str, text: str, sources: Sources) -> str:
 
 
 def _floats(struct: str, text: str) -> list[str]:
-    """The members of a struct that are floats."""
     found = re.search(rf"^struct {struct} \{{\n(.*?)^\}};", text, re.MULTILINE | re.DOTALL)
     return re.findall(r"^    float (\w+);", found[1] if found else "", re.MULTILINE)
 
@@ -526,7 +523,6 @@ void interrupts_{number}(void)
 
 
 def _harness(sources: Sources, groups: Sequence[Group], registers: Mapping[str, str]) -> str:
-    """Return the C around the firmware: registers, interrupts, and the power-up."""
     come = "".join(_coming(n, each.vectors, registers) for n, each in enumerate(groups))
     unknown = "".join(f"    {name} = unknown_byte;\n" for name in registers if name[:4] == "PORT")
     variables = "".join(f"{_declared(name, registers)};\n" for name in registers)

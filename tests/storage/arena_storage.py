@@ -14,8 +14,6 @@ from test_storage import waiting, waits_problem
 
 
 class StorageArena(BuildArena):
-    """One of the files of a machine's host build."""
-
     def __init__(self, machine: str, file: str, kind: type[Kept]) -> None:
         name = f"storage/{machine}/{file.removesuffix('.c')}"
         super().__init__(name, lambda: spec_of(text_of(machine)))
@@ -25,7 +23,6 @@ class StorageArena(BuildArena):
         return {self.file: self.headers()[self.file]}
 
     def prepare(self) -> None:
-        """Compile what is not broken."""
         _ = self.built
 
     def problem(self, built: Path) -> str:

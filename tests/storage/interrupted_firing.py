@@ -48,8 +48,6 @@ def spec_for(otherwise: str, on_fault: str = "pause") -> Spec:
 
 
 class Instant(NamedTuple):
-    """What can be seen of the kiln at the end of a period."""
-
     time_s: int
     image: bytes
     felt_c: float
@@ -74,7 +72,6 @@ class Kiln:
         self.renew()
 
     def renew(self) -> None:
-        """Another kiln, cold, with an empty EEPROM."""
         controller, simulation = self._spec.controller, self._spec.controller.simulated
         ambient_c = self.random.uniform(10, 35)
         self._plant: Plant = plant_of(
@@ -102,7 +99,6 @@ class Kiln:
     # ---- time ----
 
     def run(self, periods: int) -> None:
-        """Go on for so many control steps."""
         for _ in range(periods):
             self._read()
             counts = int(self.host.run(self.host._input).heater_counts[0])
@@ -175,7 +171,6 @@ class Kiln:
         self.host.acknowledge()
 
     def fire(self) -> None:
-        """Be in a program for a while, at whatever place of it."""
         random = self.random
         for _ in range(20):
             if self.state == IDLE:

@@ -27,8 +27,6 @@ PLACE = (
 
 
 class Oracle:
-    """Follows one kiln, instant by instant."""
-
     def __init__(self, controller: Controller) -> None:
         programs = controller.programs
         assert programs is not None
@@ -39,7 +37,6 @@ class Oracle:
         self.begin()
 
     def begin(self) -> None:
-        """Look at another kiln."""
         self._record: Progress | None = None
         self._sequence = self._age_s = self._off_s = 0
         self._lowest_c = 0.0

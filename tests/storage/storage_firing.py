@@ -52,7 +52,6 @@ def machine(example: str = "kiln", *, otherwise: str = "stop") -> tuple[Controll
 
 
 def with_programs(example: str, stored: str, *changes: tuple[str, str]) -> str:
-    """Write a kiln of the examples with these programs, and other changes."""
     before, _, rest = changed(example, *changes).partition("  stored:\n")
     return before + stored + "safety:" + rest.partition("safety:")[2]
 

@@ -17,7 +17,6 @@ TYPES = "BEJKNRST"
 
 @lru_cache(10_000)
 def crc16(data: bytes) -> int:
-    """Modbus's CRC."""
     return int.from_bytes(crc(data), "little")
 
 
@@ -28,8 +27,6 @@ class Segment(NamedTuple):
 
 
 class Stored(NamedTuple):
-    """A program as it is kept."""
-
     name: bytes
     segments: tuple[Segment, ...]
 
@@ -87,8 +84,6 @@ class Settings(NamedTuple):
 
 
 class Memory:
-    """The EEPROM of a controller."""
-
     def __init__(self, controller: Controller) -> None:
         ((name, loop),) = controller.loops.items()
         areas, programs = layout(controller), controller.programs
@@ -173,7 +168,6 @@ class Memory:
         return raw[0], Stored.of(raw[1:-3])
 
     def given(self, number: int) -> Stored | None:
-        """What the spec has at a place."""
         return self._given[number - 1] if 0 < number <= len(self._given) else None
 
     def program(self, image: bytes, number: int) -> Stored | None:

@@ -59,7 +59,6 @@ class Kept:
     # ---- life ----
 
     def boot(self, image: bytes | None = None) -> None:
-        """Power up, with another EEPROM if given."""
         if image is not None:
             self.host.eeprom[:] = image
         self.host.world.writes_left = self.host.world.torn = -1
@@ -291,7 +290,6 @@ class Progresses(Kept):
     # ---- the checks ----
 
     def blank(self) -> Iterator[str]:
-        """Nothing is found, nothing is written, and nothing counted."""
         self.boot(self.memory.blank)
         yield from self.expect("blank", None)
         if self.library.progress_saves():

@@ -193,7 +193,6 @@ class Programs(Kept):
             yield from self.expect("unsound", None)
 
     def sound(self) -> Iterator[str]:
-        """What may be stored, and what may not."""
         self.boot(self.memory.blank)
         for stored, wanted in _judged(self.memory.points):
             if bool(self.library.programs_are_sound(self.packed(stored))) != wanted:

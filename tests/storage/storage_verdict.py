@@ -25,8 +25,6 @@ LEAST_C = 5.0  # the machine's lowest temperature: well within what no rule take
 
 
 class Book:
-    """Reads an EEPROM of the kiln."""
-
     def __init__(self, controller: Controller) -> None:
         self.memory = Memory(controller)
         programs = controller.programs
@@ -111,8 +109,6 @@ def _changed_s(cut: firing.Cut, before_s: float) -> float | None:
 
 
 class Outcome(NamedTuple):
-    """What a start makes of an EEPROM."""
-
     state: int
     ended: int
     goes_on: Progress | None
@@ -137,8 +133,6 @@ class Again(AvrDevice):
 
 
 class Judge:
-    """Gives EEPROMs to a controller, and looks at what it does."""
-
     def __init__(self, controller: Controller, program: Elf) -> None:
         self.book = Book(controller)
         self._device = Again(controller, program)

@@ -174,7 +174,6 @@ def waiting(machine: str) -> Program:
 
 
 def waits_problem(machine: str, elf: Elf) -> str:
-    """Say that not everything is written, or that something waits for the EEPROM."""
     board = Board(elf, board_of(text_of(machine)))
     board.avr.run(RUN_S)
     if board.avr.eeprom.writes < LEAST_BYTES or board.avr.eeprom.violations:

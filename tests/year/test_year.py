@@ -188,8 +188,6 @@ def _edges(controller: Controller) -> tuple[NDArray[np.float64], int, int]:
 
 
 class World:
-    """A host build in a world that its specification describes."""
-
     def __init__(self, spec: Spec) -> None:
         ffi, _ = _year()
         self.host = Host(build_of_spec(spec, sanitized=False))

@@ -53,7 +53,6 @@ class Commands:
     def restore(
         self, program: ProgramState, setpoint_c: Single, gains: Gains | None, critical_c: float
     ) -> None:
-        """Begin with what outlived a reset."""
         operator, run = self._operator, self._reference.program
         assert isinstance(operator, ProgrammedOperator)
         assert run is not None
@@ -149,7 +148,6 @@ class Commands:
         return self._closes or (self.switched and self._operator.is_off and not active)
 
     def after_step(self) -> None:
-        """What a tuning found is kept."""
         before: Gains | None = self._operator.gains
         self._operator.after_step()
         tuner = self._reference.steering.tuner

@@ -85,7 +85,6 @@ def random_course(random: Random, stretches: int, kinds: tuple[str, ...]) -> lis
 
 
 def random_firing(random: Random, stretches: int) -> list[Stretch]:
-    """Begin with a program."""
     return [_begun(random, "start"), *random_course(random, stretches, walks.FIRING_KINDS)]
 
 

@@ -101,12 +101,10 @@ class Way:
             self._commands.restore(*restored[:4])
 
     def take(self, number: int, row: Any) -> dict[str, Any]:
-        """Do the step of a row, and return the state after it."""
         self.give(number, row)
         return dict(zip(self.members, self.step(number, row), strict=True))
 
     def fill_current(self, row: Any) -> None:
-        """See `fill_currents`."""
         if self._current is None:
             return
         share = int(row["current_raw"])
@@ -117,7 +115,6 @@ class Way:
     def expected(
         self, inputs: NDArray[Any], kind: np.dtype[Any], tripped: Container[int] = ()
     ) -> Expected:
-        """What `Host.run` should give; see `expected`."""
         return expected({"": self}, {"": inputs}, {"": kind}, tripped)[""]
 
     def advance(self, to_us: int) -> None:
@@ -151,7 +148,6 @@ class Way:
         self._closed = self._closed and self._commands.commanded
 
     def tell(self, ways: Mapping[str, "Way"]) -> None:
-        """Let all loops know of the fault, if there is one."""
         code, celsius = self._reference.fault_code, self._reference.fault_temperature_c
         for way in ways.values() if code else ():
             if not way._reference.fault_code:
