@@ -188,8 +188,6 @@ def test_a_tube_of_one_place_has_one_point_and_a_closed_one_is_refused() -> None
         fewest_points(Tube([0.0, 2.0], [1.0, 1.0]))
 
 
-# -- the curves
-
 IEC_60751 = {
     -200: 18.52, -100: 60.26, -50: 80.31, 0: 100.0, 25: 109.73, 100: 138.51, 200: 175.86,
     250: 194.10, 400: 247.09, 600: 313.71, 850: 390.48,

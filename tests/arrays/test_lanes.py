@@ -186,9 +186,6 @@ def test_each_lane_is_the_model() -> None:
     assert parted > len(cases()) / 4, "lanes hardly ever part"
 
 
-# ---- all steps of a log at once ----
-
-
 def log_of(case: Case) -> StepLog:
     records = on_its_own(case, 0)
     members = Reference(case.lanes[0], case.loop).members
@@ -291,9 +288,6 @@ def test_a_model_from_outside_is_repeated_row_by_row(
     assert not played(controller, case.loop, log, at_once=True)[2]
 
 
-# ---- devices on machines ----
-
-
 def assert_same(alone: Trace, lane: Trace) -> None:
     for name, log in alone.steps.items():
         for member in log.dtype.names or ():
@@ -332,9 +326,6 @@ def test_examples_on_drawn_machines(name: str) -> None:
     scenario = controller.simulated.scenario
     begun = (each for each in scenario if each.for_s is None and (each.at_s or 0) < 15)
     assert_lanes(controller, (*begun, Event.model_validate({"for": "20 s"})))
-
-
-# ---- what lanes cannot do ----
 
 
 def test_who_differs_by_more_than_numbers_is_done_alone() -> None:

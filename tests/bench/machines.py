@@ -32,9 +32,6 @@ def at(said: Mapping[float, Any], verb: str = "send") -> Lines:
     return tuple({"at": f"{time_s} s", verb: line} for time_s, line in said.items())
 
 
-# ---- machines that are off by some ----
-
-
 def on_plant(controller: Controller, **changes: Any) -> Controller:
     plant = controller.simulated.plant.model_copy(update=changes)
     simulation = controller.simulated.model_copy(update={"plant": plant})
@@ -67,9 +64,6 @@ def assert_margins(
     assert found.gain >= gain
     assert found.phase_deg >= phase_deg
     return found
-
-
-# ---- runs ----
 
 
 class Run(NamedTuple):
@@ -107,8 +101,6 @@ def tuned(name: str, target_c: float, capacity: float, resistance: float) -> Run
     controller = scaled(example(name), capacity, resistance)
     return modelled(controller, *at({1: f"M303 S{target_c:g}"}), {"for": "500 s"})
 
-
-# ---- the long runs of binaries ----
 
 TUNED_S = 400.0  # by then a tuning from cold has ended
 SET_S, ON_S, COOLER_S, OFF_S, END_S = ACCEPTED_S = 1.0, 10.0, 210.0, 520.0, 530.0

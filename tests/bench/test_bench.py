@@ -106,9 +106,6 @@ def test_keys_of_a_menu_move_the_setpoint_on_its_page_alone():
     assert model["setpoint_c"].tolist() == binary["setpoint_c"].tolist()
 
 
-# ---- scenarios ----
-
-
 def up(at_s, **more):
     return {"at": f"{at_s} s", "press": "up", **more}
 

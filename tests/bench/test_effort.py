@@ -48,8 +48,6 @@ CHECKED = Spread((1.0, 1.0), AMBIENTS_C, frozenset(RULES))
 """Where `check` has looked at the numbers of all rules."""
 SETTLED_S = 1200.0
 
-# ---- the rule, step by step ----
-
 LINE = EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5)  # between T − 10 and T/2 − 20 %
 
 
@@ -135,9 +133,6 @@ def test_nothing_fades_away() -> None:
     assert 1e-13 < effort.values()[0] < 1e-10
 
 
-# ---- its numbers ----
-
-
 def test_the_band_is_that_of_tolerance_and_supply() -> None:
     assert band_percent(0.3) == (210.0, 60.0)
     assert band_percent(0.1) == (170.0, 71.0)
@@ -174,8 +169,6 @@ def test_where_it_would_see_nothing_it_is_off() -> None:
     assert found["chamber"].high_percent is None
     assert found["chamber"].low_percent == 60
 
-
-# ---- what must trip ----
 
 Feel = Callable[[float, float], float]
 """What a sensor feels, by the time since it has failed, s, and by what it would feel."""
@@ -304,9 +297,6 @@ def falls_s(effort: Effort, off_c: int) -> int:
         power *= math.exp(-1 / band.filter_s)
         now_c = 35 + (off_c - 35) * math.exp(-seconds / SLOW_S)
     return seconds
-
-
-# ---- what must not ----
 
 
 def healthy(controller: Controller, random: Random, spread: Spread) -> Controller:

@@ -113,8 +113,6 @@ def test_a_run_without_a_reading_has_no_figures(chamber):
         judged.metrics(trace, chamber)
 
 
-# ---- what happens to a machine ----
-
 FEED, STOP = TraceEvent(4.5, "extrude 5 mm/s", True), TraceEvent(9.5, "extrude 0 mm/s", True)
 
 
@@ -162,8 +160,6 @@ def test_only_what_happens_after_the_last_setpoint_counts(chamber):
     (stopped,) = judged.metrics(trace, chamber).disturbances
     assert (stopped.what, stopped.recovered_after_s) == (STOP.text, pytest.approx(0.0))
 
-
-# ---- firings ----
 
 LOOP = "chamber"
 OVER, FAST, HOLD = 1, 3, 4

@@ -245,9 +245,6 @@ def test_members_that_the_reference_lacks_are_named(replayed, log):
     assert replayed(wider).unchecked == ("fault.time_s",)
 
 
-# ---- what was ordered, and is told by what follows ----
-
-
 @pytest.mark.parametrize("gain", ["kp", "ki", "kd"])
 def test_gains_that_changed_show_in_what_follows(logs, gain):
     log = logs["extruder"]
@@ -283,8 +280,6 @@ def test_another_copy_of_the_program_is_another_firing(logs):
     broken["loaded"]["segment"]["amount"][:, 0] += 60
     assert replay(example("kiln"), broken).mismatches
 
-
-# ---- the binaries themselves, on their machines ----
 
 PROGRAM = tuple(
     f"program.{name}"

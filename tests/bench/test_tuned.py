@@ -27,9 +27,6 @@ def test_on_any_machine_the_loop_is_robust(name, capacity, resistance):
     assert_margins(found.controller, found.device.gains(LOOP))
 
 
-# ---- the binaries, tuned by their host ----
-
-
 @pytest.mark.parametrize("name", TARGETS)
 def test_the_host_tunes_it(name):
     _, device, trace = run_of(name)
@@ -42,8 +39,6 @@ def test_the_host_tunes_it(name):
         assert log[f"algorithm.{gain}"][-1] == done[f"autotune.{gain}"]
     assert device.host.texts("PID Autotune finished!")
 
-
-# ---- the extruder: from cold, and under filament ----
 
 OVERSHOOT_K, DIP_K, WITHIN_K, BACK_S = 1.0, 2.0, 0.5, 20.0  # what the extruder is held to
 ON_S, FED_S, STOPPED_S = 1500.0, 1700.0, 1760.0
@@ -74,8 +69,6 @@ def test_so_does_its_block():
     fed = (times_s >= FED_S + BACK_S) & (times_s < STOPPED_S)
     assert np.abs(means_k[fed]).max() <= WITHIN_K
 
-
-# ---- the feeder: from 180 to 250 °C, with and without its feed ----
 
 LOOKED_AT_S = 120.0
 AIM_K = 0.3

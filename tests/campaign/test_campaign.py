@@ -91,9 +91,6 @@ def with_scenario(controller: Controller, *events: dict[str, Any]) -> Controller
     return controller.model_copy(update={"simulation": simulation})
 
 
-# -- the same, whoever does it -------------------------------------------------------------------
-
-
 def test_the_same_bytes_from_one_thread_from_two_processes_and_in_two_goes(
     heatwright: Heatwright,
 ) -> None:
@@ -168,9 +165,6 @@ def test_a_worker_with_another_version_is_refused(task: Callable[..., Task]) -> 
         run_whole(other, 0)
 
 
-# -- ended from outside --------------------------------------------------------------------------
-
-
 def children(pid: int) -> list[int]:
     """The workers of a command; multiprocessing has a process of its own beside them."""
     found = finished(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(pid)]).stdout
@@ -214,9 +208,6 @@ def test_as_many_processes_as_there_are_cores_that_may_be_used() -> None:
     code = "import os; os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
     code += "from heatwright.cli.pool import processes; print(processes())"
     assert finished([sys.executable, "-c", code]).stdout == "1\n"
-
-
-# -- what is run ---------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -200,8 +200,6 @@ def test_it_does_not_matter_where_the_record_is_cut() -> None:
         assert (parts.position, parts.violations) == (whole.position, whole.violations)
 
 
-# ---- the display ----
-
 MS = 1_000_000
 US = 1_000
 

@@ -79,8 +79,6 @@ def test_not_when_it_is_switched_before_the_next_step_sees_it(cold: Cold) -> Non
     assert cold.device.read("program.state") != 0
 
 
-# ---- a type that bears less than the kiln is asked for ----
-
 HOT = changed(
     "kiln",
     ("thermocouple: K\n", "thermocouple: S\n"),

@@ -134,8 +134,6 @@ def test_every_temperature_of_the_sensor_is_written_exactly(hosts, decimals):
         assert code_problem(hosts("switch_lead"), raw, decimals) == ""
 
 
-# ---- any controller that the language allows ----
-
 COURSES = 4
 
 

@@ -169,8 +169,6 @@ def test_every_plant_of_the_language_has_its_module(kind: str) -> None:
     assert import_module(f"heatwright.sim.plants.{kind}").Plant
 
 
-# ---- radiation, against Stefan and Boltzmann's law and exact solutions ----
-
 SIGMA = 5.670374419e-8
 ZERO_K_C = -273.15
 AREA_M2, EMISSIVITY = 0.02, 0.9
@@ -227,8 +225,6 @@ def test_with_links_it_follows_a_fine_integration():
     found = run(machine, 30_000, on=1.0)
     assert found == pytest.approx(fine.y[:, -1], rel=1e-5)
 
-
-# ---- what a heater takes from its supply, as its sensor sees it ----
 
 FULL_A = 1.8
 

@@ -195,8 +195,6 @@ def test_pulses_by_interrupts_are_not_shorter_than_they_are_late(vary):
     assert found == wanted
 
 
-# ---- minimum times, in ticks and in time ----
-
 ORDERS = st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=200)
 """Asked, permitted, and stopped, in each tick."""
 

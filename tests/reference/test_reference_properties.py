@@ -165,8 +165,6 @@ def test_a_critical_temperature_must_be_told() -> None:
         Reference(adjustable, "air").step(0, 0, Single(0))
 
 
-# ---- of a program, whatever is ordered and read ----
-
 _FIRED = (
     "{to: 60 °C, over: 20 s}, {hold: 6 s}, {to: 90 °C, at: as fast as possible}, "
     "{to: 20 °C, at: 6500 K/h}, {hold: until operator}"

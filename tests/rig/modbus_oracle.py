@@ -95,8 +95,6 @@ class Oracle:
         algorithm = self._controller.loops[name].algorithm
         return {gain: single(getattr(algorithm, gain)) for gain in GAINS}
 
-    # -- frames --------------------------------------------------------------------------------
-
     def hear(self, data: bytes, *, whole: bool = True) -> bytes:
         """Return the answer to a frame with silence behind it; nothing for silence.
 
@@ -140,8 +138,6 @@ class Oracle:
         }  # fmt: skip
         check(function in served, BAD_FUNCTION)
         return served[function](data)
-
-    # -- tables --------------------------------------------------------------------------------
 
     def _span(self, table: str, first: int, count: int) -> list[tuple[Register, int]]:
         found = self._tables[table]
@@ -320,8 +316,6 @@ class Oracle:
             control.mode = "tune"
         elif "tune" in wanted and control.mode == "tune":
             control.mode, control.enabled, control.released = "automatic", False, False
-
-    # -- who it is -----------------------------------------------------------------------------
 
     def _identity(self, data: bytes) -> bytes:
         check(not data)

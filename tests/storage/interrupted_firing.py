@@ -82,8 +82,6 @@ class Kiln:
         self._counts, self._writes = 0, -1
         self.dead, self._lies = False, []
 
-    # ---- what whoever stands there sees ----
-
     @property
     def felt_c(self) -> float:
         return self._plant.sensed_c()[LOOP]
@@ -95,8 +93,6 @@ class Kiln:
     @property
     def fault(self) -> int:
         return int(self.host.library.fault.code)
-
-    # ---- time ----
 
     def run(self, periods: int) -> None:
         for _ in range(periods):
@@ -143,8 +139,6 @@ class Kiln:
             self._pass(0.0, powered=False)
         self.host.power_up()
         self._counts = 0
-
-    # ---- what happens ----
 
     def lose_sensor(self) -> None:
         self._lies = [self.random.choice(SENSOR_CODES)] * 8

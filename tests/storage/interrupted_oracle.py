@@ -56,8 +56,6 @@ class Oracle:
             yield from self._latched(now.image)
         yield from self._heat(now.felt_c, before_c)
 
-    # ---- the place ----
-
     def _looked_at(self, image: bytes) -> Iterator[str]:
         found = self._memory.progress(image)
         if found is None or found[0] == self._sequence:
@@ -120,8 +118,6 @@ class Oracle:
         works = self._record is not None and self._record.state in {RUNNING, RETURNING}
         if works and self._latched_s > LATE_S + 1:
             yield f"a fault is latched, and {self._record} goes on"
-
-    # ---- heat ----
 
     def _setpoint_c(self, record: Progress, elapsed: float) -> float:
         """Where the setpoint of a record's segment is, after so many periods of it."""

@@ -125,8 +125,6 @@ class Firing:
         if not self._seen or self._seen[-1].record != record:
             self._seen.append(Seen(self.device.time_s, record))
 
-    # ---- time ----
-
     @property
     def felt_c(self) -> float:
         return self._plant.sensed_c()[LOOP] + 100.0 * (self._jump_rows > 0)
@@ -159,8 +157,6 @@ class Firing:
         image = eeprom.after_power_cut(self._random.randrange(256))
         self._note()
         return Cut(self.device.time_s, image, self.felt_c, tuple(self._seen), self._found, torn)
-
-    # ---- what happens ----
 
     def _act(self) -> None:
         random = self._random

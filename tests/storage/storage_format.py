@@ -110,8 +110,6 @@ class Memory:
             self.program_bytes = 1 + NAME_BYTES + 1 + 7 * programs.points + 2 + 1
             self._given = [_given(each) for each in programs.stored]
 
-    # ---- settings ----
-
     def settings_slot(
         self, sequence: int, kept: Settings, digest: bytes | None = None, seen: int = 0
     ) -> bytes:
@@ -149,8 +147,6 @@ class Memory:
                 newest = found
         return newest and newest[1]
 
-    # ---- programs ----
-
     def program_at(self, number: int, slot: int) -> int:
         return self.programs_at + (2 * (number - 1) + slot) * self.program_bytes
 
@@ -179,8 +175,6 @@ class Memory:
         (first, one), (second, other) = valid[0], valid[-1]
         newest = other if 0 < (second - first) % 256 < 128 else one
         return newest if newest.segments else None
-
-    # ---- progress ----
 
     def progress_slot(self, sequence: int, record: Progress, digest: bytes | None = None) -> bytes:
         body = struct.pack("<I", sequence) + _PROGRESS.pack(*record)

@@ -40,8 +40,6 @@ class Kept:
         writers = ("settings", *["progress", "programs"] * self.parts.programmed)
         self._ticks = [getattr(self.library, f"{each}_tick") for each in writers]
 
-    # ---- what it is; each kind says it ----
-
     save: Callable[[Any], None]  # let it be written from now on
     found: Callable[[], Any]  # what the firmware says it is
     known: Callable[[bytes], Any]  # what the firmware has to say it is, with this EEPROM
@@ -55,8 +53,6 @@ class Kept:
         """What else must be so after one was saved, or cut short, over an EEPROM."""
         del image, when, done
         yield from ()
-
-    # ---- life ----
 
     def boot(self, image: bytes | None = None) -> None:
         if image is not None:
@@ -98,8 +94,6 @@ class Kept:
         found = self.found()
         if repr(found) not in map(repr, wanted):  # by chance sound, with a NaN, which is not itself
             yield f"{when}: {found}, not {wanted}"
-
-    # ---- the checks ----
 
     def problem(self) -> str:
         """Try everything; say the first thing that is wrong, if anything is."""
@@ -286,8 +280,6 @@ class Progresses(Kept):
         saves = self.library.progress_saves()
         if saves != before + 1 and (done or saves != before):
             yield f"{when}: {saves} saves are counted"
-
-    # ---- the checks ----
 
     def blank(self) -> Iterator[str]:
         self.boot(self.memory.blank)

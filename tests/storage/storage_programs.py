@@ -81,8 +81,6 @@ class Programs(Kept):
             if self.read(place) != self.memory.program(image, place):
                 yield f"{when}: place {place} has {self.read(place)}"
 
-    # ---- the checks ----
-
     def newest(self) -> Iterator[str]:
         yield from self._at((1, self.memory.places), super().newest)
 

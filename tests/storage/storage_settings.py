@@ -138,8 +138,6 @@ class SettingsKept(Kept):
     def boot_with(self, kept: Settings, seen: int = 0) -> None:
         self.boot(self.memory.image((self.slot_at(3), self.slot_bytes(7, kept, None, seen))))
 
-    # ---- the checks ----
-
     def blank(self) -> Iterator[str]:
         """What the spec says, and nothing is written."""
         self.boot(self.memory.blank)

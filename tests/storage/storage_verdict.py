@@ -38,8 +38,6 @@ class Book:
         found = self.memory.progress(image)
         return found and found[1]
 
-    # ---- what the image may hold ----
-
     def forgotten(self, cuts: list[firing.Cut], edits: dict[int, list[firing.Edit]]) -> str:
         """Say which place has what nobody has put there, or an older program than before."""
         for place, sent in edits.items():

@@ -38,8 +38,6 @@ def second_order(gain: float, lag_s: float, second_s: float, late_s: float = 0.0
     return Process(matrix, np.array([gain / lag_s, 0.0]), np.array([0.0, 1.0]), late_s)
 
 
-# ---- margins ----
-
 BETWEEN = 2e-3  # relative distance of two of the frequencies that margins are interpolated between
 
 
@@ -277,8 +275,6 @@ def test_what_is_asked_for_sets_the_speed(closed_s: float) -> None:
         assert rule(model, 0.0, closed_s).kp == pytest.approx(25 / (closed_s + 1))
     assert lambda_rule(model, 0.0, closed_s).ki == pytest.approx(0.5 / (closed_s + 1))
 
-
-# ---- a kiln: how far full power goes, for which temperature, and with the loop on ----
 
 LOOP = "chamber"
 

@@ -152,8 +152,6 @@ def specified(kind: str, style: str, initial_c: float = LOWEST_C) -> str:
     return SPECIFIED.format(**words)
 
 
-# ---- the world around it ----
-
 COMPILE = "gcc -std=c11 -O2 -Wall -Wextra -Werror -fPIC -shared year.c -lm -o year.so"
 YEAR_S = 365 * 86400
 SETTLED = 0.5  # share of each run, at the end: there it is held
