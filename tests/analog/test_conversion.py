@@ -173,8 +173,7 @@ def test_no_set_of_fewer_bends_will_do(seed: int) -> None:
 def test_the_line_stays_in_the_tube(seed: int) -> None:
     tube = random_tube(seed)
     places, values = zip(*fewest_points(tube), strict=True)
-    assert places[0] == 0
-    assert places[-1] == len(tube.lows) - 1
+    assert (places[0], places[-1]) == (0, len(tube.lows) - 1)
     assert all(left < right for left, right in pairwise(places))
     line = np.interp(range(len(tube.lows)), places, values)
     scale = max(abs(value) for value in (*tube.lows, *tube.highs))

@@ -134,8 +134,7 @@ def test_nothing_fades_away() -> None:
 
 
 def test_the_band_is_that_of_tolerance_and_supply() -> None:
-    assert band_percent(0.3) == (210.0, 60.0)
-    assert band_percent(0.1) == (170.0, 71.0)
+    assert (band_percent(0.3), band_percent(0.1)) == ((210.0, 60.0), (170.0, 71.0))
 
 
 def test_lines_are_what_the_plant_takes() -> None:
@@ -166,8 +165,7 @@ def test_where_it_would_see_nothing_it_is_off() -> None:
         for name, loop in (("dryer", "air"), ("incubator", "air"), ("chamber", "air"))
     }
     assert found["dryer"] is found["incubator"] is None  # no room; nothing on a summer's day
-    assert found["chamber"].high_percent is None
-    assert found["chamber"].low_percent == 60
+    assert (found["chamber"].high_percent, found["chamber"].low_percent) == (None, 60)
 
 
 Feel = Callable[[float, float], float]

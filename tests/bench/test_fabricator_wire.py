@@ -171,8 +171,7 @@ class Wired:
 def test_rules_20_to_22_trip_on_it_and_it_is_off(fault: str, rule: str, name: str) -> None:
     """What else a trip has to be is judged with it: told, latched, kept, acknowledged."""
     found = try_fault(Wired(WIRES_OHM[name]).fault(fault))
-    assert found.detail == ""
-    assert found.rule == rule
+    assert (found.detail, found.rule) == ("", rule)
     assert found.tripped_after_s is not None
     assert found.heater_off_after_s is not None
     assert found.heater_off_after_s <= found.tripped_after_s + TICK_S

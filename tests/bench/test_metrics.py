@@ -150,8 +150,7 @@ def test_when_one_is_over(readings_c, within, expected):
 
 def test_the_response_ends_where_something_happens(chamber):
     found = judged.metrics(disturbed([40, 45, 50, 50.5, 44, 55, 50], FEED), chamber)
-    assert (found.maximum_c, found.overshoot_k) == (50.5, 0.5)
-    assert found.disturbances[0].dip_k == 6
+    assert (found.maximum_c, found.overshoot_k, found.disturbances[0].dip_k) == (50.5, 0.5, 6)
 
 
 def test_only_what_happens_after_the_last_setpoint_counts(chamber):

@@ -150,8 +150,7 @@ def test_steps_forward_and_backward() -> None:
     driver = driven(f"{ENABLE} {DIR} {WAIT} {PULSE * 5} {DIR} {WAIT} {PULSE * 2}")
     assert (driver.position, driver.violations, driver.missed) == (3, 0, 0)
     assert driver.on
-    assert driver.travel_mm() == pytest.approx(0.03)
-    assert driver.travel_mm() == 0
+    assert (driver.travel_mm(), driver.travel_mm()) == (pytest.approx(0.03), 0)
     assert driver.steps["way"].tolist() == [1, 1, 1, 1, 1, -1, -1]
     assert (np.diff(driver.steps["cycle"]) >= 320).all()
 
@@ -266,8 +265,7 @@ def test_it_is_initialised_from_any_state(half: int) -> None:
         chip.nibble(0, 0x8, 40 * US)
     chip.initialise()
     chip.say(0, "after")
-    assert chip.text[0] == "after".ljust(16)
-    assert chip.lost == 0
+    assert (chip.text[0], chip.lost) == ("after".ljust(16), 0)
 
 
 def test_writes_while_busy_are_lost() -> None:
@@ -277,8 +275,7 @@ def test_writes_while_busy_are_lost() -> None:
     chip = Writer()
     chip.byte(0, 0x01, wait=40 * US)  # clearing takes 1.52 ms
     chip.byte(1, ord("x"))
-    assert chip.lost == 2
-    assert chip.text[0].strip() == ""
+    assert (chip.lost, chip.text[0].strip()) == (2, "")
 
 
 @pytest.mark.parametrize(("oscillator_hz", "lost"), [(270_000, False), (190_000, True)])

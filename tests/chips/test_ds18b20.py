@@ -54,8 +54,7 @@ def master() -> Master:
 
 def test_crc_of_the_application_note() -> None:
     """Maxim application note 27: the code 02 1C B8 01 00 00 00 has the CRC A2."""
-    assert crc8(bytes.fromhex("021cb801000000")) == 0xA2
-    assert crc8(rom_code(99)) == 0
+    assert (crc8(bytes.fromhex("021cb801000000")), crc8(rom_code(99))) == (0xA2, 0)
 
 
 CODES = {
@@ -85,8 +84,7 @@ def test_the_power_on_scratchpad(master: Master) -> None:
 
 def test_rom_commands_select_the_chip(master: Master) -> None:
     rom = master.chip.rom
-    assert master.ask(0x33, receive=8) == rom
-    assert master.ask(0xF0, receive=255) == rom
+    assert (master.ask(0x33, receive=8), master.ask(0xF0, receive=255)) == (rom, rom)
     assert crc8(master.ask(0x55, *rom, READ, receive=9)) == 0
     assert master.ask(0x55, *rom_code(7), READ, receive=9) == b"\xff" * 9
 

@@ -332,8 +332,7 @@ def test_every_type_over_its_range(letter: str, share: float, junction_c: float)
     chip.chip.sense(temperature_c)
     chip.begin(letter)
     assert chip.celsius() == pytest.approx(temperature_c, abs=1 / 256 + 1e-6)
-    assert chip.read("SR", 1) == b"\x00"
-    assert chip.junction() == junction_c
+    assert (chip.read("SR", 1), chip.junction()) == (b"\x00", junction_c)
 
 
 def test_a_burst_is_of_one_moment(chip: Bench) -> None:
@@ -417,8 +416,7 @@ def test_the_first_bit_may_be_late(old: Bench) -> None:
     old.chip.sense(100.0)
     old.run(max6675.LONGEST_S)
     old.chip.port.retime(replace(max6675.TIMING, enable=1e5))
-    assert old.word() == 0x8000 | 400 << 3 | 1
-    assert old.chip.port.phases["read"].violations == 1
+    assert (old.word(), old.chip.port.phases["read"].violations) == (0x8000 | 400 << 3 | 1, 1)
 
 
 def test_twenty_megahertz_can_do_exactly_100_ns() -> None:

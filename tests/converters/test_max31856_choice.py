@@ -150,8 +150,7 @@ def test_it_is_too_hot_from_where_the_type_ends(hot: Cold, code: int) -> None:
 
 def test_a_program_that_is_too_hot_for_the_type_does_not_start(hot: Cold) -> None:
     hot.send(f"#15 {K};#8 1;")
-    assert hot.chosen == (K, K)
-    assert hot.device.read("program.state") == 0
+    assert (hot.chosen, hot.device.read("program.state")) == ((K, K), 0)
     hot.send("#13 1;#7 3,40,1300:;")
     hot.run(3.0)
     hot.send("#8 1;")

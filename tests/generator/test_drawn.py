@@ -105,8 +105,7 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
         found |= kinds_in(each.spec.controller)
         if noting.loaded == templates and not noting.unseen and found == every:
             break  # more of them would show no more
-    assert noting.loaded == templates
-    assert noting.unseen == set()
+    assert (noting.loaded, noting.unseen) == (templates, set())
     assert found == every
 
 

@@ -181,8 +181,7 @@ def test_one_prescaler_serves_all_outputs_of_a_timer(vary):
     assert pwm_period(controller, "heater") == (16393, 100)
     outputs = {**controller.outputs, "second": pwm(pin="D4", frequency="30 Hz")}
     both = controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
-    assert pwm_period(both, "heater") == (2049, 13)
-    assert pwm_period(both, "second") == (8333, 13)
+    assert (pwm_period(both, "heater"), pwm_period(both, "second")) == ((2049, 13), (8333, 13))
 
 
 def test_pulses_by_interrupts_are_not_shorter_than_they_are_late(vary):

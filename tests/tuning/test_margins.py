@@ -206,8 +206,7 @@ def test_a_short_derivative_behind_a_long_filter_is_left_out() -> None:
 def test_a_load_under_proportional_control_stays_and_under_integral_goes_away() -> None:
     ends_k = GAIN * LOAD_PERCENT / (1 + GAIN * 3.0)
     load = load_answer(first_order(GAIN, LAG_S), Gains(3.0, 0.0, 0.0, 0.0), PERIOD_S)
-    assert load.dip_k == pytest.approx(ends_k, rel=1e-3)
-    assert load.half_s is None
+    assert (load.dip_k, load.half_s) == (pytest.approx(ends_k, rel=1e-3), None)
     load = load_answer(first_order(GAIN, LAG_S, 2.0), Gains(3.0, 0.05, 0.0, 0.0), PERIOD_S)
     assert load.dip_k < ends_k
     assert load.half_s is not None
@@ -252,8 +251,7 @@ def test_rules_for_leads(lead: float, lag: float, dead: float, gain: float, rest
     # A lead looks for a larger lag first: one that is above all others has only this.
     others = [1000.0] if lead < lag else []
     found = reduced(lags_s=[lag, *others], leads_s=[lead], late_s=dead, order=2)
-    assert found.gain == pytest.approx(gain)
-    assert found.second_s == pytest.approx(rest)
+    assert (found.gain, found.second_s) == (pytest.approx(gain), pytest.approx(rest))
     assert found.dead_s == dead
 
 
