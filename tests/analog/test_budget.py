@@ -193,13 +193,11 @@ def test_a_current_by_hand() -> None:
     ("name", "untold"),
     [
         ("hotend", "element beta resistors"),
-        ("low_supply", "element beta resistors supply reference"),
-        ("points", "element resistors"),
-        ("feeder", "element resistors supply reference"),
-        ("tmp36", "scale offset reference"),
+        ("low_supply", "element beta resistors supply reference"), ("points", "element resistors"),
+        ("feeder", "element resistors supply reference"), ("tmp36", "scale offset reference"),
         ("lm35", "scale offset"),
     ],
-)
+)  # fmt: skip
 def test_what_is_not_told_is_said(name: str, untold: str) -> None:
     """The internal reference's is in the data sheets; one that feeds the circuit costs nothing."""
     found = budget(sensor(name), UNO.mcu)

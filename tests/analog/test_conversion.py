@@ -232,12 +232,9 @@ def test_how_far_a_line_is_off_the_standard() -> None:
 
 CODE_MV = 1000 * 5 / 1024
 SPOILT = {
-    "sound": Wiring(),
-    "corroded": Wiring(series_ohm=100.0),
-    "leaking": Wiring(parallel_ohm=10e3),
-    "opened": Wiring(opened=True),
-    "shorted": Wiring(shorted=True),
-}
+    "sound": Wiring(), "corroded": Wiring(series_ohm=100.0), "leaking": Wiring(parallel_ohm=10e3),
+    "opened": Wiring(opened=True), "shorted": Wiring(shorted=True),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("wiring", SPOILT)

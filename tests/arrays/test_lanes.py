@@ -357,13 +357,10 @@ SOME = np.array([True, False])
 @pytest.mark.parametrize(
     "body",
     [
-        "if x:\n  raise ValueError",
-        "if x:\n  y.append(1)",
-        "if x:\n  del y[0]",
-        "for z in y:\n  if x:\n   break",
-        "if x:\n  y = None\n else:\n  y = 'text'",
+        "if x:\n  raise ValueError", "if x:\n  y.append(1)", "if x:\n  del y[0]",
+        "for z in y:\n  if x:\n   break", "if x:\n  y = None\n else:\n  y = 'text'",
     ],
-)
+)  # fmt: skip
 def test_what_would_happen_to_all_is_refused_for_some(body: str) -> None:
     with pytest.raises(AllLanesError), only(None):
         translated_call(f"def f(x, y):\n {body}\n return y", SOME, [1, 2])

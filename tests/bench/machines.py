@@ -136,12 +136,10 @@ def written(at_s: float, **values: Any) -> dict[str, Any]:
 
 
 ACCEPTANCE: Lines = (
-    written(SET_S, nozzle__setpoint=f"{HOT_C} °C"),
-    written(ON_S, nozzle__enabled=True),
-    written(COOLER_S, nozzle__setpoint=f"{MILD_C} °C"),
-    written(OFF_S, nozzle__enabled=False),
+    written(SET_S, nozzle__setpoint=f"{HOT_C} °C"), written(ON_S, nozzle__enabled=True),
+    written(COOLER_S, nozzle__setpoint=f"{MILD_C} °C"), written(OFF_S, nozzle__enabled=False),
     {"for": f"{END_S} s"},
-)
+)  # fmt: skip
 DRYER: Lines = (
     written(2, air__setpoint="50 °C", air__enabled=True),
     written(10, air__manual_duty="30 %"),

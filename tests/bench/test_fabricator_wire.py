@@ -36,13 +36,10 @@ WIRES_OHM = {"hot": 1.05 * WIRE_OHM, "as rated": WIRE_OHM, "cold": 0.95 * WIRE_O
 OVER_CURRENT = 20
 RATED_OHM = RATED_V**2 / 76.6  # as the spec has it
 TRIPS = {
-    "heater_shorted": "over_current",
-    "switch_shorted_in_band": "over_current",
-    "current_sensor_stands": "current_while_off",
-    "switch_leaking": "current_while_off",
-    "current_sensor_torn": "no_current",
-    "heater_open": "no_current",
-}
+    "heater_shorted": "over_current", "switch_shorted_in_band": "over_current",
+    "current_sensor_stands": "current_while_off", "switch_leaking": "current_while_off",
+    "current_sensor_torn": "no_current", "heater_open": "no_current",
+}  # fmt: skip
 """What happens to wire, switch or sensor, and which rule sees it."""
 
 

@@ -43,14 +43,12 @@ safety: {self_checks: false}
 """
 BOARDS = {"uno": "kind: ds18b20, pin: D2", "mega2560": "kind: ds18b20, pin: D22"}
 CIRCUITS = {
-    "shunt": "pin: A1, scale: 0.2 V/A",
-    "once": "pin: A1, scale: 1 V/A, oversample: 1",
+    "shunt": "pin: A1, scale: 0.2 V/A", "once": "pin: A1, scale: 1 V/A, oversample: 1",
     "most": "pin: A3, scale: 0.5 V/A, oversample: 32",
     "hall": "pin: A1, scale: 0.185 V/A, offset: 2.5 V, oversample: 16",
     "odd": "pin: A2, scale: 0.4 V/A, offset: 0.333 V, oversample: 7, reference: 3.3 V",
-    "internal": "pin: A1, scale: 0.1 V/A, reference: internal",
-    "far": "pin: A13, scale: 0.2 V/A",
-}
+    "internal": "pin: A1, scale: 0.1 V/A, reference: internal", "far": "pin: A13, scale: 0.2 V/A",
+}  # fmt: skip
 """What a spec says of the sensor; `far` is on a channel beyond MUX5."""
 
 

@@ -208,11 +208,9 @@ def _heat(controller: Controller, loop: Any, measured: bool) -> Rules:
     return {
         "switch_shorted_when_hot": "current_while_off" if measured else hot,
         "switch_shorted_in_band": "current_while_off" if measured else band,
-        "switch_leaking": "current_while_off" if measured else LEAK,
-        "heat_from_elsewhere": band,
-        "fire": hot,
-        **(_CURRENT if measured else {}),
-    }
+        "switch_leaking": "current_while_off" if measured else LEAK, "heat_from_elsewhere": band,
+        "fire": hot, **(_CURRENT if measured else {}),
+    }  # fmt: skip
 
 
 def _is_coarse(controller: Controller, loop: Any) -> bool:

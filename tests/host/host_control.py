@@ -45,11 +45,8 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     controller = host_specs.spec_of(name).controller
     kinds, programmed = host_courses.kinds_of(controller), name in host_specs.PROGRAMMED
     courses = [
-        host_courses.LONG_SILENCE,
-        host_courses.LOWERED,
-        host_courses.RISEN,
-        *host_courses.STANDING,
-    ]
+        host_courses.LONG_SILENCE, host_courses.LOWERED, host_courses.RISEN, *host_courses.STANDING,
+    ]  # fmt: skip
     if name in host_specs.COMMANDED:
         courses += [
             *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),

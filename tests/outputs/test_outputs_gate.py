@@ -26,14 +26,12 @@ KINDS = {
 }
 """Other heaters than a digital one."""
 VARIANTS = {
-    "none": ("", ""),
-    "on": (", minimum_on: 150 ms", ""),
-    "off": (", minimum_off: 120 ms", ""),
+    "none": ("", ""), "on": (", minimum_on: 150 ms", ""), "off": (", minimum_off: 120 ms", ""),
     "both": (", minimum_on: 70 ms, minimum_off: 90 ms", ""),
     "cooler": ("", ", minimum_on: 110 ms, minimum_off: 50 ms"),
     "all": (", minimum_on: 60 ms, minimum_off: 40 ms", ", minimum_on: 80 ms, minimum_off: 70 ms"),
     "low": (", active: low, minimum_on: 60 ms", ", active: low, minimum_off: 40 ms"),
-}
+}  # fmt: skip
 LATCHED = 6  # a fault's code, whichever
 
 

@@ -23,11 +23,9 @@ RAW = st.integers(-(2**15), 2**15 - 1)
 NEAR = st.integers(18 * 16, 84 * 16)
 
 STEP = st.tuples(
-    st.sampled_from([0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5]),
-    st.one_of(NEAR, RAW),
-    st.sampled_from([10.0, 20.0, 50.0, 69.9, 70.0]),
-    st.booleans(),
-)
+    st.sampled_from([0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5]), st.one_of(NEAR, RAW),
+    st.sampled_from([10.0, 20.0, 50.0, 69.9, 70.0]), st.booleans(),
+)  # fmt: skip
 STEPS = st.lists(STEP, min_size=1, max_size=60)
 
 GAINS = st.floats(0, 1e6, allow_subnormal=False)

@@ -100,15 +100,11 @@ class _Watched(Clock):
         known = {
             "steps": lambda: device.steps(next(iter(self._loops))),
             "hits": lambda: self._noise.hits,
-            "said": lambda: [line.text for line in device.host.lines],
-            "lights": self._lights,
-            "resets": lambda: len(device.avr.take_resets()),
-            "cut": self._cut,
-            "noise": lambda: self._disturb(on=True),
-            "quiet": lambda: self._disturb(on=False),
-            "torn": lambda: self._wire(Wiring(opened=True)),
-            "sound": lambda: self._wire(Wiring()),
-        }
+            "said": lambda: [line.text for line in device.host.lines], "lights": self._lights,
+            "resets": lambda: len(device.avr.take_resets()), "cut": self._cut,
+            "noise": lambda: self._disturb(on=True), "quiet": lambda: self._disturb(on=False),
+            "torn": lambda: self._wire(Wiring(opened=True)), "sound": lambda: self._wire(Wiring()),
+        }  # fmt: skip
         self._pipe.send(known.get(asked, lambda: device.read(asked).item())())
 
     def _lights(self) -> dict[str, str]:

@@ -59,11 +59,9 @@ simulation:
 """
 HOTTER = {
     "initial: 200 °C, minimum: 20 °C": "initial: 600 °C, minimum: 300 °C",
-    "maximum: 250 °C": "maximum: 650 °C",
-    "minimum: -30 °C": "minimum: 260 °C",
-    "maximum: 285 °C": "maximum: 700 °C",
-    "ambient: 20 °C": "ambient: 280 °C",
-}
+    "maximum: 250 °C": "maximum: 650 °C", "minimum: -30 °C": "minimum: 260 °C",
+    "maximum: 285 °C": "maximum: 700 °C", "ambient: 20 °C": "ambient: 280 °C",
+}  # fmt: skip
 """For type B, which measures nothing below 250 °C."""
 
 

@@ -167,31 +167,18 @@ GIVES = ("can_go_on", "log_port_take", "log_ring_read", "nextion_port_take", "nu
          "read_point", "take_count", "take_number", "words_count")  # fmt: skip
 """What these give, or find sound, is so only if they return true: both cases are told apart."""
 SPLITS = {
-    "log_talk": ("told",),
-    "send_log": ("told",),
-    "menu_append_program": ("told",),
-    "programs_read": ("told",),
-    "read": ("told",),
-    "say_place": ("told",),
-    "show_choosing": ("told",),
-    "clock_wait": ("told",),
-    "take_record": ("told",),
-    "try_move": ("told",),
-    "can_go_on": ("told",),
-    "program_start_up": ("told",),
-    "latched_fault": ("text_end",),
-    "map_find": ("first", "count"),
-    "read_bits": ("told", "found_entry"),
-    "read_words": ("told", "found_entry"),
-    "switch_coils": ("found_entry", "found_count"),
-    "write_coils": ("told",),
-    "write_registers": ("told",),
-    "write_words": ("found_entry", "found_count"),
+    "log_talk": ("told",), "send_log": ("told",), "menu_append_program": ("told",),
+    "programs_read": ("told",), "read": ("told",), "say_place": ("told",),
+    "show_choosing": ("told",), "clock_wait": ("told",), "take_record": ("told",),
+    "try_move": ("told",), "can_go_on": ("told",), "program_start_up": ("told",),
+    "latched_fault": ("text_end",), "map_find": ("first", "count"),
+    "read_bits": ("told", "found_entry"), "read_words": ("told", "found_entry"),
+    "switch_coils": ("found_entry", "found_count"), "write_coils": ("told",),
+    "write_registers": ("told",), "write_words": ("found_entry", "found_count"),
     "mask_write_register": ("found_entry",),
-    "read_and_write_registers": ("told", "found_entry", "entry"),
-    "put_text": ("index", "place"),
+    "read_and_write_registers": ("told", "found_entry", "entry"), "put_text": ("index", "place"),
     "identity_objects": ("index", "place"),
-}
+}  # fmt: skip
 """By what else states are told apart in a function: entries of a table, and how many."""
 FOUND = re.compile(
     r"map_find\(\w+, \w+, ([^;]*), (\w+)\)(?:;\n    if \(entry)? == MAP_NOT_THERE\) "

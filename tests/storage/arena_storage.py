@@ -36,9 +36,7 @@ def waits(machine: str, *files: str) -> Firmware:
 
 
 ARENAS: list[StorageArena | Firmware] = [
-    StorageArena("few", "programs.c", Programs),
-    StorageArena("few", "progress.c", Progresses),
-    StorageArena("typed", "settings.c", SettingsKept),
-    waits("few", "programs", "progress"),
+    StorageArena("few", "programs.c", Programs), StorageArena("few", "progress.c", Progresses),
+    StorageArena("typed", "settings.c", SettingsKept), waits("few", "programs", "progress"),
     waits("typed", "settings"),
-]
+]  # fmt: skip

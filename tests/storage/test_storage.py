@@ -34,11 +34,9 @@ def test_the_firmware_has_the_same_layout(name):
     config = files_of(text_of(name))["src/config.h"]
     found = {key: int(n) for key, n in re.findall(r"#define (\w+_(?:EEPROM|SLOTS)) (\d+)u", config)}
     assert found == {
-        "SETTINGS_SLOTS": areas.settings.slots,
-        "PROGRAMS_EEPROM": areas.programs.start,
-        "PROGRESS_EEPROM": areas.progress.start,
-        "PROGRESS_SLOTS": areas.progress.slots,
-    }
+        "SETTINGS_SLOTS": areas.settings.slots, "PROGRAMS_EEPROM": areas.programs.start,
+        "PROGRESS_EEPROM": areas.progress.start, "PROGRESS_SLOTS": areas.progress.slots,
+    }  # fmt: skip
     assert areas.programs.slot_bytes == memory.program_bytes
     assert areas.progress.slot_bytes == PROGRESS_BYTES
     assert settings_bytes(controller) == memory.settings_bytes

@@ -35,31 +35,24 @@ OPEN = 0.2  # share of the time for which an input that pauses is open
 LONG = 300  # steps without a reading that eight bits cannot count
 
 LONG_SILENCE = [
-    Stretch("setpoint", 1, 3),
-    Stretch("leave", 3, 1),
-    Stretch("lose", 1, 8),
+    Stretch("setpoint", 1, 3), Stretch("leave", 3, 1), Stretch("lose", 1, 8),
     Stretch("drift", 3, 40, acknowledge=True),
-]
+]  # fmt: skip
 """The readings come back after more steps than eight bits can count."""
 
 STANDING = [
     [
-        Stretch("setpoint", 1, 3),
-        Stretch("reach", 1, 1),
-        Stretch("drift", 3, way),
+        Stretch("setpoint", 1, 3), Stretch("reach", 1, 1), Stretch("drift", 3, way),
         Stretch("hold", 300, 0),
     ]
     for way in (60, -60)
-]
+]  # fmt: skip
 """A slope fades away, from above and from below."""
 
 LOWERED = [
-    Stretch("setpoint", 1, 3),
-    Stretch("swing", 10, 20, acknowledge=True),
-    Stretch("zigzag", 12, 20, acknowledge=True),
-    Stretch("setpoint", 1, 0),
-    Stretch("reach", 2, 1),
-]
+    Stretch("setpoint", 1, 3), Stretch("swing", 10, 20, acknowledge=True),
+    Stretch("zigzag", 12, 20, acknowledge=True), Stretch("setpoint", 1, 0), Stretch("reach", 2, 1),
+]  # fmt: skip
 """A charged integral, the setpoint lowered, the temperature falling fast: the duty is at its
 maximum although the error is negative."""
 

@@ -212,12 +212,10 @@ class Way:
         silence, mask = self._silence_ticks, int(row["open_inputs"])
         trips = any(each.trips and mask >> number & 1 for number, each in enumerate(self._inputs))
         return self._commands.orders._replace(
-            monitors=self._monitored(int(row["monitored"])),
-            current_raw=int(row["current_raw"]),
-            paused=int(mask != 0 or self._was_open),
-            watch_fault=INPUT_OPEN * trips,
+            monitors=self._monitored(int(row["monitored"])), current_raw=int(row["current_raw"]),
+            paused=int(mask != 0 or self._was_open), watch_fault=INPUT_OPEN * trips,
             master_lost=silence is not None and int(row["silent_ticks"]) >= silence,
-        )
+        )  # fmt: skip
 
     def _monitored(self, given: int) -> dict[str, tuple[int, int]]:
         """What each monitor reads; a failed reading leaves the code as it was."""
