@@ -1,9 +1,7 @@
-"""Curves and tables of analog sensors.
-
-The firmware's tables are as exact as they say, and no line with fewer points is. Of the curves of
-sensing elements the standard's own numbers, and two ways to compute each, agree. The curve that a
-simulated sensor's voltage is taken from is its circuit, to a hair of a code.
-"""
+"""Curves and tables of analog sensors. The firmware's tables are as exact as they say, and no line
+with fewer points is. Of the curves of sensing elements the standard's own numbers, and two ways to
+compute each, agree. The curve that a simulated sensor's voltage is taken from is its circuit, to a
+hair of a code."""
 
 import random
 from itertools import combinations, pairwise

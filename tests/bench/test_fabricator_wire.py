@@ -1,8 +1,6 @@
-"""The fabricator's wire of 8.54 ohm on 43 V: its heat, its current, what trips, hot and cold.
-
-From a second on the wire is asked for all its power; what it really is the machine knows, and the
-firmware measures.
-"""
+"""The fabricator's wire of 8.54 ohm on 43 V: its heat, its current, what trips, hot and cold. From
+a second on the wire is asked for all its power; what it really is the machine knows, and the
+firmware measures."""
 
 from dataclasses import replace
 

@@ -1,6 +1,5 @@
 """Several loops: the model of all of them does, bit for bit, what the binary does; and a healthy
-machine that another loop warms.
-"""
+machine that another loop warms."""
 
 from functools import cache
 from pathlib import Path

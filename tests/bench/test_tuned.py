@@ -1,10 +1,8 @@
 """Extruder and feeder, tuned on the machine itself: the gains are robust on any, and good on ours.
-
 The extruder's converter reads in steps of 0.53 K at 200 °C, and without noise four codes give no
 more than one. So the heater is thrown about by each step, and the block with it, faster than the
 sensor can follow; what is held of the block is its mean over five seconds, about one lag of the
-sensor.
-"""
+sensor."""
 
 import numpy as np
 import pytest

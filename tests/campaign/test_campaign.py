@@ -1,7 +1,5 @@
-"""Campaigns of a short chamber: the same rows whoever runs them, kept, and shown.
-
-At the end of the file, on a real Dask scheduler and its workers, on this computer.
-"""
+"""Campaigns of a short chamber: the same rows whoever runs them, kept, and shown. At the end of the
+file, on a real Dask scheduler and its workers, on this computer."""
 
 import json
 import os

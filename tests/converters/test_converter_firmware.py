@@ -1,8 +1,6 @@
-"""The firmware's reader on several boards and crystals, and what it makes of any answer.
-
-Status and raw reading of each step; what is not valid leaves the reading as it was. And two baths
-with a DS18B20 each, and 85 °C: what also a chip says that has not measured yet.
-"""
+"""The firmware's reader on several boards and crystals, and what it makes of any answer. Status and
+raw reading of each step; what is not valid leaves the reading as it was. And two baths with a
+DS18B20 each, and 85 °C: what also a chip says that has not measured yet."""
 
 from collections.abc import Callable, Iterable
 from random import Random

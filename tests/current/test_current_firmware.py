@@ -1,9 +1,7 @@
-"""From a current to what the firmware takes it for, and what the limiter then holds.
-
-Faults of the sensor; what is timed with it. The README says how slow the filter of a pulsed current
-may be, and `check` goes by the same. Whatever the wire, the limiter holds the root mean square that
-follows from its duty.
-"""
+"""From a current to what the firmware takes it for, and what the limiter then holds. Faults of the
+sensor; what is timed with it. The README says how slow the filter of a pulsed current may be, and
+`check` goes by the same. Whatever the wire, the limiter holds the root mean square that follows
+from its duty."""
 
 import math
 import re

@@ -1,8 +1,6 @@
-"""Which faults a controller can have and what each must trip, from its specification alone.
-
-It is written from docs/safety.md and what the machines are, and knows nothing of the catalogue
-that is judged by it. The machines of these tests are strong enough for every fault of a heater.
-"""
+"""Which faults a controller can have and what each must trip, from its specification alone. It is
+written from docs/safety.md and what the machines are, and knows nothing of the catalogue that is
+judged by it. The machines of these tests are strong enough for every fault of a heater."""
 
 from typing import Any
 
@@ -158,11 +156,9 @@ def _healthy(controller: Controller, loop: Any) -> Rules:
 
 
 def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
-    """A reading that stands still although heat is asked for, a heater that gives none.
-
-    A PID asks for more while the reading stands still: `heating` waits for full power, `frozen` for
-    more than holding needs.
-    """
+    """A reading that stands still although heat is asked for, a heater that gives none. A PID asks
+    for more while the reading stands still: `heating` waits for full power, `frozen` for more than
+    holding needs."""
     heating, frozen = loop.protection.heating, loop.protection.frozen
     due_s: dict[str, float] = {}
     if frozen:
@@ -197,10 +193,8 @@ def _asked_s(loop: Any, percent: float) -> float:
 
 
 def _heat(controller: Controller, loop: Any, measured: bool) -> Rules:
-    """Heat that nobody asked for: its current tells first, then what the temperature reaches.
-
-    A heater must have been off for `settle` before a rise counts.
-    """
+    """Heat that nobody asked for: its current tells first, then what the temperature reaches. A
+    heater must have been off for `settle` before a rise counts."""
     protection = loop.protection
     settles = protection.runaway.for_s < protection.rising_while_off.settle_s
     band = "runaway_above" if settles else "rising_while_off"

@@ -1,9 +1,4 @@
-"""Faults of what is watched beside a loop's own sensor, in machines with each interface.
-
-A second sensor: what moves one of the two alone is told. What is monitored: its sensor breaks, it
-is too warm, people are told. Inputs: contacts that open, bounce and close again. A fan that has to
-prove that it turns. And loops, where another, quicker or with the keys, is beside.
-"""
+"""Faults of what is watched beside a loop's own sensor, in machines with each interface."""
 
 from functools import cache
 from itertools import product

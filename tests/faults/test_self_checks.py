@@ -59,11 +59,9 @@ def safety_bytes(site: Site, example: str) -> list[int]:
 
 
 def most_missed(tried: int) -> int:
-    """Return how many of the tried flips may be missed: one in a thousand.
-
-    A sample that is too small to show that may have as many as chance gives once in a hundred
-    times, where the rate is one in a thousand.
-    """
+    """Return how many of the tried flips may be missed: one in a thousand. A sample that is too
+    small to show that may have as many as chance gives once in a hundred times, where the rate is
+    one in a thousand."""
     if tried >= SHOWS:
         return int(tried * MISSED)
     chance, most = (1 - MISSED) ** tried, 0
@@ -82,10 +80,8 @@ def test_how_many_may_be_missed() -> None:
 
 @pytest.mark.parametrize("example", DECIDING)
 def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
-    """Told, or ended by a reset or by leaving what is simulated; and no heater is on then.
-
-    But for one in a thousand: a flip in what judges the check itself, docs/safety.md lists them.
-    """
+    """Told, or ended by a reset or by leaving what is simulated; and no heater is on then. But for
+    one in a thousand: a flip in what judges the check itself, docs/safety.md lists them."""
     site, missed = site_of(example), []
     places, random = safety_bytes(site, example), Random(f"flash {SEED} {example}")  # noqa: S311
     tried = amount("flash_flips")
@@ -389,10 +385,8 @@ def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:
 def test_a_heater_s_pin_that_is_held_is_told_and_the_relay_opens(
     pulses: str, windows: int, level: str
 ) -> None:
-    """By whatever holds it: nothing but the relay ends the heat of one that is held on.
-
-    Pulses of two ticks never show three looks in turn at one level.
-    """
+    """By whatever holds it: nothing but the relay ends the heat of one that is held on. Pulses of
+    two ticks never show three looks in turn at one level."""
     world = starts.heating(site_of(changed("kiln", (BURST, pulses))))
     device, name = world.device, world.site.loop.heater
     switch = device.outputs[name]

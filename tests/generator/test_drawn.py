@@ -1,10 +1,4 @@
-"""Whatever a spec says compiles, and each kind of the language is in all layers.
-
-Controllers drawn from the language are accepted, compiled, and run in step with the reference.
-What compiles has any name, another crystal; and what must not compile does not. Second opinions:
-the Arduino IDE builds the folder as a sketch, with its own flags and core and our main; cppcheck
-finds nothing.
-"""
+"""Whatever a spec says compiles, and each kind of the language is in all layers."""
 
 import re
 import shutil

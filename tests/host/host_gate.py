@@ -1,10 +1,8 @@
 """Whether the gate lets a heater on only while every permit is fresh, and off at once: to the tick.
-
 The permits, from the design: the main loop may be silent for 100 ms, the control step for two
 periods, the sensor for `stale_after`; a fault or a fan that stands still act at once. A loop's time
 on ends at its step, and nothing but off, a fault or a person renews it. What switches a loop off
-does so at once.
-"""
+does so at once."""
 
 from collections.abc import Callable, Iterator
 from math import floor

@@ -1,8 +1,6 @@
-"""Whether a loop answers to commands, orders and losses of power as the reference does.
-
-Commands and orders are given many of them in a step. The power is cut between two steps: then a
-program goes on, or not, as it should.
-"""
+"""Whether a loop answers to commands, orders and losses of power as the reference does. Commands
+and orders are given many of them in a step. The power is cut between two steps: then a program goes
+on, or not, as it should."""
 
 from collections.abc import Callable, Iterator
 from functools import cache

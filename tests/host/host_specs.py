@@ -1,7 +1,5 @@
-"""Specifications that, between them, take every branch of the templates, and their host builds.
-
-A build is made once (`build/rig`), by all that goes into it.
-"""
+"""Specifications that, between them, take every branch of the templates, and their host builds. A
+build is made once (`build/rig`), by all that goes into it."""
 
 import hashlib
 from collections.abc import Callable, Mapping

@@ -1,9 +1,7 @@
 """Numbers of a host build: a sensor's codes, texts, limits that may be, and types of thermocouples.
-
 Between temperatures and codes there are scales, for courses that go to a temperature. A loop goes
 by limits that may be, whatever its settings have become; the chosen type of thermocouple lowers
-what may be asked for (docs/language.md).
-"""
+what may be asked for (docs/language.md)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,9 +1,7 @@
-"""Whether what is watched beside readings switches off, and trips, as it must: to the tick.
-
-Inputs that are open, from docs/control.md, "Inputs"; a fan that has to prove that it turns; a
-heater's current, which is watched and limited as in the reference, to the very limits; and which
-trips are counted for the lock-out.
-"""
+"""Whether what is watched beside readings switches off, and trips, as it must: to the tick. Inputs
+that are open, from docs/control.md, "Inputs"; a fan that has to prove that it turns; a heater's
+current, which is watched and limited as in the reference, to the very limits; and which trips are
+counted for the lock-out."""
 
 from collections.abc import Iterator
 from itertools import chain

@@ -1,7 +1,5 @@
-"""The generated C, on the host: what each judge of the mutants holds of it, and the reference.
-
-The specifications of the host build take every branch of the templates, both ways.
-"""
+"""The generated C, on the host: what each judge of the mutants holds of it, and the reference. The
+specifications of the host build take every branch of the templates, both ways."""
 
 import re
 from collections import defaultdict

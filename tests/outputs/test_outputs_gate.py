@@ -1,8 +1,4 @@
-"""Outputs behind the real gate: heater and cooler, and the safety relay, tick by tick.
-
-Minimum times and the interlock hold; the relay is switched without load, and told from a weld by
-its contact.
-"""
+"""Outputs behind the real gate: heater and cooler, and the safety relay, tick by tick."""
 
 import random
 from collections.abc import Iterator, Mapping
@@ -74,10 +70,8 @@ class HeldBoard(OutputBoard):
         self.avr.run(LATE_S)
 
     def tick(self, orders: Asked) -> tuple[tuple[bool, bool], tuple[bool, bool]]:
-        """Go on to just after the next tick; return what is on, and what should be.
-
-        The tick's interrupt switches by the orders before; then the program takes these.
-        """
+        """Go on to just after the next tick; return what is on, and what should be. The tick's
+        interrupt switches by the orders before; then the program takes these."""
         self.put("fault.code", LATCHED * orders.latched)
         self.ask("heater", self.percent * orders.heater)
         self.ask("cooler", 100.0 * orders.cooler)

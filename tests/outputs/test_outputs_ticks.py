@@ -1,8 +1,4 @@
-"""Outputs of which every tick counts: time-proportional ones, and the feed at its driver's pins.
-
-Each tick of each window is right, in one piece or spread, at either level; and every step of the
-feed, its speed, and what stops it.
-"""
+"""Outputs of which every tick counts: time-proportional ones, and the feed at its driver's pins."""
 
 import math
 import random

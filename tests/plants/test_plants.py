@@ -1,8 +1,4 @@
-"""The plant against the laws of physics, and in C beside its processor.
-
-Drawn networks stand beside a fine integration of them. The plant in C is the plant in Python; many
-steps at once are each step.
-"""
+"""The plant against the laws of physics, and in C beside its processor."""
 
 import math
 from collections.abc import Callable
@@ -76,11 +72,9 @@ PHASES = st.lists(
 
 @st.composite
 def networks(draw: st.DrawFn) -> tuple[dict[str, Any], Callable[..., Any]]:
-    """Up to three nodes in a row, of which the last is joined to ambient or to nothing.
-
-    And the physics of it: C · dT/dt of a node is the heat that flows in, τ · dy/dt = T − y of a
-    sensor that lags.
-    """
+    """Up to three nodes in a row, of which the last is joined to ambient or to nothing. And the
+    physics of it: C · dT/dt of a node is the heat that flows in, τ · dy/dt = T − y of a sensor that
+    lags."""
     capacities = draw(st.lists(st.integers(10, 5000), min_size=1, max_size=3))
     count = len(capacities)
     names = [*(f"node{number}" for number in range(count)), AMBIENT]
@@ -180,11 +174,9 @@ HALF_A_CELL = 0.01  # the conductance of the grid is off by a hundredth at most
 
 
 def test_a_block_in_empty_space_cools_by_the_inverse_cube():
-    """C·dT/dt = −f·T⁴: T^−3 grows by 3·f·t/C.
-
-    A step with the conductance of its beginning goes to exp(−x), x = f·T³·Δt/C, of where it was,
-    and should to (1 + 3·x)^(−1/3): that is 1.5·x² too low, and the sum of all x is ln(T₀/T).
-    """
+    """C·dT/dt = −f·T⁴: T^−3 grows by 3·f·t/C. A step with the conductance of its beginning goes to
+    exp(−x), x = f·T³·Δt/C, of where it was, and should to (1 + 3·x)^(−1/3): that is 1.5·x² too low,
+    and the sum of all x is ln(T₀/T)."""
     step_s, start_k, heat = 0.1, 1200.0, 50.0
     machine = plant(ALONE, step_s=step_s, ambient_c=ZERO_K_C, initial=f"{start_k + ZERO_K_C} °C")
     for seconds in range(1, 200):

@@ -1,9 +1,4 @@
-"""What no course of a `.txt` can tell of the reference model's parts.
-
-The sum of readings, each kind of sensor, the rule of tuning. What an output makes of a duty: the
-period of a PWM, its shortest pulses, and minimum times. Settling time and overshoot, on courses
-whose every step is known: within 2 K, for 5 s.
-"""
+"""What no course of a `.txt` can tell of the reference model's parts."""
 
 import math
 from importlib import import_module
@@ -81,12 +76,10 @@ def constants(**changes):
 
 
 def swung(rise, fall, lag_s, dead_s, on_s):
-    """Return what is measured of a steady swing of an integrator behind a lag and a dead time.
-
-    In closed form: the block x is a triangle, from 0 to rise · on. Of τ·dy/dt = x − y remains, t
-    after the relay has switched on, y = rise · (t − τ) + A · exp(−t/τ), and t after it has switched
-    off y = x_high − fall · (t − τ) + B · exp(−t/τ); A and B make it periodic.
-    """
+    """Return what is measured of a steady swing of an integrator behind a lag and a dead time. In
+    closed form: the block x is a triangle, from 0 to rise · on. Of τ·dy/dt = x − y remains, t after
+    the relay has switched on, y = rise · (t − τ) + A · exp(−t/τ), and t after it has switched off y
+    = x_high − fall · (t − τ) + B · exp(−t/τ); A and B make it periodic."""
     off_s = on_s * rise / fall
     on_left, off_left = math.exp(-on_s / lag_s), math.exp(-off_s / lag_s)
     both = (rise + fall) * lag_s / (1 - on_left * off_left)

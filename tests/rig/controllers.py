@@ -1,9 +1,7 @@
 """Any valid controller that the language allows, with a machine that suits it, as a strategy.
-
 `controllers()` draws a board, then interfaces, programs and relay for its pins and ports, then one
 to three loops from what pins and timers are left, each with a plant and protections computed from
-it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too.
-"""
+it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too."""
 
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence

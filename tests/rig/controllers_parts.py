@@ -69,10 +69,8 @@ class Draws:
 
 
 def own_draws(part: Part) -> Draws:
-    """Give draws that follow from what was drawn of a part, and use up no random number.
-
-    For what shapes no machine: the machines that a seed gives stay as they are.
-    """
+    """Give draws that follow from what was drawn of a part, and use up no random number. For what
+    shapes no machine: the machines that a seed gives stay as they are."""
     return Draws(Random(repr(part)).randint)  # noqa: S311 - no secret
 
 

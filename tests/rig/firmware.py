@@ -1,9 +1,7 @@
 """From a specification to a program in the simulated processor: the tests' specs, what is generated
-from them, and C compiled for it; each is read, generated and compiled once.
-
-The C is a small program, parts of a firmware with a `main` of the test's, or a whole firmware. What
-was compiled is in `build/rig`, by the content of all that goes into it.
-"""
+from them, and C compiled for it; each is read, generated and compiled once. The C is a small
+program, parts of a firmware with a `main` of the test's, or a whole firmware. What was compiled is
+in `build/rig`, by the content of all that goes into it."""
 
 import hashlib
 import shutil
@@ -64,9 +62,7 @@ def kept(name: str, product: str, make: Callable[[Path], None]) -> Path:
 
 def made(command: Sequence[str], texts: Mapping[str, str], product: str) -> Path:
     """Run a compiler in a folder with these files, and return its product, or raise CompileFailed.
-
-    The same command with the same files is run once; the folder stays in the store.
-    """
+    The same command with the same files is run once; the folder stays in the store."""
 
     def run(folder: Path) -> None:
         for path, text in texts.items():
@@ -238,11 +234,9 @@ def device_of(spec: str, felt_c: float | None = None, elf: Elf | None = None) ->
 
 @cache
 def began_s(spec: str) -> float:
-    """Return when the first tick of a spec's firmware begins, s after the power came on.
-
-    A controller that checks itself starts late: its watchdog resets it once, and it goes through
-    all of its memory.
-    """
+    """Return when the first tick of a spec's firmware begins, s after the power came on. A
+    controller that checks itself starts late: its watchdog resets it once, and it goes through all
+    of its memory."""
     controller = controller_of(spec)
     device = AvrDevice(controller, whole(spec))
     name, loop = next(iter(controller.loops.items()))
@@ -269,11 +263,9 @@ class Program:
         return headers_of(texts) | {name: texts[name] for name in chosen} | {"main.c": self.main}
 
     def elf(self, changed: Changed | None = None, folder: Path | None = None) -> Elf:
-        """Compile it: strictly, or with files that are changed, without warnings.
-
-        In a folder are left what depends on those files, and the binary; all else, and all
-        without a folder, is kept in the store.
-        """
+        """Compile it: strictly, or with files that are changed, without warnings. In a folder are
+        left what depends on those files, and the binary; all else, and all without a folder, is
+        kept in the store."""
         texts = self.texts() | dict(changed or {})
         headers = headers_of(texts)
         stale = set(texts) if set(changed or ()) & set(headers) else set(changed or ())

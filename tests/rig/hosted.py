@@ -1,11 +1,9 @@
-"""Generated C on this computer, inside a world of the test's in C, which plays scripts.
-
-The world's `main` reads a script from standard input and writes what happens to standard output.
-Each file is compiled once (`made`); a changed one is compiled alone and linked with the others.
-As a program it runs by itself, sanitized if so wished. As a library it plays in this process,
-a hundred times as quick, but what crashes or hangs takes the process along: for arenas, whose
-`problem` asks the tests of some modules.
-"""
+"""Generated C on this computer, inside a world of the test's in C, which plays scripts. The world's
+`main` reads a script from standard input and writes what happens to standard output. Each file is
+compiled once (`made`); a changed one is compiled alone and linked with the others. As a program it
+runs by itself, sanitized if so wished. As a library it plays in this process, a hundred times as
+quick, but what crashes or hangs takes the process along: for arenas, whose `problem` asks the tests
+of some modules."""
 
 import ctypes
 import inspect

@@ -1,7 +1,5 @@
-"""A simulated board behind a serial port, in a process of its own, so that a host here is free.
-
-And a serial line of this computer, with something at its other end.
-"""
+"""A simulated board behind a serial port, in a process of its own, so that a host here is free. And
+a serial line of this computer, with something at its other end."""
 
 import json
 import multiprocessing
@@ -147,10 +145,9 @@ class LiveBoard:
         self.port: str = pipe.recv()
 
     def ask(self, what: str) -> Any:
-        """Return a variable by its name, the "steps" so far, what was "said" before the noise,
-        the noise's "hits", the number of "resets", the LEDs' "lights"; or "cut" the power and give
-        it back, let there be "noise" or "quiet", let all sensors be "torn" off or "sound".
-        """
+        """Return a variable by its name, the "steps" so far, what was "said" before the noise, the
+        noise's "hits", the number of "resets", the LEDs' "lights"; or "cut" the power and give it
+        back, let there be "noise" or "quiet", let all sensors be "torn" off or "sound"."""
         self._pipe.send(what)
         return self._pipe.recv()
 

@@ -1,8 +1,6 @@
-"""The generated outputs on a board, with a program of the test's around them.
-
-Gate, relay and reset are the real ones, or the gate is the test's (`permitted`); clock and outputs
-are always real. The program does what the test asks for by its variables, once a tick.
-"""
+"""The generated outputs on a board, with a program of the test's around them. Gate, relay and reset
+are the real ones, or the gate is the test's (`permitted`); clock and outputs are always real. The
+program does what the test asks for by its variables, once a tick."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

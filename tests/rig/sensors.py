@@ -66,11 +66,8 @@ HOTTER = {
 
 
 def crucible(kind: str, board: str = "uno", *, period_s: float = 0, **said: str) -> str:
-    """Write the spec of a crucible under PID with a converter.
-
-    `clock` and `extra` are what more the file says of the controller and of the converter, `more`
-    are further sections.
-    """
+    """Write the spec of a crucible under PID with a converter. `clock` and `extra` are what more
+    the file says of the controller and of the converter, `more` are further sections."""
     select, sck, out, into, heater = PINS[board]
     wires = f"chip_select: {select}, clock: {sck}, data_out: {out}"
     wires += f", data_in: {into}" if kind == "max31856" else ""

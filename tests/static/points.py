@@ -61,11 +61,9 @@ class Group(NamedTuple):
 
 
 class Firmware:
-    """What the files of a firmware declare, by which their accesses are known.
-
-    A pointer leads to what its type says, as no pointer is cast but to bytes (`BYTES`),
-    and a pointer to bytes leads anywhere.
-    """
+    """What the files of a firmware declare, by which their accesses are known. A pointer leads to
+    what its type says, as no pointer is cast but to bytes (`BYTES`), and a pointer to bytes leads
+    anywhere."""
 
     def __init__(self, sources: Mapping[str, str]) -> None:
         self.functions: dict[str, list[Node]] = {}

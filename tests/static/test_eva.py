@@ -1,7 +1,5 @@
-"""What Eva proves of the examples' firmware; `eva` tells how, and under what model of the world.
-
-It takes minutes of a processor each.
-"""
+"""What Eva proves of the examples' firmware; `eva` tells how, and under what model of the world. It
+takes minutes of a processor each."""
 
 import re
 import shutil

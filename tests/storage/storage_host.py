@@ -1,8 +1,6 @@
 """A host build whose power can be taken away while it writes, and what all that it keeps must bear;
-the progress of a program among it: a ring of records.
-
-Each check says what is wrong, if anything is.
-"""
+the progress of a program among it: a ring of records. Each check says what is wrong, if anything
+is."""
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import product

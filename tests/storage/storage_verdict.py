@@ -81,9 +81,7 @@ class Book:
 
 def _made_of(cut: firing.Cut, moment: firing.Seen) -> Iterator[Progress]:
     """What a moment may be noted as: as it was, or as an order to stop or to pause will leave it.
-
-    Such an order is noted at once, and obeyed by the next step; a cut may come before that.
-    """
+    Such an order is noted at once, and obeyed by the next step; a cut may come before that."""
     now = moment.record
     yield now
     later = next((each.record for each in cut.seen if each.time_s > moment.time_s), None)

@@ -21,10 +21,8 @@ COMMON = {
 def struck(
     otherwise: str, seed: int, faults: int, on_fault: str = "pause"
 ) -> tuple[list[str], Oracle]:
-    """Let so many faults happen; return what is wrong, and who found it.
-
-    The oracle knows no orders: it is asked here whether more firings ended as stopped than were.
-    """
+    """Let so many faults happen; return what is wrong, and who found it. The oracle knows no
+    orders: it is asked here whether more firings ended as stopped than were."""
     spec = spec_for(otherwise, on_fault)
     kiln, oracle = Kiln(spec, f"{SEED} {seed}"), Oracle(spec.controller)
     wrong: list[str] = []

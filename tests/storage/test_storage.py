@@ -1,8 +1,6 @@
-"""The EEPROM: where everything stands in it, that nothing waits for it, what a power cut leaves.
-
-It is read and written when it is ready, and only then. Ten thousand power cuts are on the kilns'
-binaries, while they fire, are ordered about and save.
-"""
+"""The EEPROM: where everything stands in it, that nothing waits for it, what a power cut leaves. It
+is read and written when it is ready, and only then. Ten thousand power cuts are on the kilns'
+binaries, while they fire, are ordered about and save."""
 
 import re
 from collections import Counter

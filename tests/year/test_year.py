@@ -1,9 +1,7 @@
-"""A year of steady holding on this computer: what is healthy does not trip.
-
-The generated C of one loop, with the protections that a new user gets, holds a setpoint in a small
-world in C (`year.c`): the plant that the specification gives, in exact steps, weather, mains, the
-sensor's noise and its steps. That the same C decides as the reference does is held beside it.
-"""
+"""A year of steady holding on this computer: what is healthy does not trip. The generated C of one
+loop, with the protections that a new user gets, holds a setpoint in a small world in C (`year.c`):
+the plant that the specification gives, in exact steps, weather, mains, the sensor's noise and its
+steps. That the same C decides as the reference does is held beside it."""
 
 from functools import cache
 from pathlib import Path
@@ -229,10 +227,8 @@ class World:
         machine.cooling_at = places.get("cooling", 0)
 
     def hold(self, setpoint_c: float, steps: int, seed: str, inputs: NDArray[Any] = NONE) -> Any:
-        """Hold a setpoint from cold: the highest in the coldest days, else from any day on.
-
-        What goes into the first steps is written to `inputs`.
-        """
+        """Hold a setpoint from cold: the highest in the coldest days, else from any day on. What
+        goes into the first steps is written to `inputs`."""
         ffi, library = _year()
         random = Random(f"year {SEED} {seed}")  # noqa: S311 - no secret
         self.host.renew()

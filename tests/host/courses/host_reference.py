@@ -166,10 +166,8 @@ class Way:
         self, number: int, row: Any, ways: Mapping[str, "Way"] | None = None
     ) -> tuple[bool, bool]:
         """Acknowledge and command, at once after the last step; a stop does not wait for one.
-
         `ways`: of all loops, where there are others, too. Return whether the command and the order
-        are taken.
-        """
+        are taken."""
         self.now_us = number * self.period_us
         ways = ways or {"": self}
         for way in ways.values() if row["acknowledge"] else ():
@@ -242,10 +240,8 @@ def ways_of(controller: Controller) -> dict[str, Way]:
 def _steps(
     ways: Mapping[str, Way], inputs: Mapping[str, NDArray[Any]], tripped: Container[int] = ()
 ) -> Iterator[tuple[str, Way, int]]:
-    """Go through the courses of all loops at once; whoever is told of a step does it.
-
-    Steps of one time come in the order of the loops, and then what their next rows say.
-    """
+    """Go through the courses of all loops at once; whoever is told of a step does it. Steps of one
+    time come in the order of the loops, and then what their next rows say."""
     times_us = {0}
     for name, way in ways.items():
         times_us |= {way.period_us * (number + 1) for number in range(len(inputs[name]))}
@@ -282,9 +278,7 @@ def expected(
     tripped: Container[int] = (),
 ) -> dict[str, Expected]:
     """What `Host.run_all` should give: the state after each step, the heater's counts before it.
-
-    `tripped`: the steps before which a fault is latched and acknowledged at once.
-    """
+    `tripped`: the steps before which a fault is latched and acknowledged at once."""
     rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in ways}
     counts: dict[str, list[float]] = {name: [] for name in ways}
     for name, way, number in _steps(ways, inputs, tripped):

@@ -1,7 +1,5 @@
-"""Stretches of a course in which a host or a master commands, or is lost; and of a current.
-
-And those in which a program moves the setpoint, and people give it orders.
-"""
+"""Stretches of a course in which a host or a master commands, or is lost; and of a current. And
+those in which a program moves the setpoint, and people give it orders."""
 
 from random import Random
 from typing import Any
