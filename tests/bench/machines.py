@@ -141,27 +141,18 @@ ACCEPTANCE: Lines = (
     {"for": f"{END_S} s"},
 )  # fmt: skip
 DRYER: Lines = (
-    written(2, air__setpoint="50 °C", air__enabled=True),
-    written(10, air__manual_duty="30 %"),
-    written(12, air__manual=True),
-    written(20, air__manual_duty="60 %"),
-    written(25, air__manual=False),
-    written(30, air__kp=30.0, air__ki=0.1, air__kd=100.0),
+    written(2, air__setpoint="50 °C", air__enabled=True), written(10, air__manual_duty="30 %"),
+    written(12, air__manual=True), written(20, air__manual_duty="60 %"),
+    written(25, air__manual=False), written(30, air__kp=30.0, air__ki=0.1, air__kd=100.0),
     written(40, air__setpoint="81 °C"),  # refused: too high
-    written(41, air__setpoint="60 °C"),
-    written(50, air__enabled=False),
-    written(55, air__manual=True),  # refused: off
-    written(56, air__tune=True),  # refused: off
-    written(60, air__enabled=True),
-    written(65, air__tune=True),
+    written(41, air__setpoint="60 °C"), written(50, air__enabled=False),
+    written(55, air__manual=True), written(56, air__tune=True),  # refused: off
+    written(60, air__enabled=True), written(65, air__tune=True),
     written(67, air__setpoint="55 °C"),  # refused: another target
-    written(68, air__setpoint="60 °C"),
-    written(80, air__tune=False),
-    written(90, air__enabled=True),
-    written(100, air__tune=True),
-    written(110, air__enabled=False),
-    {"for": "120 s"},
-)
+    written(68, air__setpoint="60 °C"), written(80, air__tune=False),
+    written(90, air__enabled=True), written(100, air__tune=True),
+    written(110, air__enabled=False), {"for": "120 s"},
+)  # fmt: skip
 REFUSED = {40: "air.setpoint", 55: "air.manual", 56: "air.tune", 67: "air.setpoint"}
 EXTRUDER: Lines = (
     *at({1: "M303 S200 C5", TUNED_S: "M106 S255"}),  # then it is cooled down

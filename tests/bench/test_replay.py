@@ -321,8 +321,7 @@ def test_every_step_of_a_long_run_is_the_models(name):
 def test_every_step_of_a_long_standstill_is_the_models():
     """A slope that fades away ends before avr-libc's products are no longer IEEE 754's."""
     text = changed_text(
-        "oven",
-        (" 3 s\n    protection:", " 5 s\n    protection:\n      effort: off"),
+        "oven", (" 3 s\n    protection:", " 5 s\n    protection:\n      effort: off")
     )
     device = AvrDevice(example(text), whole(text))
     for until_s, reading_c in ((30, 49), (700, 50), (720, 51), (1400, 50.25)):

@@ -218,9 +218,7 @@ def task(chamber: Controller, chamber_elf: Path) -> Callable[..., Task]:
     return made
 
 
-def test_a_machine_that_does_not_vary_is_the_one_that_is_simulated(
-    heatwright: Heatwright,
-) -> None:
+def test_a_machine_that_does_not_vary_is_the_one_that_is_simulated(heatwright: Heatwright) -> None:
     """The steps of time of both differ: readings by a step of the sensor at most."""
     short_chamber("8 min")
     Path("same.yaml").write_text("ambient: 20 °C\n", encoding="utf-8")

@@ -103,8 +103,7 @@ int main(void) {
 def test_on_fractions(active: str, share: float) -> None:
     avr = running(SWITCH)
     switch = Switch(avr, UNO, "D3", active)  # type: ignore[arg-type]
-    assert not switch.on
-    assert not switch.driven
+    assert (switch.on, switch.driven) == (False, False)
     avr.run(0.001)
     assert switch.on_fraction() == 0  # the board's resistor
     assert switch.on_fraction() == 0  # no time has passed

@@ -379,8 +379,7 @@ def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:
 
 @pytest.mark.parametrize("level", ["high", "low"])
 @pytest.mark.parametrize(
-    ("pulses", "windows"),
-    [(BURST, 1), ("window: 2 s, resolution: 20 ms, distribution: spread", 2)],
+    ("pulses", "windows"), [(BURST, 1), ("window: 2 s, resolution: 20 ms, distribution: spread", 2)]
 )
 def test_a_heater_s_pin_that_is_held_is_told_and_the_relay_opens(
     pulses: str, windows: int, level: str

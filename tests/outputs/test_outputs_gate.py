@@ -265,7 +265,6 @@ class RelayBoard(OutputBoard):
         # The interrupt itself may come some cycles sooner or later.
         self._settle_cycles = round((SETTLE_TICKS * TICK_S - 1e-4) * self.board.clock_hz)
         self._closed_at = 0
-        # The first tick comes 10 ms after the clock was started, some microseconds after the reset.
         self.avr.run(LATE_S)
         self.avr.pins.take()
 

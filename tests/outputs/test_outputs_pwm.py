@@ -204,8 +204,7 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
         channel = bench.channels[name]
         assert (channel.timer, channel.by_interrupts) == (number, False)
         switch = bench.outputs[name]
-        assert switch.driven
-        assert not switch.on  # off is forced from the start on
+        assert (switch.on, switch.driven) == (False, True)  # off is forced from the start on
         for percent in (0.4, 25.0, 50.0, 99.6):
             assert bench.wrong(name, percent, 0.02) == ""
         for percent in (100.0, 0.0, 50.0, 0.0):
