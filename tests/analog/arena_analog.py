@@ -25,10 +25,8 @@ def edges(plate: AvrDevice) -> None:
 CHECKS = on(
     partial(powered, HOTEND),
     adc.test_its_clock_gives_all_ten_bits_of_the_supply_and_no_input_is_digital,
-    adc.test_one_scan_may_be_lost,
-    adc.test_a_scan_that_does_not_end_leaves_no_old_reading,
+    adc.test_one_scan_may_be_lost, adc.test_a_scan_that_does_not_end_leaves_no_old_reading,
     partial(adc.test_one_bad_code_spoils_the_reading, code=1023, status=adc.OPEN),
-    adc.test_it_is_of_the_last_codes_before_the_step,
-    edges,
-)
+    adc.test_it_is_of_the_last_codes_before_the_step, edges,
+)  # fmt: skip
 ARENAS = [Firmware("analog/hotend", Program(HOTEND), ("adc", "sensor_bed", "celsius_bed"), CHECKS)]

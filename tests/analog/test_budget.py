@@ -171,8 +171,7 @@ def test_a_supply_that_is_the_reference_cancels() -> None:
 def test_classes_are_the_standards(kind: str, at_c: float, error_k: float) -> None:
     part = told("frost", element=kind)
     line = budget(part, UNO.mcu, [at_c]).lines[0]
-    assert line.part == "element"
-    assert line.errors[0] == pytest.approx(error_k, abs=1e-9)
+    assert (line.part, line.errors[0]) == ("element", pytest.approx(error_k, abs=1e-9))
 
 
 def test_a_current_by_hand() -> None:
@@ -194,13 +193,11 @@ def test_a_current_by_hand() -> None:
     ("name", "untold"),
     [
         ("hotend", "element beta resistors"),
-        ("low_supply", "element beta resistors supply reference"),
-        ("points", "element resistors"),
-        ("feeder", "element resistors supply reference"),
-        ("tmp36", "scale offset reference"),
+        ("low_supply", "element beta resistors supply reference"), ("points", "element resistors"),
+        ("feeder", "element resistors supply reference"), ("tmp36", "scale offset reference"),
         ("lm35", "scale offset"),
     ],
-)
+)  # fmt: skip
 def test_what_is_not_told_is_said(name: str, untold: str) -> None:
     """The internal reference's is in the data sheets; one that feeds the circuit costs nothing."""
     found = budget(sensor(name), UNO.mcu)
@@ -212,7 +209,6 @@ def test_what_is_not_told_is_said(name: str, untold: str) -> None:
 def test_the_accuracy_is_judged_where_it_is_worst() -> None:
     feeder = example("feeder").controller.sensors["nozzle"]
     found, place = judged(feeder, "atmega328p")
-    assert found.places[place] == 250.0
-    assert found.worst[place] == max(found.worst)
+    assert (found.places[place], found.worst[place]) == (250.0, max(found.worst))
     assert 180.0 in found.places
     assert found.worst[place] == budget(feeder, "atmega328p", [250.0]).worst[0]

@@ -1,9 +1,7 @@
-"""Curves and tables of analog sensors.
-
-The firmware's tables are as exact as they say, and no line with fewer points is. Of the curves of
-sensing elements the standard's own numbers, and two ways to compute each, agree. The curve that a
-simulated sensor's voltage is taken from is its circuit, to a hair of a code.
-"""
+"""Curves and tables of analog sensors. The firmware's tables are as exact as they say, and no line
+with fewer points is. Of the curves of sensing elements the standard's own numbers, and two ways to
+compute each, agree. The curve that a simulated sensor's voltage is taken from is its circuit, to a
+hair of a code."""
 
 import random
 from itertools import combinations, pairwise
@@ -173,8 +171,7 @@ def test_no_set_of_fewer_bends_will_do(seed: int) -> None:
 def test_the_line_stays_in_the_tube(seed: int) -> None:
     tube = random_tube(seed)
     places, values = zip(*fewest_points(tube), strict=True)
-    assert places[0] == 0
-    assert places[-1] == len(tube.lows) - 1
+    assert (places[0], places[-1]) == (0, len(tube.lows) - 1)
     assert all(left < right for left, right in pairwise(places))
     line = np.interp(range(len(tube.lows)), places, values)
     scale = max(abs(value) for value in (*tube.lows, *tube.highs))
@@ -188,16 +185,13 @@ def test_a_tube_of_one_place_has_one_point_and_a_closed_one_is_refused() -> None
         fewest_points(Tube([0.0, 2.0], [1.0, 1.0]))
 
 
-# -- the curves
-
 IEC_60751 = {
     -200: 18.52, -100: 60.26, -50: 80.31, 0: 100.0, 25: 109.73, 100: 138.51, 200: 175.86,
     250: 194.10, 400: 247.09, 600: 313.71, 850: 390.48,
 }  # fmt: skip
 """Resistance of a Pt100 by temperature, the standard's table: rounded to 0.01 Ω."""
 
-AGREE = 1e-12
-"""Relative; both ways are in double precision, with few operations of 1.1e-16 each."""
+AGREE = 1e-12  # relative; both ways are in double precision, with few operations of 1.1e-16 each
 
 
 @pytest.mark.parametrize("celsius", IEC_60751)
@@ -236,12 +230,9 @@ def test_how_far_a_line_is_off_the_standard() -> None:
 
 CODE_MV = 1000 * 5 / 1024
 SPOILT = {
-    "sound": Wiring(),
-    "corroded": Wiring(series_ohm=100.0),
-    "leaking": Wiring(parallel_ohm=10e3),
-    "opened": Wiring(opened=True),
-    "shorted": Wiring(shorted=True),
-}
+    "sound": Wiring(), "corroded": Wiring(series_ohm=100.0), "leaking": Wiring(parallel_ohm=10e3),
+    "opened": Wiring(opened=True), "shorted": Wiring(shorted=True),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("wiring", SPOILT)

@@ -98,7 +98,6 @@ def _summary(found: Sequence[Found]) -> Found:
 
 
 def _write(found: Sequence[Found], path: Path | None) -> None:
-    """Keep what was found so far, whatever ends the run."""
     if path is not None:
         path.write_text(json.dumps(_summary(found), indent=1, ensure_ascii=False), "utf-8")
 

@@ -25,8 +25,7 @@ MACHINES = {
     for text in _DOCUMENTS
 }
 REMEDY = re.compile(r"Write \w+: (.*)")
-MOST_MENDED = 6
-"""Times that a machine takes what `check` proposes; then another one is drawn."""
+MOST_MENDED = 6  # times that a machine takes what `check` proposes; then another one is drawn
 
 
 class Machine(NamedTuple):

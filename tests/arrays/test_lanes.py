@@ -186,11 +186,7 @@ def test_each_lane_is_the_model() -> None:
     assert parted > len(cases()) / 4, "lanes hardly ever part"
 
 
-# ---- all steps of a log at once ----
-
-
 def log_of(case: Case) -> StepLog:
-    """What the first lane's model does, as a log."""
     records = on_its_own(case, 0)
     members = Reference(case.lanes[0], case.loop).members
     rows = [(float(number), *record.values()) for number, record in enumerate(records)]
@@ -292,9 +288,6 @@ def test_a_model_from_outside_is_repeated_row_by_row(
     assert not played(controller, case.loop, log, at_once=True)[2]
 
 
-# ---- devices on machines ----
-
-
 def assert_same(alone: Trace, lane: Trace) -> None:
     for name, log in alone.steps.items():
         for member in log.dtype.names or ():
@@ -335,9 +328,6 @@ def test_examples_on_drawn_machines(name: str) -> None:
     assert_lanes(controller, (*begun, Event.model_validate({"for": "20 s"})))
 
 
-# ---- what lanes cannot do ----
-
-
 def test_who_differs_by_more_than_numbers_is_done_alone() -> None:
     """`step_logs` has the same to tell of lanes that are no lanes."""
     controller = example("oven").controller
@@ -367,13 +357,10 @@ SOME = np.array([True, False])
 @pytest.mark.parametrize(
     "body",
     [
-        "if x:\n  raise ValueError",
-        "if x:\n  y.append(1)",
-        "if x:\n  del y[0]",
-        "for z in y:\n  if x:\n   break",
-        "if x:\n  y = None\n else:\n  y = 'text'",
+        "if x:\n  raise ValueError", "if x:\n  y.append(1)", "if x:\n  del y[0]",
+        "for z in y:\n  if x:\n   break", "if x:\n  y = None\n else:\n  y = 'text'",
     ],
-)
+)  # fmt: skip
 def test_what_would_happen_to_all_is_refused_for_some(body: str) -> None:
     with pytest.raises(AllLanesError), only(None):
         translated_call(f"def f(x, y):\n {body}\n return y", SOME, [1, 2])

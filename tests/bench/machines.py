@@ -32,9 +32,6 @@ def at(said: Mapping[float, Any], verb: str = "send") -> Lines:
     return tuple({"at": f"{time_s} s", verb: line} for time_s, line in said.items())
 
 
-# ---- machines that are off by some ----
-
-
 def on_plant(controller: Controller, **changes: Any) -> Controller:
     plant = controller.simulated.plant.model_copy(update=changes)
     simulation = controller.simulated.model_copy(update={"plant": plant})
@@ -69,9 +66,6 @@ def assert_margins(
     return found
 
 
-# ---- runs ----
-
-
 class Run(NamedTuple):
     controller: Controller
     device: Any
@@ -87,13 +81,11 @@ class Run(NamedTuple):
 
 
 def run_on(device: Any, controller: Controller, lines: Lines, seed: int = 0) -> Run:
-    """Run a device through a scenario; the specification's own if none is given."""
     trace = bench(controller, device, events(*lines) if lines else None, seed=seed)
     return Run(controller, device, trace)
 
 
 def modelled(controller: Controller | str, *lines: Mapping[str, Any], seed: int = 0) -> Run:
-    """Run the model through a scenario; the specification's own if none is given."""
     found = example(controller) if isinstance(controller, str) else controller
     return run_on(ReferenceDevice(found), found, lines, seed)
 
@@ -106,15 +98,11 @@ def course(log: Any, *names: str) -> list[tuple[Any, ...]]:
 
 @cache
 def tuned(name: str, target_c: float, capacity: float, resistance: float) -> Run:
-    """Tune on a machine, from cold."""
     controller = scaled(example(name), capacity, resistance)
     return modelled(controller, *at({1: f"M303 S{target_c:g}"}), {"for": "500 s"})
 
 
-# ---- the long runs of binaries ----
-
-TUNED_S = 400.0
-"""By then a tuning from cold has ended."""
+TUNED_S = 400.0  # by then a tuning from cold has ended
 SET_S, ON_S, COOLER_S, OFF_S, END_S = ACCEPTED_S = 1.0, 10.0, 210.0, 520.0, 530.0
 HOT_C, MILD_C = 300.0, 30.0
 LOOK_S = 1.0
@@ -148,34 +136,23 @@ def written(at_s: float, **values: Any) -> dict[str, Any]:
 
 
 ACCEPTANCE: Lines = (
-    written(SET_S, nozzle__setpoint=f"{HOT_C} °C"),
-    written(ON_S, nozzle__enabled=True),
-    written(COOLER_S, nozzle__setpoint=f"{MILD_C} °C"),
-    written(OFF_S, nozzle__enabled=False),
+    written(SET_S, nozzle__setpoint=f"{HOT_C} °C"), written(ON_S, nozzle__enabled=True),
+    written(COOLER_S, nozzle__setpoint=f"{MILD_C} °C"), written(OFF_S, nozzle__enabled=False),
     {"for": f"{END_S} s"},
-)
+)  # fmt: skip
 DRYER: Lines = (
-    written(2, air__setpoint="50 °C", air__enabled=True),
-    written(10, air__manual_duty="30 %"),
-    written(12, air__manual=True),
-    written(20, air__manual_duty="60 %"),
-    written(25, air__manual=False),
-    written(30, air__kp=30.0, air__ki=0.1, air__kd=100.0),
+    written(2, air__setpoint="50 °C", air__enabled=True), written(10, air__manual_duty="30 %"),
+    written(12, air__manual=True), written(20, air__manual_duty="60 %"),
+    written(25, air__manual=False), written(30, air__kp=30.0, air__ki=0.1, air__kd=100.0),
     written(40, air__setpoint="81 °C"),  # refused: too high
-    written(41, air__setpoint="60 °C"),
-    written(50, air__enabled=False),
-    written(55, air__manual=True),  # refused: off
-    written(56, air__tune=True),  # refused: off
-    written(60, air__enabled=True),
-    written(65, air__tune=True),
+    written(41, air__setpoint="60 °C"), written(50, air__enabled=False),
+    written(55, air__manual=True), written(56, air__tune=True),  # refused: off
+    written(60, air__enabled=True), written(65, air__tune=True),
     written(67, air__setpoint="55 °C"),  # refused: another target
-    written(68, air__setpoint="60 °C"),
-    written(80, air__tune=False),
-    written(90, air__enabled=True),
-    written(100, air__tune=True),
-    written(110, air__enabled=False),
-    {"for": "120 s"},
-)
+    written(68, air__setpoint="60 °C"), written(80, air__tune=False),
+    written(90, air__enabled=True), written(100, air__tune=True),
+    written(110, air__enabled=False), {"for": "120 s"},
+)  # fmt: skip
 REFUSED = {40: "air.setpoint", 55: "air.manual", 56: "air.tune", 67: "air.setpoint"}
 EXTRUDER: Lines = (
     *at({1: "M303 S200 C5", TUNED_S: "M106 S255"}),  # then it is cooled down
@@ -191,8 +168,7 @@ HOSTED: Lines = (
     *at({25: "M106 P0 S127.5", 27: "M107", 28: "M303 S200 C3"}),  # it ends only after the run
     {"for": "30 s"},
 )
-FEED_MM_PER_S, HOLD_S = 5.0, 300.0
-"""HOLD_S: time to heat up and settle."""
+FEED_MM_PER_S, HOLD_S = 5.0, 300.0  # HOLD_S: time to heat up and settle
 PHASES = tuple(
     (target_c, feeds, TUNED_S + 1.0 + HOLD_S * (2 * number + feeds))
     for number, target_c in enumerate(range(180, 251, 10))

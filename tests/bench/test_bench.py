@@ -106,9 +106,6 @@ def test_keys_of_a_menu_move_the_setpoint_on_its_page_alone():
     assert model["setpoint_c"].tolist() == binary["setpoint_c"].tolist()
 
 
-# ---- scenarios ----
-
-
 def up(at_s, **more):
     return {"at": f"{at_s} s", "press": "up", **more}
 
@@ -321,13 +318,11 @@ def fed_mm(device, lines, seconds):
 @pytest.mark.parametrize(
     ("lines", "seconds", "length_mm", "within_mm"),
     [
-        ("G1 E10 F120", 3, 6, 0.6),
-        ("G1 E10 F120", 9, 10, 1e-5),
+        ("G1 E10 F120", 3, 6, 0.6), ("G1 E10 F120", 9, 10, 1e-5),
         ("G1 E10 F1200|G92 E0|G1 E3|M83|G1 E3|G1 E-1", 5, 15, 1e-5),
-        ("G1 E100 F600|M410", 3, 0, 0.2),
-        ("G1 E200 F600|M112", 3, 0, 0),
+        ("G1 E100 F600|M410", 3, 0, 0.2), ("G1 E200 F600|M112", 3, 0, 0),
     ],
-)
+)  # fmt: skip
 def test_the_feed(lines, seconds, length_mm, within_mm):
     device = model("feeder", 210.0)
     told(device, "M104 S210")

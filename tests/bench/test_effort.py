@@ -48,10 +48,7 @@ CHECKED = Spread((1.0, 1.0), AMBIENTS_C, frozenset(RULES))
 """Where `check` has looked at the numbers of all rules."""
 SETTLED_S = 1200.0
 
-# ---- the rule, step by step ----
-
-LINE = EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5)
-"""Between T − 10 and T/2 − 20 %."""
+LINE = EffortLine(-10.0, -10.0, 1.0, -20.0, 0.5)  # between T − 10 and T/2 − 20 %
 
 
 def rule(*, high: float | None = 210.0, low: float | None = 60.0) -> EffortRule:
@@ -136,12 +133,8 @@ def test_nothing_fades_away() -> None:
     assert 1e-13 < effort.values()[0] < 1e-10
 
 
-# ---- its numbers ----
-
-
 def test_the_band_is_that_of_tolerance_and_supply() -> None:
-    assert band_percent(0.3) == (210.0, 60.0)
-    assert band_percent(0.1) == (170.0, 71.0)
+    assert (band_percent(0.3), band_percent(0.1)) == ((210.0, 60.0), (170.0, 71.0))
 
 
 def test_lines_are_what_the_plant_takes() -> None:
@@ -172,11 +165,8 @@ def test_where_it_would_see_nothing_it_is_off() -> None:
         for name, loop in (("dryer", "air"), ("incubator", "air"), ("chamber", "air"))
     }
     assert found["dryer"] is found["incubator"] is None  # no room; nothing on a summer's day
-    assert found["chamber"].high_percent is None
-    assert found["chamber"].low_percent == 60
+    assert (found["chamber"].high_percent, found["chamber"].low_percent) == (None, 60)
 
-
-# ---- what must trip ----
 
 Feel = Callable[[float, float], float]
 """What a sensor feels, by the time since it has failed, s, and by what it would feel."""
@@ -307,9 +297,6 @@ def falls_s(effort: Effort, off_c: int) -> int:
     return seconds
 
 
-# ---- what must not ----
-
-
 def healthy(controller: Controller, random: Random, spread: Spread) -> Controller:
     """Draw a machine at a corner of the tolerances, or anywhere within them."""
     at_corner = random.random() < 0.5
@@ -389,7 +376,6 @@ def asked(controller: Controller, hours: float) -> Iterator[tuple[float, str, fl
 
 
 def course_c(controller: Controller, name: str) -> list[float]:
-    """Return the setpoints that a loop is taken through."""
     held = held_c(controller, name)
     return [held[round(share * (len(held) - 1))] for share in SHARES]
 
@@ -491,7 +477,6 @@ def test_nor_do_their_binaries(number: int) -> None:
 
 
 def test_healthy_machines_of_this_module_are_at_the_ends() -> None:
-    """What is drawn reaches both ends of the supply and of the rooms."""
     controller = example("chamber").controller
     random = Random(0)  # noqa: S311 - machines, not secrets
     rooms = {healthy(controller, random, WIDEST).simulation.ambient_c for _ in range(40)}

@@ -1,10 +1,8 @@
 """What docs/evidence.md quotes from commands is what the commands print; its tables are held, too.
-
 A quotation is an indented block: a line with `$ ` and the command, below it lines that it prints,
 in their order. Blanks and rules of tables do not count. What holds a figure is a key of a spec,
 whose value it is; a line of a quotation, which has its numbers; or, where ours has no number, a
-test. Else it is not built.
-"""
+test. Else it is not built."""
 
 import os
 import re

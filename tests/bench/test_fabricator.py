@@ -8,8 +8,7 @@ from heatwright.sim.comparison import run_row
 
 LOOP = "nozzle"
 SET_S, ON_S, COOLER_S, OFF_S, END_S = ACCEPTED_S
-SETTLED_S = 4.0
-"""A look tells steady light after two seconds; the master reads once a second."""
+SETTLED_S = 4.0  # a look tells steady light after two seconds; the master reads once a second
 WARMED_UP_S = 160.0
 
 PUBLISHED_C, PUBLISHED_S = 250.0, 102.0
@@ -25,7 +24,6 @@ WORK, HEAT, COOL = 1, 2, 4
 
 @pytest.fixture(scope="module")
 def accepted():
-    """The unmodified binary, through the acceptance test."""
     return run_of("fabricator")
 
 
@@ -96,10 +94,8 @@ def test_step_4_the_temperature_climbs_to_250_in_102_seconds_and_to_300(accepted
 
 def assert_held(run):
     """What a step of the ADC leaves open: half of it is a reading's, lag and a step the block's.
-
     And of the block's what noise does to the mean of a reading's codes, in three sigma: it has the
-    heater come on too late.
-    """
+    heater come on too late."""
     controller, trace = run.controller, run.trace
     sensor = controller.sensors[LOOP]
     step_k = sensor.step_at_k(HOT_C, controller.board.mcu)
@@ -135,11 +131,9 @@ def test_the_cold_end_is_20_to_40_k_warmer_than_its_surroundings():
 
 
 def test_a_supply_of_less_current_is_not_overdrawn():
-    """A limit below what the wire takes leaves no more open than half a step of the ADC.
-
-    Half a step of the least reading, that is: a reading may be half a step too high, which takes
-    two off the next mean, and that may be read another half too low. PWM has whole counts, twice.
-    """
+    """A limit below what the wire takes leaves no more open than half a step of the ADC. Half a
+    step of the least reading, that is: a reading may be half a step too high, which takes two off
+    the next mean, and that may be read another half too low. PWM has whole counts, twice."""
     weaker = spec_of(changed("fabricator", ("limit: 3 A", "limit: 2.5 A"))).controller
     weak = modelled(weaker, *ACCEPTANCE[:2], {"for": "60 s"})
     heating = (weak.trace.times_s > ON_S + 5) & (weak.trace.times_s < 60)

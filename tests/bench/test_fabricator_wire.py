@@ -1,8 +1,6 @@
-"""The fabricator's wire of 8.54 ohm on 43 V: its heat, its current, what trips, hot and cold.
-
-From a second on the wire is asked for all its power; what it really is the machine knows, and the
-firmware measures.
-"""
+"""The fabricator's wire of 8.54 ohm on 43 V: its heat, its current, what trips, hot and cold. From
+a second on the wire is asked for all its power; what it really is the machine knows, and the
+firmware measures."""
 
 from dataclasses import replace
 
@@ -34,16 +32,12 @@ HEATED = (
 )
 WIRES_OHM = {"hot": 1.05 * WIRE_OHM, "as rated": WIRE_OHM, "cold": 0.95 * WIRE_OHM}
 OVER_CURRENT = 20
-RATED_OHM = RATED_V**2 / 76.6
-"""As the spec has it."""
+RATED_OHM = RATED_V**2 / 76.6  # as the spec has it
 TRIPS = {
-    "heater_shorted": "over_current",
-    "switch_shorted_in_band": "over_current",
-    "current_sensor_stands": "current_while_off",
-    "switch_leaking": "current_while_off",
-    "current_sensor_torn": "no_current",
-    "heater_open": "no_current",
-}
+    "heater_shorted": "over_current", "switch_shorted_in_band": "over_current",
+    "current_sensor_stands": "current_while_off", "switch_leaking": "current_while_off",
+    "current_sensor_torn": "no_current", "heater_open": "no_current",
+}  # fmt: skip
 """What happens to wire, switch or sensor, and which rule sees it."""
 
 
@@ -172,8 +166,7 @@ class Wired:
 def test_rules_20_to_22_trip_on_it_and_it_is_off(fault: str, rule: str, name: str) -> None:
     """What else a trip has to be is judged with it: told, latched, kept, acknowledged."""
     found = try_fault(Wired(WIRES_OHM[name]).fault(fault))
-    assert found.detail == ""
-    assert found.rule == rule
+    assert (found.detail, found.rule) == ("", rule)
     assert found.tripped_after_s is not None
     assert found.heater_off_after_s is not None
     assert found.heater_off_after_s <= found.tripped_after_s + TICK_S

@@ -21,8 +21,7 @@ LIMIT_K, GAINS_AT_C = 1.0, 500.0
 POWER_W, WINDOW_STEPS = 484.0, 100
 LATEST_S = 20e-6
 PAGE = ROOT / "docs" / "evidence.md"
-WAY_UP = (*at({5: "start 1"}, "program"), {"for": "85 min"})
-"""The first ramp and most of its hold."""
+WAY_UP = (*at({5: "start 1"}, "program"), {"for": "85 min"})  # the first ramp and most of its hold
 
 
 @pytest.fixture(scope="module")

@@ -25,6 +25,7 @@ class Both:
         self.model = ReferenceDevice(self.controller)
         self.sensor = next(iter(self.controller.loops.values())).sensor
         self.now_s = 0.0
+        self.feel(COLD_C, 1.0)
 
     def run(self, seconds: float) -> None:
         self.now_s += seconds
@@ -69,7 +70,6 @@ class Both:
 
 def locked_out() -> Both:
     both = Both(EXTRUDER)
-    both.feel(COLD_C, 1.0)
     for trip in range(1, 4):
         both.trip()
         assert both.trips == trip
@@ -109,7 +109,6 @@ def test_a_host_is_refused_after_three_trips_through_resets_until_the_power_was_
 def test_a_trip_that_is_long_past_counts_no_more() -> None:
     """Each less than a minute after the one before; no other rule counts."""
     both = Both(EXTRUDER)
-    both.feel(COLD_C, 1.0)
     for _ in range(3):
         both.say("M112")
         both.say("M999")
@@ -124,18 +123,15 @@ def test_a_trip_that_is_long_past_counts_no_more() -> None:
 
 def test_a_count_outlives_a_loss_of_power() -> None:
     both = Both(EXTRUDER)
-    both.feel(COLD_C, 1.0)
     for _ in range(2):
         both.trip()
         both.say("M999")
     both.run(1.0)
     both.device.power_cycle()
     both.device.sense(both.sensor, COLD_C)
-    both.device.advance(both.device.powered_s + 59.0)
-    assert both.trips == 2
-    both.device.advance(both.device.powered_s + 61.0)
-    assert both.trips == 0
-    both.device.advance(both.device.powered_s + 62.0)
+    for since_s, trips in ((59.0, 2), (61.0, 0), (62.0, 0)):
+        both.device.advance(both.device.powered_s + since_s)
+        assert both.trips == trips
     both.device.power_cycle()
     both.device.advance(both.device.powered_s + 1.0)
     assert both.trips == 0
@@ -149,7 +145,7 @@ def test_a_count_outlives_a_loss_of_power() -> None:
 )  # fmt: skip
 def test_select_is_held_to_end_a_lock_out(held_s: float, rest_s: float, ends: bool) -> None:
     both = Both(CHAMBER)
-    both.feel(COLD_C, 2.5)
+    both.run(1.5)
     for _ in range(2):
         both.feel(300.0, 2.0)
         both.feel(COLD_C, 2.0)

@@ -113,8 +113,6 @@ def test_a_run_without_a_reading_has_no_figures(chamber):
         judged.metrics(trace, chamber)
 
 
-# ---- what happens to a machine ----
-
 FEED, STOP = TraceEvent(4.5, "extrude 5 mm/s", True), TraceEvent(9.5, "extrude 0 mm/s", True)
 
 
@@ -152,8 +150,7 @@ def test_when_one_is_over(readings_c, within, expected):
 
 def test_the_response_ends_where_something_happens(chamber):
     found = judged.metrics(disturbed([40, 45, 50, 50.5, 44, 55, 50], FEED), chamber)
-    assert (found.maximum_c, found.overshoot_k) == (50.5, 0.5)
-    assert found.disturbances[0].dip_k == 6
+    assert (found.maximum_c, found.overshoot_k, found.disturbances[0].dip_k) == (50.5, 0.5, 6)
 
 
 def test_only_what_happens_after_the_last_setpoint_counts(chamber):
@@ -162,8 +159,6 @@ def test_only_what_happens_after_the_last_setpoint_counts(chamber):
     (stopped,) = judged.metrics(trace, chamber).disturbances
     assert (stopped.what, stopped.recovered_after_s) == (STOP.text, pytest.approx(0.0))
 
-
-# ---- firings ----
 
 LOOP = "chamber"
 OVER, FAST, HOLD = 1, 3, 4

@@ -245,9 +245,6 @@ def test_members_that_the_reference_lacks_are_named(replayed, log):
     assert replayed(wider).unchecked == ("fault.time_s",)
 
 
-# ---- what was ordered, and is told by what follows ----
-
-
 @pytest.mark.parametrize("gain", ["kp", "ki", "kd"])
 def test_gains_that_changed_show_in_what_follows(logs, gain):
     log = logs["extruder"]
@@ -283,8 +280,6 @@ def test_another_copy_of_the_program_is_another_firing(logs):
     broken["loaded"]["segment"]["amount"][:, 0] += 60
     assert replay(example("kiln"), broken).mismatches
 
-
-# ---- the binaries themselves, on their machines ----
 
 PROGRAM = tuple(
     f"program.{name}"
@@ -326,8 +321,7 @@ def test_every_step_of_a_long_run_is_the_models(name):
 def test_every_step_of_a_long_standstill_is_the_models():
     """A slope that fades away ends before avr-libc's products are no longer IEEE 754's."""
     text = changed_text(
-        "oven",
-        (" 3 s\n    protection:", " 5 s\n    protection:\n      effort: off"),
+        "oven", (" 3 s\n    protection:", " 5 s\n    protection:\n      effort: off")
     )
     device = AvrDevice(example(text), whole(text))
     for until_s, reading_c in ((30, 49), (700, 50), (720, 51), (1400, 50.25)):

@@ -1,6 +1,5 @@
 """Several loops: the model of all of them does, bit for bit, what the binary does; and a healthy
-machine that another loop warms, or whose setpoint is raised while it cools.
-"""
+machine that another loop warms, or whose setpoint is raised while it cools."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -186,18 +185,12 @@ outputs:
   upper_heater: {kind: time_proportional, pin: D30, window: 2 s, power: 150 W}
   lower_heater: {kind: time_proportional, pin: D31, window: 2 s, power: 150 W}
 loops:
-  upper:
-    sensor: upper
-    heater: upper_heater
-    period: 1 s
-    setpoint: {initial: 100 °C, minimum: 40 °C, maximum: 100 °C}
-    algorithm: {kind: pid, kp: 10, ki: 0.05}
-  lower:
-    sensor: lower
-    heater: lower_heater
-    period: 1 s
-    setpoint: {initial: 40 °C, minimum: 40 °C, maximum: 100 °C}
-    algorithm: {kind: pid, kp: 10, ki: 0.05}
+  upper: {sensor: upper, heater: upper_heater, period: 1 s,
+    setpoint: {initial: 100 °C, minimum: 40 °C, maximum: 100 °C},
+    algorithm: {kind: pid, kp: 10, ki: 0.05}}
+  lower: {sensor: lower, heater: lower_heater, period: 1 s,
+    setpoint: {initial: 40 °C, minimum: 40 °C, maximum: 100 °C},
+    algorithm: {kind: pid, kp: 10, ki: 0.05}}
 interfaces: [{kind: serial_plotter, loop: upper, baud: 9600}]
 simulation:
   ambient: 20 °C

@@ -1,10 +1,8 @@
 """Extruder and feeder, tuned on the machine itself: the gains are robust on any, and good on ours.
-
 The extruder's converter reads in steps of 0.53 K at 200 °C, and without noise four codes give no
 more than one. So the heater is thrown about by each step, and the block with it, faster than the
 sensor can follow; what is held of the block is its mean over five seconds, about one lag of the
-sensor.
-"""
+sensor."""
 
 import numpy as np
 import pytest
@@ -27,9 +25,6 @@ def test_on_any_machine_the_loop_is_robust(name, capacity, resistance):
     assert_margins(found.controller, found.device.gains(LOOP))
 
 
-# ---- the binaries, tuned by their host ----
-
-
 @pytest.mark.parametrize("name", TARGETS)
 def test_the_host_tunes_it(name):
     _, device, trace = run_of(name)
@@ -43,10 +38,7 @@ def test_the_host_tunes_it(name):
     assert device.host.texts("PID Autotune finished!")
 
 
-# ---- the extruder: from cold, and under filament ----
-
-OVERSHOOT_K, DIP_K, WITHIN_K, BACK_S = 1.0, 2.0, 0.5, 20.0
-"""What the extruder is held to."""
+OVERSHOOT_K, DIP_K, WITHIN_K, BACK_S = 1.0, 2.0, 0.5, 20.0  # what the extruder is held to
 ON_S, FED_S, STOPPED_S = 1500.0, 1700.0, 1760.0
 MEAN_S = 5.0
 
@@ -75,8 +67,6 @@ def test_so_does_its_block():
     fed = (times_s >= FED_S + BACK_S) & (times_s < STOPPED_S)
     assert np.abs(means_k[fed]).max() <= WITHIN_K
 
-
-# ---- the feeder: from 180 to 250 °C, with and without its feed ----
 
 LOOKED_AT_S = 120.0
 AIM_K = 0.3

@@ -1,7 +1,5 @@
-"""Campaigns of a short chamber: the same rows whoever runs them, kept, and shown.
-
-At the end of the file, on a real Dask scheduler and its workers, on this computer.
-"""
+"""Campaigns of a short chamber: the same rows whoever runs them, kept, and shown. At the end of the
+file, on a real Dask scheduler and its workers, on this computer."""
 
 import json
 import os
@@ -91,9 +89,6 @@ def with_scenario(controller: Controller, *events: dict[str, Any]) -> Controller
     return controller.model_copy(update={"simulation": simulation})
 
 
-# -- the same, whoever does it -------------------------------------------------------------------
-
-
 def test_the_same_bytes_from_one_thread_from_two_processes_and_in_two_goes(
     heatwright: Heatwright,
 ) -> None:
@@ -168,9 +163,6 @@ def test_a_worker_with_another_version_is_refused(task: Callable[..., Task]) -> 
         run_whole(other, 0)
 
 
-# -- ended from outside --------------------------------------------------------------------------
-
-
 def children(pid: int) -> list[int]:
     """The workers of a command; multiprocessing has a process of its own beside them."""
     found = finished(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(pid)]).stdout
@@ -216,9 +208,6 @@ def test_as_many_processes_as_there_are_cores_that_may_be_used() -> None:
     assert finished([sys.executable, "-c", code]).stdout == "1\n"
 
 
-# -- what is run ---------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def task(chamber: Controller, chamber_elf: Path) -> Callable[..., Task]:
     def made(vary: Vary | dict[str, Any], *events: dict[str, Any]) -> Task:
@@ -229,9 +218,7 @@ def task(chamber: Controller, chamber_elf: Path) -> Callable[..., Task]:
     return made
 
 
-def test_a_machine_that_does_not_vary_is_the_one_that_is_simulated(
-    heatwright: Heatwright,
-) -> None:
+def test_a_machine_that_does_not_vary_is_the_one_that_is_simulated(heatwright: Heatwright) -> None:
     """The steps of time of both differ: readings by a step of the sensor at most."""
     short_chamber("8 min")
     Path("same.yaml").write_text("ambient: 20 °C\n", encoding="utf-8")

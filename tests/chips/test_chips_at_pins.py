@@ -103,8 +103,7 @@ int main(void) {
 def test_on_fractions(active: str, share: float) -> None:
     avr = running(SWITCH)
     switch = Switch(avr, UNO, "D3", active)  # type: ignore[arg-type]
-    assert not switch.on
-    assert not switch.driven
+    assert (switch.on, switch.driven) == (False, False)
     avr.run(0.001)
     assert switch.on_fraction() == 0  # the board's resistor
     assert switch.on_fraction() == 0  # no time has passed
@@ -150,8 +149,7 @@ def test_steps_forward_and_backward() -> None:
     driver = driven(f"{ENABLE} {DIR} {WAIT} {PULSE * 5} {DIR} {WAIT} {PULSE * 2}")
     assert (driver.position, driver.violations, driver.missed) == (3, 0, 0)
     assert driver.on
-    assert driver.travel_mm() == pytest.approx(0.03)
-    assert driver.travel_mm() == 0
+    assert (driver.travel_mm(), driver.travel_mm()) == (pytest.approx(0.03), 0)
     assert driver.steps["way"].tolist() == [1, 1, 1, 1, 1, -1, -1]
     assert (np.diff(driver.steps["cycle"]) >= 320).all()
 
@@ -199,8 +197,6 @@ def test_it_does_not_matter_where_the_record_is_cut() -> None:
         parts = driven(body, size)
         assert (parts.position, parts.violations) == (whole.position, whole.violations)
 
-
-# ---- the display ----
 
 MS = 1_000_000
 US = 1_000
@@ -268,8 +264,7 @@ def test_it_is_initialised_from_any_state(half: int) -> None:
         chip.nibble(0, 0x8, 40 * US)
     chip.initialise()
     chip.say(0, "after")
-    assert chip.text[0] == "after".ljust(16)
-    assert chip.lost == 0
+    assert (chip.text[0], chip.lost) == ("after".ljust(16), 0)
 
 
 def test_writes_while_busy_are_lost() -> None:
@@ -279,8 +274,7 @@ def test_writes_while_busy_are_lost() -> None:
     chip = Writer()
     chip.byte(0, 0x01, wait=40 * US)  # clearing takes 1.52 ms
     chip.byte(1, ord("x"))
-    assert chip.lost == 2
-    assert chip.text[0].strip() == ""
+    assert (chip.lost, chip.text[0].strip()) == (2, "")
 
 
 @pytest.mark.parametrize(("oscillator_hz", "lost"), [(270_000, False), (190_000, True)])

@@ -54,8 +54,7 @@ def master() -> Master:
 
 def test_crc_of_the_application_note() -> None:
     """Maxim application note 27: the code 02 1C B8 01 00 00 00 has the CRC A2."""
-    assert crc8(bytes.fromhex("021cb801000000")) == 0xA2
-    assert crc8(rom_code(99)) == 0
+    assert (crc8(bytes.fromhex("021cb801000000")), crc8(rom_code(99))) == (0xA2, 0)
 
 
 CODES = {
@@ -78,15 +77,13 @@ def test_bits_below_the_resolution_are_ones() -> None:
 
 def test_the_power_on_scratchpad(master: Master) -> None:
     assert master.scratchpad() == POWER_ON + bytes([crc8(POWER_ON)])
-    assert master.answered
-    assert master.chip.line.violations == 0
+    assert (master.answered, master.chip.line.violations) == (True, 0)
     assert master.ask(SKIP, SUPPLY, receive=1) == b"\xff"  # not by the line
 
 
 def test_rom_commands_select_the_chip(master: Master) -> None:
     rom = master.chip.rom
-    assert master.ask(0x33, receive=8) == rom
-    assert master.ask(0xF0, receive=255) == rom
+    assert (master.ask(0x33, receive=8), master.ask(0xF0, receive=255)) == (rom, rom)
     assert crc8(master.ask(0x55, *rom, READ, receive=9)) == 0
     assert master.ask(0x55, *rom_code(7), READ, receive=9) == b"\xff" * 9
 
@@ -143,11 +140,9 @@ def test_copy_and_recall_keep_the_settings_and_what_cannot_be_written_stays(mast
 def test_an_unplugged_chip_is_silent_and_starts_anew(master: Master) -> None:
     master.ask(SKIP, WRITE, 0x55, 0xAA, 0x1F)
     master.chip.unplug()
-    assert master.scratchpad() == b"\xff" * 9
-    assert not master.answered
+    assert (master.scratchpad(), master.answered) == (b"\xff" * 9, False)
     master.chip.plug()
-    assert master.scratchpad()[:8] == POWER_ON
-    assert master.answered
+    assert (master.scratchpad()[:8], master.answered) == (POWER_ON, True)
 
 
 def test_a_shorted_line(master: Master) -> None:
@@ -156,8 +151,7 @@ def test_a_shorted_line(master: Master) -> None:
     assert master.answered  # a line that stays low looks like a presence pulse ...
     assert not master["request.idle_high"]  # ... but for its being low ever after
     master.chip.short("high")
-    assert master.scratchpad() == b"\xff" * 9
-    assert not master.answered
+    assert (master.scratchpad(), master.answered) == (b"\xff" * 9, False)
     master.chip.short(None)
     assert master.scratchpad()[:8] == POWER_ON
     with pytest.raises(ValueError, match="shorted low or high"):
@@ -204,8 +198,7 @@ def test_chips_at_the_corners_of_the_data_sheet(timing: Timing) -> None:
     """The master samples presence at 70 µs, when every chip that keeps the limits is there."""
     master = Master(timing=timing)
     assert master.scratchpad()[:8] == POWER_ON
-    assert master.answered
-    assert master.chip.line.violations == 0
+    assert (master.answered, master.chip.line.violations) == (True, 0)
 
 
 def test_other_times_from_now_on(master: Master) -> None:

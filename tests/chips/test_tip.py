@@ -6,8 +6,7 @@ from typing import Any
 
 from heatwright.sim.native.tip import BEGINS_C, Tip
 
-KEPT = 4096
-"""HW_TIP_KEEPS."""
+KEPT = 4096  # HW_TIP_KEEPS
 
 
 def test_a_tip_knows_what_it_felt_at_each_cycle_that_it_keeps() -> None:

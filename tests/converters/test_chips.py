@@ -33,8 +33,7 @@ REGISTERS = (
     "CJTH", "CJTL", "LTCBH", "LTCBM", "LTCBL", "SR",
 )  # fmt: skip
 POWER_ON = bytes.fromhex("00 03 FF 7F C0 7F FF 80 00 00 00 00 00 00 00 00")
-TYPES = "BEJKNRST"
-"""By their codes."""
+TYPES = "BEJKNRST"  # by their codes
 AUTO, FIFTY = 0x80, 1
 FIRST_S, NEXT_S = 0.185, 0.110
 
@@ -112,8 +111,6 @@ EACH = [(kind, title) for kind, scripts in SCRIPTS.items() for title in scripts]
 
 
 class Orders:
-    """What the orders of a script mean; each takes its words."""
-
     def __init__(self, kind: str) -> None:
         self._bench: Any = Bench(kind)
         self._chip: Any = self._bench.chip
@@ -335,8 +332,7 @@ def test_every_type_over_its_range(letter: str, share: float, junction_c: float)
     chip.chip.sense(temperature_c)
     chip.begin(letter)
     assert chip.celsius() == pytest.approx(temperature_c, abs=1 / 256 + 1e-6)
-    assert chip.read("SR", 1) == b"\x00"
-    assert chip.junction() == junction_c
+    assert (chip.read("SR", 1), chip.junction()) == (b"\x00", junction_c)
 
 
 def test_a_burst_is_of_one_moment(chip: Bench) -> None:
@@ -420,8 +416,7 @@ def test_the_first_bit_may_be_late(old: Bench) -> None:
     old.chip.sense(100.0)
     old.run(max6675.LONGEST_S)
     old.chip.port.retime(replace(max6675.TIMING, enable=1e5))
-    assert old.word() == 0x8000 | 400 << 3 | 1
-    assert old.chip.port.phases["read"].violations == 1
+    assert (old.word(), old.chip.port.phases["read"].violations) == (0x8000 | 400 << 3 | 1, 1)
 
 
 def test_twenty_megahertz_can_do_exactly_100_ns() -> None:

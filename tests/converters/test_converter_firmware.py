@@ -1,8 +1,6 @@
-"""The firmware's reader on several boards and crystals, and what it makes of any answer.
-
-Status and raw reading of each step; what is not valid leaves the reading as it was. And two baths
-with a DS18B20 each, and 85 °C: what also a chip says that has not measured yet.
-"""
+"""The firmware's reader on several boards and crystals, and what it makes of any answer. Status and
+raw reading of each step; what is not valid leaves the reading as it was. And two baths with a
+DS18B20 each, and 85 °C: what also a chip says that has not measured yet."""
 
 from collections.abc import Callable, Iterable
 from random import Random
@@ -196,8 +194,7 @@ def test_it_keeps_to_the_data_sheet_and_reads_in_time(kind: str, board: str, clo
     profile = bench.device.avr.profile(bench.device.elf)
     assert bench.statuses(10) == [VALID] * 10
     chip = bench.chip
-    assert chip.reads == 10
-    assert chip.port.violations == 0
+    assert (chip.reads, chip.port.violations) == (10, 0)
     phases = {"setup", "high", "low", "period", "read", "hold", "idle"}
     if kind == "max31856":
         phases |= {"told", "kept"}
@@ -301,8 +298,7 @@ def test_every_setting(letter: str, average: int, mains: int) -> None:
     assert log["reading_raw"][-1] == celsius * 128
     code = {1: 0, 2: 1, 4: 2, 16: 4}[average]
     settings = [0x90 | (mains == 50), code << 4 | "BEJKNRST".index(letter)]
-    assert bench.chip._registers[:2] == bytes(settings)
-    assert bench.chip.misused == 0
+    assert (bench.chip._registers[:2], bench.chip.misused) == (bytes(settings), 0)
 
 
 def test_a_max31856_is_set_up_and_answers_anything() -> None:

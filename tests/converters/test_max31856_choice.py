@@ -10,8 +10,7 @@ from heatwright.sim.device import AvrDevice
 from heatwright.sim.replay import replay
 from heatwright.spec import Controller
 
-K, N, S = 3, 4, 6
-"""Codes of types, which the operator may choose."""
+K, N, S = 3, 4, 6  # codes of types, which the operator may choose
 CHOOSE_S = f"#15 {S};"
 ROOM_C = 25.0
 
@@ -79,8 +78,6 @@ def test_not_when_it_is_switched_before_the_next_step_sees_it(cold: Cold) -> Non
         assert cold.chosen == (K, K)
     assert cold.device.read("program.state") != 0
 
-
-# ---- a type that bears less than the kiln is asked for ----
 
 HOT = changed(
     "kiln",
@@ -153,8 +150,7 @@ def test_it_is_too_hot_from_where_the_type_ends(hot: Cold, code: int) -> None:
 
 def test_a_program_that_is_too_hot_for_the_type_does_not_start(hot: Cold) -> None:
     hot.send(f"#15 {K};#8 1;")
-    assert hot.chosen == (K, K)
-    assert hot.device.read("program.state") == 0
+    assert (hot.chosen, hot.device.read("program.state")) == ((K, K), 0)
     hot.send("#13 1;#7 3,40,1300:;")
     hot.run(3.0)
     hot.send("#8 1;")

@@ -1,9 +1,7 @@
-"""From a current to what the firmware takes it for, and what the limiter then holds.
-
-Faults of the sensor; what is timed with it. The README says how slow the filter of a pulsed current
-may be, and `check` goes by the same. Whatever the wire, the limiter holds the root mean square that
-follows from its duty.
-"""
+"""From a current to what the firmware takes it for, and what the limiter then holds. Faults of the
+sensor; what is timed with it. The README says how slow the filter of a pulsed current may be, and
+`check` goes by the same. Whatever the wire, the limiter holds the root mean square that follows
+from its duty."""
 
 import math
 import re
@@ -43,14 +41,12 @@ safety: {self_checks: false}
 """
 BOARDS = {"uno": "kind: ds18b20, pin: D2", "mega2560": "kind: ds18b20, pin: D22"}
 CIRCUITS = {
-    "shunt": "pin: A1, scale: 0.2 V/A",
-    "once": "pin: A1, scale: 1 V/A, oversample: 1",
+    "shunt": "pin: A1, scale: 0.2 V/A", "once": "pin: A1, scale: 1 V/A, oversample: 1",
     "most": "pin: A3, scale: 0.5 V/A, oversample: 32",
     "hall": "pin: A1, scale: 0.185 V/A, offset: 2.5 V, oversample: 16",
     "odd": "pin: A2, scale: 0.4 V/A, offset: 0.333 V, oversample: 7, reference: 3.3 V",
-    "internal": "pin: A1, scale: 0.1 V/A, reference: internal",
-    "far": "pin: A13, scale: 0.2 V/A",
-}
+    "internal": "pin: A1, scale: 0.1 V/A, reference: internal", "far": "pin: A13, scale: 0.2 V/A",
+}  # fmt: skip
 """What a spec says of the sensor; `far` is on a channel beyond MUX5."""
 
 
@@ -191,8 +187,7 @@ RULES = {
 def test_it_trips(site: Site, name: str, rule: str) -> None:
     found = {fault.id: fault for fault in catalogue(site.controller, site.program)}
     result = try_fault(found[name])
-    assert result.detail == ""
-    assert result.rule == rule
+    assert (result.detail, result.rule) == ("", rule)
 
 
 def test_it_is_timed_while_it_heats(site: Site) -> None:
@@ -239,8 +234,7 @@ def test_the_slowest_filter_that_it_names_is_allowed_and_no_slower_one(kind: str
 
 SUPPLY_V, LIMIT_A = 43.0, 3.0
 RATED = {True: 25.57, False: SUPPLY_V}
-SMALL = st.floats(0.001, 5.0)
-"""Duties whose current is about what counts as one, %."""
+SMALL = st.floats(0.001, 5.0)  # duties whose current is about what counts as one, %
 ASKED = st.lists(st.one_of(SMALL, st.floats(5.0, 100.0), st.just(100.0)), min_size=8, max_size=40)
 
 

@@ -15,7 +15,6 @@ class Unlatched(Program):
     """A firmware in which only the guard's verdict can switch the heater off."""
 
     def texts(self) -> dict[str, str]:
-        """Return its files."""
         texts = super().texts()
         return texts | {"fault.c": changed(texts["fault.c"], (LATCHES, LATCHES_NOTHING))}
 

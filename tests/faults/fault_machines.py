@@ -240,14 +240,12 @@ def judged(name: str, fault: str) -> str | None:
 
 @cache
 def expected(name: str) -> Mapping[str, str | None]:
-    """Return what each fault of a machine must trip."""
     machine = MACHINES[name]
     rules = {**rules_of(controller_of(machine.spec)), **machine.otherwise}
     return {fault: rule for fault, rule in rules.items() if fault not in machine.absent}
 
 
 def tried(name: str) -> dict[str, str | None]:
-    """Return those that are tried here."""
     machine, rules = MACHINES[name], expected(name)
     chosen = machine.only or [
         fault for fault in rules if machine.healthy or not fault.startswith("healthy")

@@ -1,20 +1,16 @@
-"""Which faults a controller can have and what each must trip, from its specification alone.
-
-It is written from docs/safety.md and what the machines are, and knows nothing of the catalogue
-that is judged by it. The machines of these tests are strong enough for every fault of a heater.
-"""
+"""Which faults a controller can have and what each must trip, from its specification alone. It is
+written from docs/safety.md and what the machines are, and knows nothing of the catalogue that is
+judged by it. The machines of these tests are strong enough for every fault of a heater."""
 
 from typing import Any
 
 from heatwright.spec import Controller, facts_of
 
-Rules = dict[str, str | None]
-"""By fault; None: nothing may trip."""
+Rules = dict[str, str | None]  # by fault; None: nothing may trip
 LEAK = "rising_while_off"
 """Unless the machine cools down into the band before: then the band is left, too."""
 FULL_PERCENT = 100.0
-BELOW_K = 5.0
-"""So far below its setpoint a machine is when its sensor fails."""
+BELOW_K = 5.0  # so far below its setpoint a machine is when its sensor fails
 
 
 def _of(none: str = "", **by_rule: str) -> Rules:
@@ -103,7 +99,6 @@ _OPERATORS = {
 
 
 def rules_of(controller: Controller) -> Rules:
-    """Return what each fault of a controller with one loop must trip."""
     (loop,) = controller.loops.values()
     kinds = {each.kind for each in controller.interfaces} & _OPERATORS.keys()
     found = _ANY | _healthy(controller, loop) | _SENSORS[controller.sensors[loop.sensor].kind]
@@ -161,11 +156,9 @@ def _healthy(controller: Controller, loop: Any) -> Rules:
 
 
 def _still(controller: Controller, loop: Any, measured: bool) -> Rules:
-    """A reading that stands still although heat is asked for, a heater that gives none.
-
-    A PID asks for more while the reading stands still: `heating` waits for full power, `frozen` for
-    more than holding needs.
-    """
+    """A reading that stands still although heat is asked for, a heater that gives none. A PID asks
+    for more while the reading stands still: `heating` waits for full power, `frozen` for more than
+    holding needs."""
     heating, frozen = loop.protection.heating, loop.protection.frozen
     due_s: dict[str, float] = {}
     if frozen:
@@ -200,10 +193,8 @@ def _asked_s(loop: Any, percent: float) -> float:
 
 
 def _heat(controller: Controller, loop: Any, measured: bool) -> Rules:
-    """Heat that nobody asked for: its current tells first, then what the temperature reaches.
-
-    A heater must have been off for `settle` before a rise counts.
-    """
+    """Heat that nobody asked for: its current tells first, then what the temperature reaches. A
+    heater must have been off for `settle` before a rise counts."""
     protection = loop.protection
     settles = protection.runaway.for_s < protection.rising_while_off.settle_s
     band = "runaway_above" if settles else "rising_while_off"
@@ -211,11 +202,9 @@ def _heat(controller: Controller, loop: Any, measured: bool) -> Rules:
     return {
         "switch_shorted_when_hot": "current_while_off" if measured else hot,
         "switch_shorted_in_band": "current_while_off" if measured else band,
-        "switch_leaking": "current_while_off" if measured else LEAK,
-        "heat_from_elsewhere": band,
-        "fire": hot,
-        **(_CURRENT if measured else {}),
-    }
+        "switch_leaking": "current_while_off" if measured else LEAK, "heat_from_elsewhere": band,
+        "fire": hot, **(_CURRENT if measured else {}),
+    }  # fmt: skip
 
 
 def _is_coarse(controller: Controller, loop: Any) -> bool:

@@ -1,9 +1,4 @@
-"""Faults of what is watched beside a loop's own sensor, in machines with each interface.
-
-A second sensor: what moves one of the two alone is told. What is monitored: its sensor breaks, it
-is too warm, people are told. Inputs: contacts that open, bounce and close again. A fan that has to
-prove that it turns. And loops, where another, quicker or with the keys, is beside.
-"""
+"""Faults of what is watched beside a loop's own sensor, in machines with each interface."""
 
 from functools import cache
 from itertools import product
@@ -85,12 +80,10 @@ def test_without_a_reading_of_the_second_nothing_heats() -> None:
 
 
 MONITORED = {
-    "chamber": (DS18B20, "A2", "A3", 1),
-    "kiln": (DS18B20, "A4", "A5", 2),
-    "kiln_uno": (DS18B20, "A3", "A4", 2),
-    "extruder": (THERMISTOR, "A3", "A4", 1),
+    "chamber": (DS18B20, "A2", "A3", 1), "kiln": (DS18B20, "A4", "A5", 2),
+    "kiln_uno": (DS18B20, "A3", "A4", 2), "extruder": (THERMISTOR, "A3", "A4", 1),
     "fabricator": (THERMISTOR, "PA4", "PA5", 1),
-}
+}  # fmt: skip
 """A panel, a touch display with a log, a menu, a host, a master: the lamp's sensor, its pin and the
 other's, and how many tell of warnings."""
 RULES = {
@@ -148,12 +141,9 @@ simulation.plant.sense.outlet: {{node: air, lag: 5 s}}
 
 
 PINS = {
-    "chamber": ("A2", "A3"),
-    "kiln": ("A4", "A5"),
-    "kiln_uno": ("A3", "A4"),
-    "printer": ("D41", "A5"),
-    "fabricator": ("PD2", "PB4"),
-}
+    "chamber": ("A2", "A3"), "kiln": ("A4", "A5"), "kiln_uno": ("A3", "A4"),
+    "printer": ("D41", "A5"), "fabricator": ("PD2", "PB4"),
+}  # fmt: skip
 """A panel; a touch display, a menu: both with programs and a relay; a host with two loops; a
 master, a cooler, a watched current and a relay. The pins of the door and of the stop."""
 KEPT = ("gate.c:input_ticks", "gate.c:air_paused", "inputs.c:found", "inputs.c:stop_ticks")
@@ -238,12 +228,10 @@ outputs.air.proof.tachometer: {speed: 5800 rpm, pulses: 3, minimum: 900 rpm, max
 """)  # fmt: skip
 """As fast, and with limits as far apart, as can be counted."""
 FANS = {
-    "dryer": ("dryer", "fan"),
-    "incubator": ("incubator", "fan"),
-    "counted": (COUNTED, "hotend.air"),
-    "chamber": (PROVEN, "fan"),
+    "dryer": ("dryer", "fan"), "incubator": ("incubator", "fan"),
+    "counted": (COUNTED, "hotend.air"), "chamber": (PROVEN, "fan"),
     "printer": (SHARED, "hotend.air"),
-}
+}  # fmt: skip
 
 COUNTED_ALONE = ("weak", "proof_shorted", "proof_noisy")
 WITH_TACHOMETER = ("incubator", "counted")

@@ -35,14 +35,11 @@ def found(spoil: Callable[[Fault], Fault] = lambda fault: fault) -> FaultResult:
 
 
 def tripping(fault: Fault, **changes: Any) -> Fault:
-    """With another expectation of what trips."""
     assert fault.trip is not None
     return replace(fault, trip=replace(fault.trip, **changes))
 
 
 def making(fault: Fault, spoil: Callable[[World], object], **changes: Any) -> Fault:
-    """With something done to the world before it begins."""
-
     def make() -> World:
         world = fault.make()
         spoil(world)
@@ -52,7 +49,6 @@ def making(fault: Fault, spoil: Callable[[World], object], **changes: Any) -> Fa
 
 
 def forgetting(world: World) -> None:
-    """Erase what outlasts the power."""
     eeprom = world.device.avr.eeprom
     eeprom.contents = b"\xff" * eeprom.size
 
@@ -261,7 +257,6 @@ CAUSES: dict[str, tuple[Callable[[Ds18b20], None], int]] = {
 
 
 def at_phase(phase_s: float) -> tuple[World, Ds18b20, float]:
-    """A machine that is heating, at this moment of a period."""
     world = starts.heating(site_of("chamber"))
     at_s = float(np.ceil(world.now_s) + phase_s)
     world.run(at_s - world.now_s)
@@ -272,7 +267,6 @@ def at_phase(phase_s: float) -> tuple[World, Ds18b20, float]:
 
 
 def heated_on_s(world: World, since_s: float) -> float:
-    """How long after a moment the heater was on last."""
     last_on_s = world.heaters.last_on_s(since_s)
     assert last_on_s is not None
     return last_on_s - since_s

@@ -26,16 +26,12 @@ SHOWS = 5000
 """So many are counted as they are: where 0.3 of 1000 are missed, 6 of these are once in 225."""
 BOOT_BYTES = 512
 FLAGS = 32
-IN_R17_SREG = (0xB71F).to_bytes(2, "little")
-"""The instruction that reads the flags."""
-PATTERNS_CYCLES = 120
-"""More than the test of the registers takes."""
+IN_R17_SREG = (0xB71F).to_bytes(2, "little")  # the instruction that reads the flags
+PATTERNS_CYCLES = 120  # more than the test of the registers takes
 EXTRF = 1
-MCUSR = 0x54
-"""In the data space."""
+MCUSR = 0x54  # in the data space
 CHAMBER = "chamber"
-BURST = "window: 1 s, resolution: 10 ms"
-"""The kiln's pulses."""
+BURST = "window: 1 s, resolution: 10 ms"  # the kiln's pulses
 
 
 def broken(spec: str, file: str, statement: str, by: str) -> Elf:
@@ -51,7 +47,6 @@ def powered(until_s: float, program: Elf | None = None) -> AvrDevice:
 
 
 def safety_bytes(site: Site, example: str) -> list[int]:
-    """Return the addresses of what decides about heat."""
     texts = [text for name, text in sources_of(example).items() if SAFETY.fullmatch(name)]
     defined = {
         name
@@ -64,11 +59,9 @@ def safety_bytes(site: Site, example: str) -> list[int]:
 
 
 def most_missed(tried: int) -> int:
-    """Return how many of the tried flips may be missed: one in a thousand.
-
-    A sample that is too small to show that may have as many as chance gives once in a hundred
-    times, where the rate is one in a thousand.
-    """
+    """Return how many of the tried flips may be missed: one in a thousand. A sample that is too
+    small to show that may have as many as chance gives once in a hundred times, where the rate is
+    one in a thousand."""
     if tried >= SHOWS:
         return int(tried * MISSED)
     chance, most = (1 - MISSED) ** tried, 0
@@ -87,10 +80,8 @@ def test_how_many_may_be_missed() -> None:
 
 @pytest.mark.parametrize("example", DECIDING)
 def test_a_flip_in_a_safety_function_is_found_in_a_round(example: str) -> None:
-    """Told, or ended by a reset or by leaving what is simulated; and no heater is on then.
-
-    But for one in a thousand: a flip in what judges the check itself, docs/safety.md lists them.
-    """
+    """Told, or ended by a reset or by leaving what is simulated; and no heater is on then. But for
+    one in a thousand: a flip in what judges the check itself, docs/safety.md lists them."""
     site, missed = site_of(example), []
     places, random = safety_bytes(site, example), Random(f"flash {SEED} {example}")  # noqa: S311
     tried = amount("flash_flips")
@@ -388,16 +379,13 @@ def test_a_main_loop_without_its_gate_is_told_and_lets_the_heater_go() -> None:
 
 @pytest.mark.parametrize("level", ["high", "low"])
 @pytest.mark.parametrize(
-    ("pulses", "windows"),
-    [(BURST, 1), ("window: 2 s, resolution: 20 ms, distribution: spread", 2)],
+    ("pulses", "windows"), [(BURST, 1), ("window: 2 s, resolution: 20 ms, distribution: spread", 2)]
 )
 def test_a_heater_s_pin_that_is_held_is_told_and_the_relay_opens(
     pulses: str, windows: int, level: str
 ) -> None:
-    """By whatever holds it: nothing but the relay ends the heat of one that is held on.
-
-    Pulses of two ticks never show three looks in turn at one level.
-    """
+    """By whatever holds it: nothing but the relay ends the heat of one that is held on. Pulses of
+    two ticks never show three looks in turn at one level."""
     world = starts.heating(site_of(changed("kiln", (BURST, pulses))))
     device, name = world.device, world.site.loop.heater
     switch = device.outputs[name]

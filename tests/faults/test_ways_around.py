@@ -10,16 +10,12 @@ from heatwright.sim.faults.machine import steady_c
 from heatwright.sim.faults.world import Weather, World
 
 DOCS = ROOT / "docs"
-SIX_SIGMA_K = 6 * 0.8
-"""Six standard deviations of the machine's noise."""
-COLD_C = 50.0
-"""Where the cooler's work is done."""
-COOLED_S = 600.0
-"""Ten time constants of the cooled block."""
+SIX_SIGMA_K = 6 * 0.8  # six standard deviations of the machine's noise
+COLD_C = 50.0  # where the cooler's work is done
+COOLED_S = 600.0  # ten time constants of the cooled block
 LIMIT_A = 2.5
 RAMP_PERCENT = 25.0
-SETTLED_S = 6.0
-"""Five times what a limited heater takes to its limit, and more."""
+SETTLED_S = 6.0  # five times what a limited heater takes to its limit, and more
 
 
 STRONG = edited(

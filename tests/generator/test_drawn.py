@@ -1,10 +1,4 @@
-"""Whatever a spec says compiles, and each kind of the language is in all layers.
-
-Controllers drawn from the language are accepted, compiled, and run in step with the reference.
-What compiles has any name, another crystal; and what must not compile does not. Second opinions:
-the Arduino IDE builds the folder as a sketch, with its own flags and core and our main; cppcheck
-finds nothing.
-"""
+"""Whatever a spec says compiles, and each kind of the language is in all layers."""
 
 import re
 import shutil
@@ -38,8 +32,7 @@ from heatwright.spec.controller import WATCHDOG_S, Controller
 from heatwright.spec.names import LONGEST_NAME
 
 TEMPLATES = ROOT / "templates"
-LARGE_FLASH = 100_000
-"""Bytes; no drawn firmware takes that much."""
+LARGE_FLASH = 100_000  # bytes; no drawn firmware takes that much
 CODE = (".c", ".h")
 FOLDERS = {"sensors": Sensor, "outputs": Output, "algorithms": Algorithm, "interfaces": Interface}
 KINDS = [(folder, kind) for folder, union in FOLDERS.items() for kind in kinds(union)]
@@ -63,10 +56,8 @@ class Noting(Environment):
     def __init__(self) -> None:
         loader = FunctionLoader(self._noted_text)  # and the rest as the generator's own
         super().__init__(loader=loader, undefined=StrictUndefined, trim_blocks=True)
-        self.loaded: set[str] = set()
-        """All templates in use: what these include or extend, too."""
-        self.places: set[str] = set()
-        """Template and line, for each condition."""
+        self.loaded: set[str] = set()  # all templates in use: what these include or extend, too
+        self.places: set[str] = set()  # template and line, for each condition
         self.seen: set[tuple[str, bool]] = set()
         self.globals["noted"] = self._noted
 
@@ -108,8 +99,7 @@ def test_every_kind_template_and_condition_is_drawn() -> None:
         found |= kinds_in(each.spec.controller)
         if noting.loaded == templates and not noting.unseen and found == every:
             break  # more of them would show no more
-    assert noting.loaded == templates
-    assert noting.unseen == set()
+    assert (noting.loaded, noting.unseen) == (templates, set())
     assert found == every
 
 
@@ -242,8 +232,7 @@ def test_two_converters_with_registers_share_no_name() -> None:
     ))  # fmt: skip
 
 
-IDE = Path("/usr/share/arduino/hardware/arduino/avr")
-"""Where Debian's arduino-core-avr puts it."""
+IDE = Path("/usr/share/arduino/hardware/arduino/avr")  # where Debian's arduino-core-avr puts it
 
 SLOW = {"-flto", "-fno-fat-lto-objects", "-fuse-linker-plugin"}
 """Link-time optimisation, which older IDEs do without."""
@@ -264,7 +253,6 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 
 def core(folder: Path, lto: bool, where: list[str]) -> Path:
-    """Compile the core of the IDE into an archive."""
     folder.mkdir()
     for language, compiler in (("c", "avr-gcc"), ("cpp", "avr-g++")):
         chosen = sorted((IDE / "cores" / "arduino").glob(f"*.{language}"))

@@ -12,17 +12,8 @@ from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 import pytest
-from rig.firmware import (
-    EXAMPLE_NAMES,
-    EXAMPLES,
-    ROOT,
-    changed,
-    example,
-    files_of,
-    finished,
-    headers_of,
-    sources_of,
-)
+from rig import firmware
+from rig.firmware import EXAMPLES, ROOT, changed, files_of, sources_of
 
 from heatwright.cli.ends import ended
 from heatwright.cli.main import cli
@@ -224,7 +215,7 @@ def test_hash_order_does_not_show(seed: str, tmp_path: Path) -> None:
         copy.write_bytes(spec.read_bytes())
     env = os.environ | {"PYTHONHASHSEED": seed, "TZ": f"UTC{int(seed) % 9}", "LC_ALL": "C"}
     words = [sys.executable, "-c", PRINT_DIGEST, *copies]
-    done = finished(words, env=env, cwd=tmp_path, check=True)
+    done = firmware.finished(words, env=env, cwd=tmp_path, check=True)
     texts = [repr(list(files_of(spec.stem).items())) for spec in specs]
     assert done.stdout.split() == [hashlib.sha256(text.encode()).hexdigest() for text in texts]
 
@@ -259,7 +250,7 @@ def test_every_file_begins_with_the_banner_and_is_tidy() -> None:
 def test_a_header_has_one_guard_behind_its_comment() -> None:
     """And one that has its own, as a package from outside may write, keeps that alone."""
     begun = "// {}\n/\\*.*?\\*/\n#ifndef {}_H\n#define {}_H\n\n"
-    for path, text in headers_of(sources_of("kiln")).items():
+    for path, text in firmware.headers_of(sources_of("kiln")).items():
         name = path.removesuffix(".h").upper()
         assert re.match(begun.format(".*", name, name), text, re.DOTALL), path
         assert (text.count("#ifndef"), text[-8:]) == (1, "\n#endif\n"), path
@@ -278,7 +269,7 @@ def test_the_committed_firmware_is_current_and_all_there_is(name: str) -> None:
     assert compare(files, folder) == ()
     committed = {path.relative_to(folder).as_posix() for path in folder.rglob("*")}
     assert {path for path in committed if (folder / path).is_file()} == set(files)
-    assert example(name).controller.identity.name == name
+    assert firmware.example(name).controller.identity.name == name
 
 
 def test_the_chamber_takes_no_more_than_the_sketch_and_leaves_room(tmp_path: Path) -> None:
@@ -299,7 +290,7 @@ def test_the_chamber_takes_no_more_than_the_sketch_and_leaves_room(tmp_path: Pat
     1014 are for the controller to check itself: a flipped bit of the flash, a stuck cell of the
     RAM, a wrong clock or a pin that is held were told by nothing.
     """
-    rules = example("chamber").controller.loops["air"].protection
+    rules = firmware.example("chamber").controller.loops["air"].protection
     assert all((rules.heating, rules.runaway, rules.frozen, rules.rising_while_off))
     write(files_of("chamber"), tmp_path)
     built = build(tmp_path)
@@ -325,7 +316,7 @@ END = re.compile(r"\w\[([A-Z]\w+)(?: [-+] \w+)?\](?: = |;)")
 INDEX = re.compile(r"\[(?:\w+ \+ )?(\w+)(?:\+\+|[^\w\]][^\]]*)?\]")
 
 
-@pytest.mark.parametrize("name", EXAMPLE_NAMES)
+@pytest.mark.parametrize("name", firmware.EXAMPLE_NAMES)
 def test_no_index_passes_the_end_of_its_array_unseen(name: str) -> None:
     """A bit that flips in RAM sets it beyond: compared by == it would go on through the memory."""
     sources = sources_of(name)

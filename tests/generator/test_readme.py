@@ -1,10 +1,4 @@
-"""What a project's README has people do, know and wire.
-
-The list by which a machine is started: its values are those of the simulation and the spec. The
-table of hazards: each rule has its place, and the times are the simulation's. What stands between a
-serial port's pins and its line. The drawing of the wiring: all pins are on it, nothing stands on
-anything else.
-"""
+"""What a project's README has people do, know and wire."""
 
 import re
 from dataclasses import replace

@@ -16,8 +16,7 @@ from storage_settings import SettingsKept
 from heatwright.sim.host import Host
 
 Judge = Callable[[Host], str]
-FIRST_COURSES = 25
-"""Most of what can be killed is dead after them."""
+FIRST_COURSES = 25  # most of what can be killed is dead after them
 
 
 class HostArena(BuildArena):
@@ -54,19 +53,13 @@ def judges_of(name: str, courses: int | None = None) -> dict[str, Judge]:
     name -- of its specification; courses -- how many the reference is compared over; else all.
     """
     judges: dict[str, Judge] = {
-        "control": lambda host: control_problem(host, name, courses),
-        "gate": gate_problem,
-        "current": host_watch.current_problem,
-        "proof": host_watch.proof_problem,
-        "on_time": on_time_problem,
-        "inputs": host_watch.inputs_problem,
-        "limits": limits_problem,
-        "lockout": host_watch.lockout_problem,
-        "restored": host_watch.restored_problem,
-        "text": all_text_problems,
-        "types": types_problem,
+        "control": lambda host: control_problem(host, name, courses), "gate": gate_problem,
+        "current": host_watch.current_problem, "proof": host_watch.proof_problem,
+        "on_time": on_time_problem, "inputs": host_watch.inputs_problem, "limits": limits_problem,
+        "lockout": host_watch.lockout_problem, "restored": host_watch.restored_problem,
+        "text": all_text_problems, "types": types_problem,
         "settings": lambda host: SettingsKept(host, short=True).problem(),
-    }
+    }  # fmt: skip
     if name in host_specs.COMMANDED:
         judges["answers"] = lambda host: answers_problem(host, name)
     if name in host_specs.SWITCHING or name in host_specs.PROGRAMMED:

@@ -45,11 +45,8 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
     controller = host_specs.spec_of(name).controller
     kinds, programmed = host_courses.kinds_of(controller), name in host_specs.PROGRAMMED
     courses = [
-        host_courses.LONG_SILENCE,
-        host_courses.LOWERED,
-        host_courses.RISEN,
-        *host_courses.STANDING,
-    ]
+        host_courses.LONG_SILENCE, host_courses.LOWERED, host_courses.RISEN, *host_courses.STANDING,
+    ]  # fmt: skip
     if name in host_specs.COMMANDED:
         courses += [
             *([Stretch("tune_by_hand", 1, number)] for number in range(len(TUNINGS))),
@@ -71,7 +68,6 @@ def _courses(name: str) -> list[tuple[list[Stretch], bool]]:
 
 @cache
 def _fixed(name: str, number: int, kind: np.dtype[Any]) -> _Course:
-    """One of the courses as the reference takes it."""
     controller = host_specs.spec_of(name).controller
     course, trips = _courses(name)[number]
     inputs = host_courses.inputs_of(controller, course)
@@ -94,7 +90,6 @@ def run_problem(
 def all_problem(
     host: Host, inputs: Mapping[str, NDArray[Any]], wanted: Mapping[str, Expected]
 ) -> str:
-    """The same of all loops at once."""
     host.renew()
     try:
         found = host.run_all(inputs)
@@ -130,7 +125,6 @@ def _run(host: Host, inputs: NDArray[Any], tripped: Sequence[int]) -> Run:
 
 
 def prepare_control(host: Host, name: str) -> None:
-    """Let the reference take all courses, once for all that is compared with it."""
     for number in range(len(_courses(name))):
         _fixed(name, number, host.type)
 

@@ -1,10 +1,8 @@
 """Whether the gate lets a heater on only while every permit is fresh, and off at once: to the tick.
-
 The permits, from the design: the main loop may be silent for 100 ms, the control step for two
 periods, the sensor for `stale_after`; a fault or a fan that stands still act at once. A loop's time
 on ends at its step, and nothing but off, a fault or a person renews it. What switches a loop off
-does so at once.
-"""
+does so at once."""
 
 from collections.abc import Callable, Iterator
 from math import floor
@@ -15,19 +13,14 @@ from heatwright.sim.host import Command, Host
 from heatwright.sim.reference.programs.state import RUNNING
 
 HOT_C, COLD_C, TARGET_C = 240.0, 60.0, 150.0
-LONG = 3000
-"""Ticks in which every permit runs out."""
+LONG = 3000  # ticks in which every permit runs out
 MAIN_TICKS = 10
-BEYOND_TICKS = 60
-"""Watched after every permit has run out."""
-WELL_TICKS = 15
-"""More than the main loop may be silent for, and too few for any rule to trip."""
+BEYOND_TICKS = 60  # watched after every permit has run out
+WELL_TICKS = 15  # more than the main loop may be silent for, and too few for any rule to trip
 NO_SENSOR = 1
 
 
 class Running:
-    """A loop that is switched on and runs, at a temperature."""
-
     def __init__(self, host: Host) -> None:
         self.host = host
         self.library = host.library
@@ -75,7 +68,6 @@ class Running:
 
 
 def gate_problem(host: Host) -> str:
-    """Say the first thing that the gate does wrong; empty if nothing."""
     gate = _Gate(host)
     found = next(gate.problems(), "")
     host.world.main_hangs = host.world.loop_hangs = host.world.fan_stands_still = 0
@@ -169,7 +161,6 @@ COUNT_BITS = 32
 
 
 def on_time_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     loop = host.build.controller.loops[host.build.parts.name]
     most_s = loop.protection.on_for_at_most_s
     if most_s is None:
@@ -244,16 +235,13 @@ class _Counted(Running):
 
 
 FAULT = 6
-WAYS, ONE = 1, 2
-"""Programs that heat, the second with one segment."""
-NEAR_C = 44.5
-"""Where that has just reached its target, within its first 2 s."""
+WAYS, ONE = 1, 2  # programs that heat, the second with one segment
+NEAR_C = 44.5  # where that has just reached its target, within its first 2 s
 MOST_STEPS = 20
 START_C = 30.0
 
 
 def switching_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     parts, switching = host.build.parts, _Switching(host)
     checks = [switching.hanging()] if parts.cooler else []
     if parts.programmed:

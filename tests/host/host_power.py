@@ -1,8 +1,6 @@
-"""Whether a loop answers to commands, orders and losses of power as the reference does.
-
-Commands and orders are given many of them in a step. The power is cut between two steps: then a
-program goes on, or not, as it should.
-"""
+"""Whether a loop answers to commands, orders and losses of power as the reference does. Commands
+and orders are given many of them in a step. The power is cut between two steps: then a program goes
+on, or not, as it should."""
 
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -46,11 +44,9 @@ ASKED = {Command.SET: "may_set", Command.ENABLE: "may_enable"}
 
 class Given(NamedTuple):
     row: NDArray[Any]
-    taken: tuple[bool, bool]
-    """The command, and the order."""
+    taken: tuple[bool, bool]  # the command, and the order
     tells: bool | None
-    state: dict[str, Any]
-    """After it, where a step follows."""
+    state: dict[str, Any]  # after it, where a step follows
 
 
 @cache
@@ -78,13 +74,11 @@ def _drawn(row: Any, random: Random, controller: Controller) -> Any:
 
 
 def prepare_answers(name: str) -> None:
-    """Let the reference take all courses."""
     for number in range(COURSES):
         _course(name, number)
 
 
 def answers_problem(host: Host, name: str) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     numbers = range(COURSES)
     return next((problem for each in numbers if (problem := _problem(host, name, each))), "")
 
@@ -124,7 +118,6 @@ Check = Callable[[Host, str], Iterator[str]]
 
 
 def power_problem(host: Host, name: str) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     checks: tuple[Check, ...] = (_edges, _asked, _interrupted, _cut, _edited, _senseless)
     return next((problem for check in checks for problem in check(host, name)), "")
 

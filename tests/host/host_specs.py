@@ -1,7 +1,5 @@
-"""Specifications that, between them, take every branch of the templates, and their host builds.
-
-A build is made once (`build/rig`), by all that goes into it.
-"""
+"""Specifications that, between them, take every branch of the templates, and their host builds. A
+build is made once (`build/rig`), by all that goes into it."""
 
 import hashlib
 from collections.abc import Callable, Mapping
@@ -64,7 +62,6 @@ SWITCHING = tuple(_SWITCHED)
 
 
 def in_other_order(text: str) -> str:
-    """The same specification with its loops the other way round."""
     spec = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - everything is text
     return _text({**spec, "loops": dict(reversed(spec["loops"].items()))})
 
@@ -98,7 +95,6 @@ def build_of_spec(spec: Spec, *, sanitized: bool = True) -> HostBuild:
 
 @cache
 def _world() -> bytes:
-    """What else goes into a build: the world, and how it is compiled."""
     folder = Path(package).parent
     return b"".join(
         path.read_bytes() for path in sorted(folder.rglob("*.[chp]*")) if path.is_file()
@@ -136,5 +132,4 @@ class BuildArena:
         return built.library
 
     def host(self, library: Path) -> Host:
-        """Load what was built."""
         return Host(replace(self.built, library=library))

@@ -1,9 +1,7 @@
 """Numbers of a host build: a sensor's codes, texts, limits that may be, and types of thermocouples.
-
 Between temperatures and codes there are scales, for courses that go to a temperature. A loop goes
 by limits that may be, whatever its settings have become; the chosen type of thermocouple lowers
-what may be asked for (docs/language.md).
-"""
+what may be asked for (docs/language.md)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -36,8 +34,7 @@ class Steps:
 
     per_k: int
     lowest: int
-    highest: int
-    """Codes that may come; those of `noise` are where the sensor mostly is."""
+    highest: int  # codes that may come; those of `noise` are where the sensor mostly is
     noise: tuple[int, int]
     first = 0
 
@@ -105,8 +102,7 @@ def scale_of(controller: Controller) -> Steps | Table:
 
 LARGEST = 20_000_000
 MOST_DECIMALS = 2
-HALF_ULP = Fraction(1, 2**24)
-"""Relative error of one operation in single precision."""
+HALF_ULP = Fraction(1, 2**24)  # relative error of one operation in single precision
 
 EXTREMES = [
     float(np.float32(value))
@@ -120,7 +116,6 @@ EXTREMES = [
 
 
 def text_problem(host: Host, value: float, decimals: int) -> str:
-    """Say what is wrong with the text of a value of single precision; empty if nothing."""
     try:
         text = host.number(value, decimals)
     except ValueError as problem:
@@ -164,8 +159,7 @@ def all_text_problems(host: Host) -> str:
 
 
 MILD_C = 30.0
-LEAST_RANGE = 1.0
-"""Least range of the output, above its minimum."""
+LEAST_RANGE = 1.0  # least range of the output, above its minimum
 
 
 def begun_at(host: Host, celsius: float) -> NDArray[Any]:
@@ -177,7 +171,6 @@ def begun_at(host: Host, celsius: float) -> NDArray[Any]:
 
 
 def next_step(host: Host, inputs: NDArray[Any]) -> Any:
-    """Do a step without a latched fault; return its states."""
     host.library.fault.code, host.library.fault_complement = 0, 255
     return host.run(inputs).states[0]
 
@@ -222,12 +215,10 @@ def _about(bound: Single) -> tuple[Single, ...]:
     return np.nextafter(bound, Single(-200)), bound, np.nextafter(bound, Single(200))
 
 
-DAMAGED = 0xFF
-"""A code that nobody can choose: as the type that bears the least."""
+DAMAGED = 0xFF  # a code that nobody can choose: as the type that bears the least
 
 
 def types_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing, or if all types bear the same."""
     controller, parts = host.build.controller, host.build.parts
     loop = controller.loops[parts.name]
     setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c

@@ -1,9 +1,7 @@
-"""Whether what is watched beside readings switches off, and trips, as it must: to the tick.
-
-Inputs that are open, from docs/control.md, "Inputs"; a fan that has to prove that it turns; a
-heater's current, which is watched and limited as in the reference, to the very limits; and which
-trips are counted for the lock-out.
-"""
+"""Whether what is watched beside readings switches off, and trips, as it must: to the tick. Inputs
+that are open, from docs/control.md, "Inputs"; a fan that has to prove that it turns; a heater's
+current, which is watched and limited as in the reference, to the very limits; and which trips are
+counted for the lock-out."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -43,12 +41,10 @@ class _Watched(Running):
 
 INPUT_OPEN = 31
 INPUT_COURSES = 40
-PATIENCE = 4
-"""Periods after which a step has come."""
+PATIENCE = 4  # periods after which a step has come
 
 
 def inputs_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     inputs = list(host.build.controller.safety.inputs.values())
     if not inputs:
         return ""
@@ -141,7 +137,6 @@ TWO_BYTES = 1 << 16
 
 
 def proof_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     fans = facts_of(host.build.controller).proofs
     if not fans:
         return ""
@@ -258,14 +253,11 @@ class _Proven(_Watched):
 
 
 RAWS = 1024
-LASTS = 60
-"""Steps in which each pair stays: a limit rises to its end, and a fault would come."""
-UPSETS = (nan, inf, 1e30)
-"""What a bit that flips in RAM may make of the limit, and what is no duty."""
+LASTS = 60  # steps in which each pair stays: a limit rises to its end, and a fault would come
+UPSETS = (nan, inf, 1e30)  # what a bit that flips in RAM may make of the limit, and what is no duty
 
 
 def current_problem(host: Host) -> str:
-    """Say the first step after which they differ; empty if none."""
     controller = host.build.controller
     ((name, loop),) = controller.loops.items()
     current = current_of(controller)
@@ -347,7 +339,6 @@ def restored_problem(host: Host) -> str:
 
 
 def lockout_problem(host: Host) -> str:
-    """Say the first thing that is wrong; empty if nothing."""
     controller = host.build.controller
     lockout = controller.lockout
     if lockout is None:

@@ -1,7 +1,5 @@
-"""The generated C, on the host: what each judge of the mutants holds of it, and the reference.
-
-The specifications of the host build take every branch of the templates, both ways.
-"""
+"""The generated C, on the host: what each judge of the mutants holds of it, and the reference. The
+specifications of the host build take every branch of the templates, both ways."""
 
 import re
 from collections import defaultdict
@@ -134,8 +132,6 @@ def test_every_temperature_of_the_sensor_is_written_exactly(hosts, decimals):
         assert code_problem(hosts("switch_lead"), raw, decimals) == ""
 
 
-# ---- any controller that the language allows ----
-
 COURSES = 4
 
 
@@ -182,7 +178,6 @@ CONDITION = re.compile(r"^\s*//% if (.*)$", re.MULTILINE)
 
 @cache
 def planned():
-    """Every file of every build, by its template; planned once."""
     found = defaultdict(list)
     for name in host_specs.NAMES:
         for file in plan_firmware(host_specs.spec_of(name)).files:

@@ -216,8 +216,6 @@ def test_the_lag_is_the_shorter_time() -> None:
     assert found["capacity_body"] * found["resistance_body"] == pytest.approx(300, rel=1e-3)
 
 
-# ---- the answer by modes is the plant's own, to rounding ----
-
 EPS = float(np.finfo(float).eps)
 
 

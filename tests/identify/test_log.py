@@ -107,8 +107,6 @@ def test_no_bytes_break_it(data: bytes) -> None:
         assert identify.read_log(data).values.size
 
 
-# ---- from columns and units to a record, or to what is missing ----
-
 SCALES = identify.Scales(power_w=40.0)
 
 

@@ -58,7 +58,6 @@ TOUCHED = host_specs.TEXTS["touched"]
 
 
 def loop_problem(elf: Elf) -> str:
-    """Say whether the loop lacks a reading, misjudges the relay, or does not tell it its wish."""
     device = AvrDevice(spec_of(TOUCHED).controller, elf)
     relay = device.relay
     assert relay is not None

@@ -1,8 +1,4 @@
-"""Outputs behind the real gate: heater and cooler, and the safety relay, tick by tick.
-
-Minimum times and the interlock hold; the relay is switched without load, and told from a weld by
-its contact.
-"""
+"""Outputs behind the real gate: heater and cooler, and the safety relay, tick by tick."""
 
 import random
 from collections.abc import Iterator, Mapping
@@ -26,16 +22,13 @@ KINDS = {
 }
 """Other heaters than a digital one."""
 VARIANTS = {
-    "none": ("", ""),
-    "on": (", minimum_on: 150 ms", ""),
-    "off": (", minimum_off: 120 ms", ""),
+    "none": ("", ""), "on": (", minimum_on: 150 ms", ""), "off": (", minimum_off: 120 ms", ""),
     "both": (", minimum_on: 70 ms, minimum_off: 90 ms", ""),
     "cooler": ("", ", minimum_on: 110 ms, minimum_off: 50 ms"),
     "all": (", minimum_on: 60 ms, minimum_off: 40 ms", ", minimum_on: 80 ms, minimum_off: 70 ms"),
     "low": (", active: low, minimum_on: 60 ms", ", active: low, minimum_off: 40 ms"),
-}
-LATCHED = 6
-"""A fault's code, whichever."""
+}  # fmt: skip
+LATCHED = 6  # a fault's code, whichever
 
 
 class Asked(NamedTuple):
@@ -77,10 +70,8 @@ class HeldBoard(OutputBoard):
         self.avr.run(LATE_S)
 
     def tick(self, orders: Asked) -> tuple[tuple[bool, bool], tuple[bool, bool]]:
-        """Go on to just after the next tick; return what is on, and what should be.
-
-        The tick's interrupt switches by the orders before; then the program takes these.
-        """
+        """Go on to just after the next tick; return what is on, and what should be. The tick's
+        interrupt switches by the orders before; then the program takes these."""
         self.put("fault.code", LATCHED * orders.latched)
         self.ask("heater", self.percent * orders.heater)
         self.ask("cooler", 100.0 * orders.cooler)
@@ -187,11 +178,9 @@ PINS = {"uno": ("D3", "D7", "D8"), "mega2560": ("D6", "D9", "D17"),
 OPERATE_S, RELEASE_S = 0.022, 0.012
 """So that the contact is, at a tick, where it was LATE_S after the one before."""
 SETTLE_TICKS, CONTACT_TICKS = 5, 10
-MAIN_TICKS = 10
-"""The main loop's permit."""
+MAIN_TICKS = 10  # the main loop's permit
 WELDED, OPEN = 25, 26
-JUDGED_C = 21.0
-"""The temperature that the program gives with a judgement."""
+JUDGED_C = 21.0  # the temperature that the program gives with a judgement
 
 
 class Orders(NamedTuple):
@@ -276,7 +265,6 @@ class RelayBoard(OutputBoard):
         # The interrupt itself may come some cycles sooner or later.
         self._settle_cycles = round((SETTLE_TICKS * TICK_S - 1e-4) * self.board.clock_hz)
         self._closed_at = 0
-        # The first tick comes 10 ms after the clock was started, some microseconds after the reset.
         self.avr.run(LATE_S)
         self.avr.pins.take()
 

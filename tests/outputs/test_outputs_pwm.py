@@ -17,8 +17,7 @@ from heatwright.spec.board.timers import allocate
 
 CLOCK_HZ = 16_000_000
 TCCR2A, TIMSK1 = 0xB0, 0x6F
-LATENCY = 200
-"""Cycles: from the match to the pin. Its own interrupt, and the tick's before it."""
+LATENCY = 200  # Cycles: from the match to the pin. Its own interrupt, and the tick's before it.
 INSTRUCTION = 12
 """Cycles: the simulator moves a timer's pin after an instruction, or after the 8 cycles in which
 the processor wakes and enters an interrupt."""
@@ -58,7 +57,6 @@ class PwmBoard(OutputBoard):
         return Pulses(np.diff(begins), widths, share)
 
     def cycles_of(self, name: str) -> int:
-        """Cycles of a period, as the allocation says."""
         return self.channels[name].prescaler * self.channels[name].counts
 
     def late(self, name: str) -> int:
@@ -188,7 +186,6 @@ either_level = pytest.mark.parametrize("active", ["high", "low"])
 
 
 def timers() -> Iterator[tuple[str, int, tuple[str, ...]]]:
-    """Every timer with compare outputs of each chip, and their pins."""
     for board in CHIPS:
         pins = {pin.port_name: pin for pin in BOARDS[board].pins.values() if pin.pwm}
         for number in BOARDS[board].timers:
@@ -207,8 +204,7 @@ def test_every_compare_output(board: str, number: int, pins: tuple[str, ...], ac
         channel = bench.channels[name]
         assert (channel.timer, channel.by_interrupts) == (number, False)
         switch = bench.outputs[name]
-        assert switch.driven
-        assert not switch.on  # off is forced from the start on
+        assert (switch.on, switch.driven) == (False, True)  # off is forced from the start on
         for percent in (0.4, 25.0, 50.0, 99.6):
             assert bench.wrong(name, percent, 0.02) == ""
         for percent in (100.0, 0.0, 50.0, 0.0):

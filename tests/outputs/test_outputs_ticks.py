@@ -1,8 +1,4 @@
-"""Outputs of which every tick counts: time-proportional ones, and the feed at its driver's pins.
-
-Each tick of each window is right, in one piece or spread, at either level; and every step of the
-feed, its speed, and what stops it.
-"""
+"""Outputs of which every tick counts: time-proportional ones, and the feed at its driver's pins."""
 
 import math
 import random
@@ -381,13 +377,11 @@ def whole_problem(place: Wired, elf: Elf | None = None) -> str:
 PLACES = [("uno", "D3"), ("mega2560", "D2"), ("mega2560", "D9"), ("atmega32", "PC0")]
 """A port beyond the reach of `sbi` among them."""
 WINDOWS = {
-    "burst": BURST,
-    "burst of ticks": "window: 6 s, resolution: 60 ms",
-    "short pulses left out": SHORT_LEFT_OUT,
-    "spread": SPREAD,
+    "burst": BURST, "burst of ticks": "window: 6 s, resolution: 60 ms",
+    "short pulses left out": SHORT_LEFT_OUT, "spread": SPREAD,
     "spread of ticks": "window: 10 s, resolution: 100 ms, distribution: spread",
     "spread of many steps": "window: 6 s, resolution: 20 ms, distribution: spread",
-}
+}  # fmt: skip
 
 either_level = pytest.mark.parametrize("active", ["high", "low"])
 

@@ -1,8 +1,4 @@
-"""The plant against the laws of physics, and in C beside its processor.
-
-Drawn networks stand beside a fine integration of them. The plant in C is the plant in Python; many
-steps at once are each step.
-"""
+"""The plant against the laws of physics, and in C beside its processor."""
 
 import math
 from collections.abc import Callable
@@ -76,11 +72,9 @@ PHASES = st.lists(
 
 @st.composite
 def networks(draw: st.DrawFn) -> tuple[dict[str, Any], Callable[..., Any]]:
-    """Up to three nodes in a row, of which the last is joined to ambient or to nothing.
-
-    And the physics of it: C · dT/dt of a node is the heat that flows in, τ · dy/dt = T − y of a
-    sensor that lags.
-    """
+    """Up to three nodes in a row, of which the last is joined to ambient or to nothing. And the
+    physics of it: C · dT/dt of a node is the heat that flows in, τ · dy/dt = T − y of a sensor that
+    lags."""
     capacities = draw(st.lists(st.integers(10, 5000), min_size=1, max_size=3))
     count = len(capacities)
     names = [*(f"node{number}" for number in range(count)), AMBIENT]
@@ -169,8 +163,6 @@ def test_every_plant_of_the_language_has_its_module(kind: str) -> None:
     assert import_module(f"heatwright.sim.plants.{kind}").Plant
 
 
-# ---- radiation, against Stefan and Boltzmann's law and exact solutions ----
-
 SIGMA = 5.670374419e-8
 ZERO_K_C = -273.15
 AREA_M2, EMISSIVITY = 0.02, 0.9
@@ -178,16 +170,13 @@ FACTOR = SIGMA * AREA_M2 * EMISSIVITY
 RADIATION = {"area": f"{AREA_M2} m²", "emissivity": EMISSIVITY}
 GLOWS = {"radiation": [{"between": ["block", "ambient"], **RADIATION}]}
 ALONE = ONE | {"nodes": {"block": "50 J/K"}, "links": []} | GLOWS
-HALF_A_CELL = 0.01
-"""The conductance of the grid is off by a hundredth at most."""
+HALF_A_CELL = 0.01  # the conductance of the grid is off by a hundredth at most
 
 
 def test_a_block_in_empty_space_cools_by_the_inverse_cube():
-    """C·dT/dt = −f·T⁴: T^−3 grows by 3·f·t/C.
-
-    A step with the conductance of its beginning goes to exp(−x), x = f·T³·Δt/C, of where it was,
-    and should to (1 + 3·x)^(−1/3): that is 1.5·x² too low, and the sum of all x is ln(T₀/T).
-    """
+    """C·dT/dt = −f·T⁴: T^−3 grows by 3·f·t/C. A step with the conductance of its beginning goes to
+    exp(−x), x = f·T³·Δt/C, of where it was, and should to (1 + 3·x)^(−1/3): that is 1.5·x² too low,
+    and the sum of all x is ln(T₀/T)."""
     step_s, start_k, heat = 0.1, 1200.0, 50.0
     machine = plant(ALONE, step_s=step_s, ambient_c=ZERO_K_C, initial=f"{start_k + ZERO_K_C} °C")
     for seconds in range(1, 200):
@@ -228,8 +217,6 @@ def test_with_links_it_follows_a_fine_integration():
     found = run(machine, 30_000, on=1.0)
     assert found == pytest.approx(fine.y[:, -1], rel=1e-5)
 
-
-# ---- what a heater takes from its supply, as its sensor sees it ----
 
 FULL_A = 1.8
 
@@ -307,7 +294,6 @@ PRODUCTS = 2.0**-52 * 2
 
 
 def begun(name: str) -> Trace:
-    """Run the first minutes of an example's scenario on its binary."""
     controller = example(name).controller
     scenario = controller.simulated.scenario
     soon = [each for each in scenario if each.for_s is None and (each.at_s or 0.0) < RUN_S]

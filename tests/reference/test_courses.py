@@ -127,8 +127,6 @@ def fits(found: Any, wanted: str) -> bool:
     return bool(found == value(wanted))
 
 
-# ---- the courses ----
-
 RULES = {"heating": Heating, "runaway": Runaway, "frozen": Frozen,
          "rising_while_off": RisingWhileOff, "effort": Effort}  # fmt: skip
 LOOSE = "frozen: off, rise_rate: 100 K/s, heating: off, runaway: off, rising_while_off: off"

@@ -1,9 +1,4 @@
-"""What no course of a `.txt` can tell of the reference model's parts.
-
-The sum of readings, each kind of sensor, the rule of tuning. What an output makes of a duty: the
-period of a PWM, its shortest pulses, and minimum times. Settling time and overshoot, on courses
-whose every step is known: within 2 K, for 5 s.
-"""
+"""What no course of a `.txt` can tell of the reference model's parts."""
 
 import math
 from importlib import import_module
@@ -67,12 +62,10 @@ def test_ds18b20_rounds_to_its_resolution_and_ends_at_its_range(resolution, code
 # ---- the rule of tuning finds what a relay's swing is made of: an integrator, a lag, a dead time
 
 PERIOD_S = 0.1
-SINGLE = 2**-20
-"""Roundings to single precision, relatively."""
+SINGLE = 2**-20  # roundings to single precision, relatively
 DAMPED = 5
 """Lags in each half of a swing after which the turn before it is forgotten: e⁻⁵ is below 1 %."""
-PADE = 0.065
-"""How far the share of the top is from the exact one, up to five times the fall (docs)."""
+PADE = 0.065  # how far the share of the top is from the exact one, up to five times the fall (docs)
 
 
 def constants(**changes):
@@ -83,12 +76,10 @@ def constants(**changes):
 
 
 def swung(rise, fall, lag_s, dead_s, on_s):
-    """Return what is measured of a steady swing of an integrator behind a lag and a dead time.
-
-    In closed form: the block x is a triangle, from 0 to rise · on. Of τ·dy/dt = x − y remains, t
-    after the relay has switched on, y = rise · (t − τ) + A · exp(−t/τ), and t after it has switched
-    off y = x_high − fall · (t − τ) + B · exp(−t/τ); A and B make it periodic.
-    """
+    """Return what is measured of a steady swing of an integrator behind a lag and a dead time. In
+    closed form: the block x is a triangle, from 0 to rise · on. Of τ·dy/dt = x − y remains, t after
+    the relay has switched on, y = rise · (t − τ) + A · exp(−t/τ), and t after it has switched off y
+    = x_high − fall · (t − τ) + B · exp(−t/τ); A and B make it periodic."""
     off_s = on_s * rise / fall
     on_left, off_left = math.exp(-on_s / lag_s), math.exp(-off_s / lag_s)
     both = (rise + fall) * lag_s / (1 - on_left * off_left)
@@ -183,8 +174,7 @@ def test_one_prescaler_serves_all_outputs_of_a_timer(vary):
     assert pwm_period(controller, "heater") == (16393, 100)
     outputs = {**controller.outputs, "second": pwm(pin="D4", frequency="30 Hz")}
     both = controller.model_copy(update={"outputs": ReadOnlyDict(outputs)})
-    assert pwm_period(both, "heater") == (2049, 13)
-    assert pwm_period(both, "second") == (8333, 13)
+    assert (pwm_period(both, "heater"), pwm_period(both, "second")) == ((2049, 13), (8333, 13))
 
 
 def test_pulses_by_interrupts_are_not_shorter_than_they_are_late(vary):
@@ -196,8 +186,6 @@ def test_pulses_by_interrupts_are_not_shorter_than_they_are_late(vary):
         found[duty] = heater.counts
     assert found == wanted
 
-
-# ---- minimum times, in ticks and in time ----
 
 ORDERS = st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=200)
 """Asked, permitted, and stopped, in each tick."""

@@ -23,11 +23,9 @@ RAW = st.integers(-(2**15), 2**15 - 1)
 NEAR = st.integers(18 * 16, 84 * 16)
 
 STEP = st.tuples(
-    st.sampled_from([0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5]),
-    st.one_of(NEAR, RAW),
-    st.sampled_from([10.0, 20.0, 50.0, 69.9, 70.0]),
-    st.booleans(),
-)
+    st.sampled_from([0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5]), st.one_of(NEAR, RAW),
+    st.sampled_from([10.0, 20.0, 50.0, 69.9, 70.0]), st.booleans(),
+)  # fmt: skip
 STEPS = st.lists(STEP, min_size=1, max_size=60)
 
 GAINS = st.floats(0, 1e6, allow_subnormal=False)
@@ -112,8 +110,7 @@ def widths_hold(controller: Controller, record: Record) -> None:
             assert info.min <= record[name] <= info.max, name
 
 
-SINGLE = 2**-22
-"""A few roundings of numbers up to some hundreds, relatively."""
+SINGLE = 2**-22  # a few roundings of numbers up to some hundreds, relatively
 
 
 @given(st.integers(-64, 64), st.integers(-4, 4), st.floats(0, 100, width=32))
@@ -165,8 +162,6 @@ def test_a_critical_temperature_must_be_told() -> None:
     with pytest.raises(ValueError, match="critical temperature"):
         Reference(adjustable, "air").step(0, 0, Single(0))
 
-
-# ---- of a program, whatever is ordered and read ----
 
 _FIRED = (
     "{to: 60 °C, over: 20 s}, {hold: 6 s}, {to: 90 °C, at: as fast as possible}, "

@@ -35,8 +35,6 @@ HEAD = re.compile(r"\[(\w+)(?: of (\w+))?\](?: .+)?")
 
 @dataclass(frozen=True)
 class Case:
-    """A spec, and what is said of it."""
-
     text: bytes
     messages: tuple[str, ...]
 
@@ -59,7 +57,6 @@ class Case:
 
 @cache
 def cases() -> Mapping[str, Case]:
-    """Return the bad specs by name, in the order of the files."""
     entries = _entries(FOLDER.glob("*.txt"))
     found = {
         name: Case(_text(entries, name).encode("utf-8", "surrogateescape"), tuple(entry.messages))
@@ -85,15 +82,12 @@ class _Change:
 
 @dataclass
 class _Entry:
-    """A case as it is written."""
-
     file: Path
     base: str | None
     changes: list[_Change] = field(default_factory=lambda: [_Change()])
     messages: list[str] = field(default_factory=list)
 
     def read(self, line: str) -> None:
-        """Take in the next line."""
         sign, text = line[:1], line[2:]
         if sign == ">":
             self.messages.append(text)

@@ -1,9 +1,7 @@
 """Any valid controller that the language allows, with a machine that suits it, as a strategy.
-
 `controllers()` draws a board, then interfaces, programs and relay for its pins and ports, then one
 to three loops from what pins and timers are left, each with a plant and protections computed from
-it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too.
-"""
+it. What the checks refuse all the same is not drawn (`assume`); `drawn()` gives that too."""
 
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -44,20 +42,16 @@ from heatwright.spec.sensors import shortest_period_s
 
 NAMES = ("air", "bed", "plate_2")
 MONITORS = ("drivers", "camera")
-HOTTEST_BOX_C = 45.0
-"""No room, and no loop, makes a monitored box warmer."""
+HOTTEST_BOX_C = 45.0  # no room, and no loop, makes a monitored box warmer
 CLOCKS_MHZ = (8, 12, 14.7456, 18.432, 20)
 BAUDS = (9600, 115_200, 1200, 19_200, 38_400, 57_600, 250_000)
-LENGTH_S = 60.0
-"""Length of a scenario."""
+LENGTH_S = 60.0  # length of a scenario
 BY_HOST = {"B": ("M140", "M303 E-1", "M304"), "C": ("M141", "M303 E-2", "M309")}
 """How a host heats bed and chamber, tunes them, and sets their gains."""
 TITLES = ("An oven", "Größe µ/Ω ??/ */ \\", "x" * 60)
 
 
 class Drawn(NamedTuple):
-    """A drawn spec."""
-
     text: str
     spec: Spec
 
@@ -113,8 +107,6 @@ def drawn(count: int) -> tuple[Drawn, ...]:
 
 
 class _Controller:
-    """Draws one controller, section by section."""
-
     def __init__(self, draws: Draws, loops: Sequence[int]) -> None:
         self.draws = draws
         self._simulated = draws.one(True, True, False)
@@ -203,7 +195,6 @@ class _Controller:
             self.safety["relay_feedback"] = self.left.digital()
 
     def _inputs(self) -> None:
-        """Put contacts at pins that are left."""
         own = own_draws(self.safety | self.outputs)
         number = 0
         while self._spare() and number < 3 and (own.some() if number else own.seldom()):
@@ -311,7 +302,6 @@ class _Controller:
             self.twins.append((loop, part))
 
     def _boxes(self, plant: Part) -> None:
-        """Add what the monitors watch to the machine."""
         for name, _, warmer in self.watched:
             plant["nodes"][f"{name}_box"] = "200 J/K"
             plant["links"].append({"between": [f"{name}_box", "ambient"], "resistance": "2 K/W"})
@@ -323,7 +313,6 @@ class _Controller:
             plant["sense"][f"{loop.name}_second"] = {**plant["sense"][f"{loop.name}_felt"]}
 
     def _fans_and_feed(self) -> None:
-        """Give the host something to switch."""
         draws = self.draws
         if self._spare() and draws.some():
             pulses = self.left.pwm(1.0, heats=False) if draws.some() else None
@@ -573,7 +562,6 @@ class _Controller:
         return [*events, {"for": text(LENGTH_S, "s")}]
 
     def _orders(self) -> list[Part]:
-        """List what may be done to this controller."""
         found: list[Part] = []
         if self.has_keys:
             keys = ("up", "down", "select", "left", "right")
@@ -611,7 +599,6 @@ class _Controller:
         return found
 
     def text(self) -> str:
-        """Write the file."""
         whole: Part = {
             "heatwright": 1, "controller": self.identity,
             "sensors": joined(self.loops, "sensors")

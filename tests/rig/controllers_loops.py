@@ -21,18 +21,14 @@ from heatwright.spec.loops import LONGEST_RULE_S, MOST_STEPS
 from heatwright.spec.sensing.max31856 import lowered
 
 TICK_S = 0.01
-LONGEST_PERIOD_S = 600.0
-"""Unless a sensor takes longer."""
-SIGMA = 5.670374e-8
-"""Of Stefan and Boltzmann, W/m²/K⁴."""
+LONGEST_PERIOD_S = 600.0  # unless a sensor takes longer
+SIGMA = 5.670374e-8  # of Stefan and Boltzmann, W/m²/K⁴
 AMBIENT_C = 20.0
 FASTEST_K_PER_S = 500.0
 FEED_MM_PER_S = 5.0
 
 
 class Served(NamedTuple):
-    """Who commands a loop."""
-
     by_master: bool
     by_host: bool
     switched: bool
@@ -185,7 +181,6 @@ class LoopDraw:
         proof |= {"tachometer": part, "within": text(math.ceil(1 + 2 * window_s), "s")}
 
     def _machine(self) -> None:
-        """Choose how quick the machine is, and how strong its heater."""
         draws = self.draws
         self.delay_s = draws.one(0.0, 0.0, 0.5) * self.period_s
         self.lag_s = draws.one(0.0, 2.0, 10.0) * self.period_s
@@ -200,8 +195,7 @@ class LoopDraw:
         self.high_c = draws.number(highest_c - 0.2 * self.span_k, highest_c, 250, 0.1)
         self.coasts_k = coasts_k
         self.most_percent = draws.number(30, 100, 100) if self.kind == "pid" else 100.0
-        self.strength = draws.one(2.0, 1.4, 5.0)
-        """Full power over what holds the highest setpoint."""
+        self.strength = draws.one(2.0, 1.4, 5.0)  # full power over what holds the highest setpoint
         self.full_w = self.power_w * self.most_percent / 100
         if self.measured:
             self._current()
@@ -307,7 +301,6 @@ class LoopDraw:
         return part
 
     def _settings(self) -> None:
-        """Choose the setpoints and what is about the algorithm."""
         draws, served = self.draws, self.served
         lowest_c = max(self.floor_c + 0.1, -50.0 if draws.seldom() else -10.0)
         self.noise_k = tidy(self.step_k) if draws.seldom() else 0.0
@@ -437,7 +430,6 @@ class LoopDraw:
         return text(min(max(math.ceil(seconds), math.ceil(self.period_s)), longest_s), "s")
 
     def _rule(self, rules: Part, name: str, part: Part) -> None:
-        """Have a rule with its numbers, or none."""
         rules[name] = "off" if self.draws.seldom() else part
 
     def _runaway(self, rules: Part) -> None:
@@ -471,7 +463,6 @@ class LoopDraw:
         return math.ceil(self.dead_k) + limit_k
 
     def _plant(self) -> None:
-        """Write the part of the machine that this loop heats."""
         name, draws = self.name, self.draws
         target_k = self.high_c - AMBIENT_C
         ohm = self.strength * target_k / self.full_w
@@ -512,7 +503,6 @@ class LoopDraw:
         self.links.append({"between": [one, other], "resistance": text(tidy(ohm, 4), "K/W")})
 
     def parts(self) -> Part:
-        """Return the loop's own section, in the usual order."""
         found: Part = {"sensor": f"{self.name}_felt", "heater": f"{self.name}_heater"}
         for role in ("fan", "cooler"):
             if f"{self.name}_{role}" in self.outputs:
@@ -521,5 +511,4 @@ class LoopDraw:
 
 
 def joined(loops: list[LoopDraw], what: str) -> dict[str, Any]:
-    """Put the same section of several loops together."""
     return {key: part for loop in loops for key, part in getattr(loop, what).items()}

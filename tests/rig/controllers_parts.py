@@ -26,12 +26,10 @@ BY_INTERRUPTS_HZ = 6_000_000
 
 
 def text(value: float, unit: str = "") -> str:
-    """Write a quantity."""
     return f"{value:.10g} {unit}".rstrip()
 
 
 def tidy(value: float, digits: int = 3) -> float:
-    """Round to a few digits."""
     return float(f"{value:.{digits}g}")
 
 
@@ -71,10 +69,8 @@ class Draws:
 
 
 def own_draws(part: Part) -> Draws:
-    """Give draws that follow from what was drawn of a part, and use up no random number.
-
-    For what shapes no machine: the machines that a seed gives stay as they are.
-    """
+    """Give draws that follow from what was drawn of a part, and use up no random number. For what
+    shapes no machine: the machines that a seed gives stay as they are."""
     return Draws(Random(repr(part)).randint)  # noqa: S311 - no secret
 
 
@@ -130,11 +126,9 @@ class Resources:
         return str(self.draws.one(pin.name, pin.port_name) if pin.digital else pin.name)
 
     def analog(self) -> str:
-        """Take a pin of the ADC."""
         return self._take([pin for pin in self._free if pin.adc is not None])
 
     def has_analog(self) -> bool:
-        """Tell whether a pin of the ADC is free that nobody needs."""
         return sum(pin.adc is not None for pin in self._free) > self.kept_analog
 
     def digital(self, *, heats: bool = False) -> str:
@@ -213,8 +207,6 @@ THERMISTORS: tuple[Part, ...] = (
 
 
 class Sensors:
-    """Draws thermometers."""
-
     def __init__(self, left: Resources, reference: str) -> None:
         self.draws, self.board, self.left = left.draws, left.board, left
         self.reference = reference  # of the ADC: one for all
@@ -358,7 +350,6 @@ def usable_c(sensor: Any, *, hottest_own: bool = False) -> tuple[float, float]:
 
 
 def step_k(sensor: Any, mcu: str, low_c: float, high_c: float) -> float:
-    """Give the widest step of the readings between two temperatures."""
     if not isinstance(sensor, AnalogSensor):
         return float(sensor.step_k)
     places = [low_c + share * (high_c - low_c) / 8 for share in range(9)]

@@ -1,9 +1,7 @@
 """From a specification to a program in the simulated processor: the tests' specs, what is generated
-from them, and C compiled for it; each is read, generated and compiled once.
-
-The C is a small program, parts of a firmware with a `main` of the test's, or a whole firmware. What
-was compiled is in `build/rig`, by the content of all that goes into it.
-"""
+from them, and C compiled for it; each is read, generated and compiled once. The C is a small
+program, parts of a firmware with a `main` of the test's, or a whole firmware. What was compiled is
+in `build/rig`, by the content of all that goes into it."""
 
 import hashlib
 import shutil
@@ -64,9 +62,7 @@ def kept(name: str, product: str, make: Callable[[Path], None]) -> Path:
 
 def made(command: Sequence[str], texts: Mapping[str, str], product: str) -> Path:
     """Run a compiler in a folder with these files, and return its product, or raise CompileFailed.
-
-    The same command with the same files is run once; the folder stays in the store.
-    """
+    The same command with the same files is run once; the folder stays in the store."""
 
     def run(folder: Path) -> None:
         for path, text in texts.items():
@@ -183,8 +179,7 @@ PRELUDE = """
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror")
 FLAGS = ("-Os", "-gdwarf-2", "-std=c11", "-fpack-struct=1", "-ffunction-sections",
          "-fdata-sections")  # fmt: skip
-LITTLE_FLASH = 16384
-"""Bytes; there it is linked with short jumps, as the project does everywhere."""
+LITTLE_FLASH = 16384  # bytes; there it is linked with short jumps, as the project does everywhere
 Changed = Mapping[str, str]
 """Files of a firmware, by name, that have another text: a mutant is compiled without warnings."""
 
@@ -206,14 +201,12 @@ def shared(name: str, *flags: str, mcu: str = "atmega328p") -> Elf:
 
 
 def powered(program: Elf, mcu: str = "atmega328p") -> Avr:
-    """Return a processor with the program, at cycle 0."""
     avr = Avr(mcu, CLOCK_HZ)
     avr.load(program)
     return avr
 
 
 def running(source: str, *flags: str, mcu: str = "atmega328p") -> Avr:
-    """Return a processor at cycle 0 with this C as its program."""
     return powered(compiled(source, *flags, mcu=mcu), mcu)
 
 
@@ -241,11 +234,9 @@ def device_of(spec: str, felt_c: float | None = None, elf: Elf | None = None) ->
 
 @cache
 def began_s(spec: str) -> float:
-    """Return when the first tick of a spec's firmware begins, s after the power came on.
-
-    A controller that checks itself starts late: its watchdog resets it once, and it goes through
-    all of its memory.
-    """
+    """Return when the first tick of a spec's firmware begins, s after the power came on. A
+    controller that checks itself starts late: its watchdog resets it once, and it goes through all
+    of its memory."""
     controller = controller_of(spec)
     device = AvrDevice(controller, whole(spec))
     name, loop = next(iter(controller.loops.items()))
@@ -258,12 +249,9 @@ def began_s(spec: str) -> float:
 class Program:
     """Some files of a spec's firmware with a main program; without one, the whole firmware."""
 
-    spec: str
-    """Its text, or the name of an example."""
-    names: tuple[str, ...] = ()
-    """The files, without their ending."""
-    main: str = ""
-    """The text of main.c, if there is to be another one."""
+    spec: str  # its text, or the name of an example
+    names: tuple[str, ...] = ()  # the files, without their ending
+    main: str = ""  # the text of main.c, if there is to be another one
     flags: tuple[str, ...] = ()
 
     def texts(self) -> dict[str, str]:
@@ -275,11 +263,9 @@ class Program:
         return headers_of(texts) | {name: texts[name] for name in chosen} | {"main.c": self.main}
 
     def elf(self, changed: Changed | None = None, folder: Path | None = None) -> Elf:
-        """Compile it: strictly, or with files that are changed, without warnings.
-
-        In a folder are left what depends on those files, and the binary; all else, and all
-        without a folder, is kept in the store.
-        """
+        """Compile it: strictly, or with files that are changed, without warnings. In a folder are
+        left what depends on those files, and the binary; all else, and all without a folder, is
+        kept in the store."""
         texts = self.texts() | dict(changed or {})
         headers = headers_of(texts)
         stale = set(texts) if set(changed or ()) & set(headers) else set(changed or ())
@@ -326,31 +312,25 @@ class Firmware:
 
     name: str
     program: Program
-    broken: tuple[str, ...]
-    """The files that are broken, without their ending."""
+    broken: tuple[str, ...]  # the files that are broken, without their ending
     checks: tuple[Callable[[Elf], object], ...]
     """Each is given the binary; it says what is wrong with it, or raises. Quick ones first."""
     together: bool = False
 
     def headers(self) -> dict[str, str]:
-        """Return what the files include."""
         return headers_of(self.program.texts())
 
     def sources(self) -> dict[str, str]:
-        """Return the files that are broken."""
         texts = self.program.texts()
         return {f"{name}.c": texts[f"{name}.c"] for name in self.broken}
 
     def build(self, changed: Changed, folder: Path) -> Path:
-        """Compile a mutant in a folder."""
         return self.program.elf(changed, folder).path
 
     def prepare(self) -> None:
-        """Compile all that mutants share."""
         self.program.elf(changed={name: f"{text}\n" for name, text in self.sources().items()})
 
     def problem(self, built: Path) -> str:
-        """Say the first thing that a check finds wrong."""
         for check in self.checks:
             if found := check(Elf(built)):
                 return str(found)
@@ -382,12 +362,10 @@ class Board:
         return name in self._variables
 
     def put(self, name: str, value: float) -> None:
-        """Set a variable of the program."""
         variable = self._variables[name]
         self.avr.write_ram(variable.address, np.asarray(value, variable.dtype).tobytes())
 
     def get(self, name: str) -> Any:
-        """Read a variable of the program."""
         variable = self._variables[name]
         raw = self.avr.read_ram(variable.address, variable.size)
         return np.frombuffer(raw, variable.dtype)[0]

@@ -1,11 +1,9 @@
-"""Generated C on this computer, inside a world of the test's in C, which plays scripts.
-
-The world's `main` reads a script from standard input and writes what happens to standard output.
-Each file is compiled once (`made`); a changed one is compiled alone and linked with the others.
-As a program it runs by itself, sanitized if so wished. As a library it plays in this process,
-a hundred times as quick, but what crashes or hangs takes the process along: for arenas, whose
-`problem` asks the tests of some modules.
-"""
+"""Generated C on this computer, inside a world of the test's in C, which plays scripts. The world's
+`main` reads a script from standard input and writes what happens to standard output. Each file is
+compiled once (`made`); a changed one is compiled alone and linked with the others. As a program it
+runs by itself, sanitized if so wished. As a library it plays in this process, a hundred times as
+quick, but what crashes or hangs takes the process along: for arenas, whose `problem` asks the tests
+of some modules."""
 
 import ctypes
 import inspect
@@ -26,8 +24,7 @@ import heatwright.sim.host
 
 HERE = Path(__file__).parent / "world"
 """What worlds share, and registers beyond those of the host build."""
-HOST = Path(heatwright.sim.host.__file__).parent / "include"
-"""avr-libc's headers of the host build."""
+HOST = Path(heatwright.sim.host.__file__).parent / "include"  # avr-libc's headers of the host build
 SANITIZED = (
     "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
     "-fno-sanitize-recover=all",
@@ -47,10 +44,8 @@ class World:
 
     sources: Mapping[str, str]
     """Files of the firmware's `src/`, by name; headers are there for the others."""
-    files: tuple[str, ...]
-    """The C files that are compiled."""
-    world: Path
-    """The C file of the test that is around them; what is beside it may be included."""
+    files: tuple[str, ...]  # the C files that are compiled
+    world: Path  # the C file of the test that is around them; what is beside it may be included
     flags: tuple[str, ...] = ()
 
     def program(self, changed: Mapping[str, str] | None = None) -> Path:
@@ -81,7 +76,6 @@ class World:
         return objects
 
     def _headers(self, changed: Mapping[str, str]) -> dict[str, str]:
-        """Return everything that may be included, by its place in one folder."""
         headers = headers_of(self.sources) | headers_of(changed)
         headers |= {path.name: path.read_text("utf-8") for path in self.world.parent.glob("*.h")}
         for name, folder in {"more": HERE, "host": HOST}.items():
@@ -103,7 +97,6 @@ def world_of(spec: str, files: Iterable[str], world: Path, *flags: str) -> World
 
 
 def received(data: bytes) -> bytes:
-    """Bytes that come in."""
     parts = [data[i : i + 0xFFFF] for i in range(0, len(data), 0xFFFF)]
     return b"".join(b"r" + struct.pack("<H", len(part)) + part for part in parts)
 
@@ -216,16 +209,13 @@ class InItsWorld:
         self._broken = re.compile(broken)
 
     def sources(self) -> Mapping[str, str]:
-        """Return the files that may be broken."""
         world = self._world()
         return {name: world.sources[name] for name in world.files if self._broken.match(name)}
 
     def headers(self) -> Mapping[str, str]:
-        """Return what they include."""
         return headers_of(self._world().sources)
 
     def build(self, changed: Mapping[str, str], folder: Path) -> Path:  # noqa: ARG002
-        """Compile a library with these texts."""
         world = self._world()
         return replace(world, flags=(*world.flags, *TRAPS)).library(changed)
 

@@ -1,7 +1,5 @@
-"""A simulated board behind a serial port, in a process of its own, so that a host here is free.
-
-And a serial line of this computer, with something at its other end.
-"""
+"""A simulated board behind a serial port, in a process of its own, so that a host here is free. And
+a serial line of this computer, with something at its other end."""
 
 import json
 import multiprocessing
@@ -32,8 +30,7 @@ from heatwright.sim.native.characters import EIGHT_N_ONE, Format
 from heatwright.sim.sensors.adc_sensor import AdcSensor
 from heatwright.spec import Controller
 
-BUSY_S = 0.2
-"""So long a patient board runs on after a byte has come: its answer is out by then."""
+BUSY_S = 0.2  # so long a patient board runs on after a byte has come: its answer is out by then
 
 
 @dataclass(frozen=True)
@@ -101,15 +98,11 @@ class _Watched(Clock):
         known = {
             "steps": lambda: device.steps(next(iter(self._loops))),
             "hits": lambda: self._noise.hits,
-            "said": lambda: [line.text for line in device.host.lines],
-            "lights": self._lights,
-            "resets": lambda: len(device.avr.take_resets()),
-            "cut": self._cut,
-            "noise": lambda: self._disturb(on=True),
-            "quiet": lambda: self._disturb(on=False),
-            "torn": lambda: self._wire(Wiring(opened=True)),
-            "sound": lambda: self._wire(Wiring()),
-        }
+            "said": lambda: [line.text for line in device.host.lines], "lights": self._lights,
+            "resets": lambda: len(device.avr.take_resets()), "cut": self._cut,
+            "noise": lambda: self._disturb(on=True), "quiet": lambda: self._disturb(on=False),
+            "torn": lambda: self._wire(Wiring(opened=True)), "sound": lambda: self._wire(Wiring()),
+        }  # fmt: skip
         self._pipe.send(known.get(asked, lambda: device.read(asked).item())())
 
     def _lights(self) -> dict[str, str]:
@@ -152,10 +145,9 @@ class LiveBoard:
         self.port: str = pipe.recv()
 
     def ask(self, what: str) -> Any:
-        """Return a variable by its name, the "steps" so far, what was "said" before the noise,
-        the noise's "hits", the number of "resets", the LEDs' "lights"; or "cut" the power and give
-        it back, let there be "noise" or "quiet", let all sensors be "torn" off or "sound".
-        """
+        """Return a variable by its name, the "steps" so far, what was "said" before the noise, the
+        noise's "hits", the number of "resets", the LEDs' "lights"; or "cut" the power and give it
+        back, let there be "noise" or "quiet", let all sensors be "torn" off or "sound"."""
         self._pipe.send(what)
         return self._pipe.recv()
 

@@ -11,8 +11,7 @@ from heatwright.sim.interfaces.modbus_rtu.frames import EXCEPTION, LONGEST, SHOR
 from heatwright.sim.interfaces.modbus_rtu.registers import TENTH, Register, registers
 from heatwright.spec import Controller, digest, facts_of
 
-LOCKED_OUT = 3
-"""Trips: the language's default."""
+LOCKED_OUT = 3  # trips: the language's default
 BAD_FUNCTION, BAD_ADDRESS, BAD_VALUE = 1, 2, 3
 WRITES = (5, 6, 15, 16, 22)
 TABLES = {1: "coil", 2: "discrete_input", 3: "holding_register", 4: "input_register"}
@@ -22,8 +21,7 @@ MODES = ("automatic", "manual", "tune")
 COUNTERS = ("messages", "errors", "exceptions", "requests", "unanswered", "overruns")
 FAULTY, GOOD = 16, 32
 UNKNOWN_C = -32768
-CYCLES = 5
-"""Cycles of a tuning, in these specs."""
+CYCLES = 5  # cycles of a tuning, in these specs
 
 
 class Refused(Exception):
@@ -36,7 +34,6 @@ def check(condition: bool, code: int = BAD_VALUE) -> None:
 
 
 def single(value: float) -> float:
-    """Round to single precision."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
@@ -90,16 +87,13 @@ class Oracle:
         commands = [coil.name for coil, _ in self._tables["coil"].values() if "." not in coil.name]
         self._orders = dict.fromkeys(commands, False)
         """The controller's coils, as they were last written."""
-        self._rested: set[str] = set()
-        """Those that were last written 0; none at the reset."""
+        self._rested: set[str] = set()  # those that were last written 0; none at the reset
 
     def _default_gains(self, name: str) -> dict[str, float]:
         if not facts_of(self._controller, name).tunable:
             return {}
         algorithm = self._controller.loops[name].algorithm
         return {gain: single(getattr(algorithm, gain)) for gain in GAINS}
-
-    # -- frames --------------------------------------------------------------------------------
 
     def hear(self, data: bytes, *, whole: bool = True) -> bytes:
         """Return the answer to a frame with silence behind it; nothing for silence.
@@ -144,8 +138,6 @@ class Oracle:
         }  # fmt: skip
         check(function in served, BAD_FUNCTION)
         return served[function](data)
-
-    # -- tables --------------------------------------------------------------------------------
 
     def _span(self, table: str, first: int, count: int) -> list[tuple[Register, int]]:
         found = self._tables[table]
@@ -324,8 +316,6 @@ class Oracle:
             control.mode = "tune"
         elif "tune" in wanted and control.mode == "tune":
             control.mode, control.enabled, control.released = "automatic", False, False
-
-    # -- who it is -----------------------------------------------------------------------------
 
     def _identity(self, data: bytes) -> bytes:
         check(not data)

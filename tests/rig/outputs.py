@@ -1,8 +1,6 @@
-"""The generated outputs on a board, with a program of the test's around them.
-
-Gate, relay and reset are the real ones, or the gate is the test's (`permitted`); clock and outputs
-are always real. The program does what the test asks for by its variables, once a tick.
-"""
+"""The generated outputs on a board, with a program of the test's around them. Gate, relay and reset
+are the real ones, or the gate is the test's (`permitted`); clock and outputs are always real. The
+program does what the test asks for by its variables, once a tick."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -173,14 +171,11 @@ class Wired:
 
     board: str
     outputs: tuple[tuple[str, str], ...]
-    gate: bool = False
-    """The real one; else the test's, which only `permitted` closes."""
-    feedback: str = ""
-    """The pin of the safety relay's contact, if it has one."""
+    gate: bool = False  # the real one; else the test's, which only `permitted` closes
+    feedback: str = ""  # the pin of the safety relay's contact, if it has one
 
     @cached_property
     def text(self) -> str:
-        """Write the spec."""
         sensor, pin = PINS[self.board]
         said = dict(self.outputs)
         heater = f"kind: time_proportional, window: 1 s, pin: {pin}, power: 40 W"
@@ -251,13 +246,10 @@ def wired(board: str, outputs: Outputs, *, gate: bool = False, feedback: str = "
 
 
 TICK_S = 0.01
-LATE_S = 0.004
-"""Into a tick: all that it did is done."""
+LATE_S = 0.004  # into a tick: all that it did is done
 
 
 class Change(NamedTuple):
-    """A change of an output's level."""
-
     cycle: int
     name: str
     on: bool
@@ -276,7 +268,6 @@ class OutputBoard(Board):
     """A board with outputs, each a switch on its pin."""
 
     def __init__(self, place: Wired, elf: Elf | None = None) -> None:
-        """Power on; with another binary if there is one."""
         self.controller = place.controller
         super().__init__(elf or place.program.elf(), self.controller.board)
         self.outputs = {
@@ -319,8 +310,7 @@ class Recorded:
         return [change.cycle for change in self.found if change.name == name]
 
 
-FIRST = 40
-"""Cycles from the reset vector to the pin, some ten instructions on."""
+FIRST = 40  # cycles from the reset vector to the pin, some ten instructions on
 
 
 def reset_problem(bench: OutputBoard, name: str) -> str:
@@ -339,8 +329,7 @@ def reset_problem(bench: OutputBoard, name: str) -> str:
     return "on for a moment after a reset" if any(change.on for change in mine) else ""
 
 
-WATCHDOG_RESET, BROWN_OUT = 14, 15
-"""Faults."""
+WATCHDOG_RESET, BROWN_OUT = 14, 15  # faults
 MCUSR, POWER_ON, BROWNED_OUT = 0x54, 1, 4
 HANG_MARK = 0x5AC3
 TIMER_0 = {False: (0x45, 0x6E), True: (0x53, 0x59)}

@@ -59,20 +59,15 @@ simulation:
 """
 HOTTER = {
     "initial: 200 °C, minimum: 20 °C": "initial: 600 °C, minimum: 300 °C",
-    "maximum: 250 °C": "maximum: 650 °C",
-    "minimum: -30 °C": "minimum: 260 °C",
-    "maximum: 285 °C": "maximum: 700 °C",
-    "ambient: 20 °C": "ambient: 280 °C",
-}
+    "maximum: 250 °C": "maximum: 650 °C", "minimum: -30 °C": "minimum: 260 °C",
+    "maximum: 285 °C": "maximum: 700 °C", "ambient: 20 °C": "ambient: 280 °C",
+}  # fmt: skip
 """For type B, which measures nothing below 250 °C."""
 
 
 def crucible(kind: str, board: str = "uno", *, period_s: float = 0, **said: str) -> str:
-    """Write the spec of a crucible under PID with a converter.
-
-    `clock` and `extra` are what more the file says of the controller and of the converter, `more`
-    are further sections.
-    """
+    """Write the spec of a crucible under PID with a converter. `clock` and `extra` are what more
+    the file says of the controller and of the converter, `more` are further sections."""
     select, sck, out, into, heater = PINS[board]
     wires = f"chip_select: {select}, clock: {sck}, data_out: {out}"
     wires += f", data_in: {into}" if kind == "max31856" else ""
@@ -84,15 +79,13 @@ def crucible(kind: str, board: str = "uno", *, period_s: float = 0, **said: str)
     return text
 
 
-AFTER_S = 0.02
-"""We look so long after a step is due."""
+AFTER_S = 0.02  # we look so long after a step is due
 
 
 class Crucible:
     """The crucible's board, run period by period."""
 
     def __init__(self, text: str, elf: Elf | None = None) -> None:
-        """Power on; with another binary if there is one."""
         self.controller = spec_of(text).controller
         self.device = AvrDevice(self.controller, elf or whole(text))
         self.period_s = self.controller.loops["crucible"].period_s
@@ -101,11 +94,9 @@ class Crucible:
         self.chip: Any = chip
 
     def sense(self, celsius: float) -> None:
-        """Set the tip's temperature."""
         self.device.sense("tip", celsius)
 
     def steps(self, count: int = 1) -> NDArray[Any]:
-        """Run so many periods, and return their steps."""
         done = len(self.device.steps("crucible"))
         first_s = 0 if self.device.time_s else AFTER_S
         self.device.advance(self.device.time_s + first_s + count * self.period_s)
@@ -116,7 +107,6 @@ class Crucible:
         return [(int(s["reading_status"]), int(s["reading_raw"])) for s in self.steps(count)]
 
     def statuses(self, count: int = 1) -> list[int]:
-        """Do the same, and return each step's status."""
         return [status for status, _ in self.read(count)]
 
     def answered(self, word: int) -> tuple[int, int]:
@@ -236,7 +226,6 @@ def sensor(name: str) -> AnalogSensor:
 
 
 def bed(circuit: str, *, board: str = "uno", interface: str = PLOTTER) -> str:
-    """Write the spec of the machine with one of the circuits."""
     text = BED.replace("BOARD", board).replace("SENSOR", CIRCUITS[circuit])
     return text.replace("INTERFACE", interface)
 

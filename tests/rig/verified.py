@@ -31,8 +31,6 @@ class Verdict(NamedTuple):
 
 
 class Silent:
-    """A job that shows nothing."""
-
     def __call__(self, done: float, total: float) -> None:
         pass
 

@@ -52,14 +52,11 @@ from rig.firmware import board_of, finished
 from tree_sitter import Node
 
 STUBS = Path(__file__).parent / "avr_stubs"
-MOST_S = 3600
-"""Maximum time of one proof, wall clock; kiln_uno takes 8 minutes of a processor."""
+MOST_S = 3600  # maximum time of one proof, wall clock; kiln_uno takes 8 minutes of a processor
 
 NUMBER = re.compile(r"\(?(0[xX][0-9A-Fa-f]+|\d+)[uUlL]*\)?")
-ITERATIONS = 80
-"""So many of each loop are looked at one by one; more are taken together."""
-STEPS = "8, 16, 32, 64, 100, 128"
-"""Where a bound that grows is tried to stand."""
+ITERATIONS = 80  # so many of each loop are looked at one by one; more are taken together
+STEPS = "8, 16, 32, 64, 100, 128"  # where a bound that grows is tried to stand
 FURTHER_STEPS = {
     "static const int32_t PER_SIGN = 0x80000;": 524287,  # a converter's 19 bits
     "static const int32_t MOST_BEFORE_DIGIT = 1000000;": 10000245,  # behind it, one more byte
@@ -67,8 +64,7 @@ FURTHER_STEPS = {
 }
 """And that of what a source has, if it has it."""
 FEW = 10
-APART = 300
-"""States that are kept apart in a function that looks at them one by one."""
+APART = 300  # states that are kept apart in a function that looks at them one by one
 
 FLASH = """#include "flash.h"
 
@@ -96,10 +92,8 @@ Sources = Mapping[str, str]
 
 
 class Proof(NamedTuple):
-    alarms: tuple[str, ...]
-    """Each with its file and line, and what must hold."""
-    asserted: int
-    """Properties of ours that are proven; one that is not is an alarm."""
+    alarms: tuple[str, ...]  # each with its file and line, and what must hold
+    asserted: int  # properties of ours that are proven; one that is not is an alarm
     unreached: tuple[str, ...]
     """Functions that are called in the text and in no run: nothing is proven of them."""
     said: str
@@ -173,31 +167,18 @@ GIVES = ("can_go_on", "log_port_take", "log_ring_read", "nextion_port_take", "nu
          "read_point", "take_count", "take_number", "words_count")  # fmt: skip
 """What these give, or find sound, is so only if they return true: both cases are told apart."""
 SPLITS = {
-    "log_talk": ("told",),
-    "send_log": ("told",),
-    "menu_append_program": ("told",),
-    "programs_read": ("told",),
-    "read": ("told",),
-    "say_place": ("told",),
-    "show_choosing": ("told",),
-    "clock_wait": ("told",),
-    "take_record": ("told",),
-    "try_move": ("told",),
-    "can_go_on": ("told",),
-    "program_start_up": ("told",),
-    "latched_fault": ("text_end",),
-    "map_find": ("first", "count"),
-    "read_bits": ("told", "found_entry"),
-    "read_words": ("told", "found_entry"),
-    "switch_coils": ("found_entry", "found_count"),
-    "write_coils": ("told",),
-    "write_registers": ("told",),
-    "write_words": ("found_entry", "found_count"),
+    "log_talk": ("told",), "send_log": ("told",), "menu_append_program": ("told",),
+    "programs_read": ("told",), "read": ("told",), "say_place": ("told",),
+    "show_choosing": ("told",), "clock_wait": ("told",), "take_record": ("told",),
+    "try_move": ("told",), "can_go_on": ("told",), "program_start_up": ("told",),
+    "latched_fault": ("text_end",), "map_find": ("first", "count"),
+    "read_bits": ("told", "found_entry"), "read_words": ("told", "found_entry"),
+    "switch_coils": ("found_entry", "found_count"), "write_coils": ("told",),
+    "write_registers": ("told",), "write_words": ("found_entry", "found_count"),
     "mask_write_register": ("found_entry",),
-    "read_and_write_registers": ("told", "found_entry", "entry"),
-    "put_text": ("index", "place"),
+    "read_and_write_registers": ("told", "found_entry", "entry"), "put_text": ("index", "place"),
     "identity_objects": ("index", "place"),
-}
+}  # fmt: skip
 """By what else states are told apart in a function: entries of a table, and how many."""
 FOUND = re.compile(
     r"map_find\(\w+, \w+, ([^;]*), (\w+)\)(?:;\n    if \(entry)? == MAP_NOT_THERE\) "
@@ -242,7 +223,6 @@ def _count(what: str, said: str) -> int:
 
 
 def _run(command: list[str], folder: Path) -> str:
-    """Run a command to its good end; return what it says."""
     there = {**os.environ, "PWD": str(folder)}  # where Frama-C looks for files
     done = finished(command, cwd=folder, env=there, timeout=MOST_S)
     assert done.returncode == 0, done.stdout[-3000:]
@@ -250,7 +230,6 @@ def _run(command: list[str], folder: Path) -> str:
 
 
 def _texts(text: str) -> list[Node]:
-    """The functions that have texts in hand."""
     return [
         each
         for each in syntax_of(text.encode()).children
@@ -268,8 +247,7 @@ def _with_texts(sources: Sources) -> list[str]:
     return sorted(names | {"static_strlen", "static_strcpy", "static_strcat"})
 
 
-WORD = re.compile(r"return (WORD_\w+);")
-"""What a line of G-code has: only a number is given."""
+WORD = re.compile(r"return (WORD_\w+);")  # what a line of G-code has: only a number is given
 FINDS = re.compile(
     r"\b(words_find|words_count|take_number|read_number|take_count|number_\w+|read_point|read_amount"
     r"|nextion_port_take)\("
@@ -453,7 +431,6 @@ def _admitting(name: str, text: str, sources: Sources) -> str:
 
 
 def _floats(struct: str, text: str) -> list[str]:
-    """The members of a struct that are floats."""
     found = re.search(rf"^struct {struct} \{{\n(.*?)^\}};", text, re.MULTILINE | re.DOTALL)
     return re.findall(r"^    float (\w+);", found[1] if found else "", re.MULTILINE)
 
@@ -533,7 +510,6 @@ void interrupts_{number}(void)
 
 
 def _harness(sources: Sources, groups: Sequence[Group], registers: Mapping[str, str]) -> str:
-    """Return the C around the firmware: registers, interrupts, and the power-up."""
     come = "".join(_coming(n, each.vectors, registers) for n, each in enumerate(groups))
     unknown = "".join(f"    {name} = unknown_byte;\n" for name in registers if name[:4] == "PORT")
     variables = "".join(f"{_declared(name, registers)};\n" for name in registers)

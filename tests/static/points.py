@@ -27,23 +27,19 @@ ATOMIC = re.compile(
 MASKS = r"(?:TIMSK\d?|UCSR\d?B)"
 MASK = re.compile(rf"{MASKS}$")
 MASK_SET = re.compile(rf"\b({MASKS}) = ")
-LATCHED = re.compile(rf"(PORT[A-L]|TCCR\d[AC]|{MASKS})$")
-"""Registers that hold what was written."""
+LATCHED = re.compile(rf"(PORT[A-L]|TCCR\d[AC]|{MASKS})$")  # registers that hold what was written
 MASK_BIT = re.compile(r"(OCIE\d?[A-C]?|ADIE|(?:RXC|TXC|UDR)IE[1-9]?)0?$")
-SWITCHES = re.compile(rf"(cli|sei|interrupts_on|{MASKS})$")
-"""By what interrupts come or not."""
+SWITCHES = re.compile(rf"(cli|sei|interrupts_on|{MASKS})$")  # by what interrupts come or not
 LIBRARY = re.compile(r"mem\w+|str\w+|eeprom_read_block")
 """Functions that take pointers and have no points of their own."""
 BYTES = {"uint8_t", "char", "void"}
 CAST = re.compile(r"[^*]\((?:const )?((?:struct )?\w+) \*\)")
-INLINED = re.compile(r"settings_may_limit_\w+")
-"""Functions that Eva is given as macros."""
+INLINED = re.compile(r"settings_may_limit_\w+")  # functions that Eva is given as macros
 LOOPS = ("for_statement", "while_statement", "do_statement")
 JOINED = re.compile(r"(static )?int32_t take_number\(")
 """A function whose loops are looked at with all turns joined: it may begin at any place."""
 PLACES = ("field_expression", "subscript_expression", "parenthesized_expression")
-HERE = "(interrupts_on ? interrupts_{0}() : (void)0), "
-"""A point within an expression."""
+HERE = "(interrupts_on ? interrupts_{0}() : (void)0), "  # a point within an expression
 
 
 class Accesses(NamedTuple):
@@ -65,11 +61,9 @@ class Group(NamedTuple):
 
 
 class Firmware:
-    """What the files of a firmware declare, by which their accesses are known.
-
-    A pointer leads to what its type says, as no pointer is cast but to bytes (`BYTES`),
-    and a pointer to bytes leads anywhere.
-    """
+    """What the files of a firmware declare, by which their accesses are known. A pointer leads to
+    what its type says, as no pointer is cast but to bytes (`BYTES`), and a pointer to bytes leads
+    anywhere."""
 
     def __init__(self, sources: Mapping[str, str]) -> None:
         self.functions: dict[str, list[Node]] = {}

@@ -1,7 +1,5 @@
-"""What Eva proves of the examples' firmware; `eva` tells how, and under what model of the world.
-
-It takes minutes of a processor each.
-"""
+"""What Eva proves of the examples' firmware; `eva` tells how, and under what model of the world. It
+takes minutes of a processor each."""
 
 import re
 import shutil
@@ -57,8 +55,7 @@ def proof(name: str, sources: dict[str, str], folder: Path, *, damaged: bool = F
 def test_no_run_does_what_c_leaves_undefined(name: str, tmp_path: Path) -> None:
     """And a heater is off without a permit or with a fault, and a duty is from 0 to 100 %."""
     found = proof(name, sources_of(name), tmp_path)
-    assert found.alarms == ()
-    assert found.asserted == 1 + 3 * len(controller_of(name).loops)
+    assert (found.alarms, found.asserted) == ((), 1 + 3 * len(controller_of(name).loops))
     assert found.unreached == UNREACHED.get(name, ())
 
 

@@ -14,8 +14,6 @@ from test_storage import waiting, waits_problem
 
 
 class StorageArena(BuildArena):
-    """One of the files of a machine's host build."""
-
     def __init__(self, machine: str, file: str, kind: type[Kept]) -> None:
         name = f"storage/{machine}/{file.removesuffix('.c')}"
         super().__init__(name, lambda: spec_of(text_of(machine)))
@@ -25,7 +23,6 @@ class StorageArena(BuildArena):
         return {self.file: self.headers()[self.file]}
 
     def prepare(self) -> None:
-        """Compile what is not broken."""
         _ = self.built
 
     def problem(self, built: Path) -> str:
@@ -39,9 +36,7 @@ def waits(machine: str, *files: str) -> Firmware:
 
 
 ARENAS: list[StorageArena | Firmware] = [
-    StorageArena("few", "programs.c", Programs),
-    StorageArena("few", "progress.c", Progresses),
-    StorageArena("typed", "settings.c", SettingsKept),
-    waits("few", "programs", "progress"),
+    StorageArena("few", "programs.c", Programs), StorageArena("few", "progress.c", Progresses),
+    StorageArena("typed", "settings.c", SettingsKept), waits("few", "programs", "progress"),
     waits("typed", "settings"),
-]
+]  # fmt: skip

@@ -35,8 +35,7 @@ PER_KELVIN = 128
 PERIOD_TICKS = 100
 LEAST_C, MOST_C = -200.0, 1300.0
 LONGEST_DEAD_S = 900
-LONGEST_RECORDS = 120
-"""Bytes, and some more, that are written in a period."""
+LONGEST_RECORDS = 120  # bytes, and some more, that are written in a period
 
 
 def spec_for(otherwise: str, on_fault: str = "pause") -> Spec:
@@ -49,8 +48,6 @@ def spec_for(otherwise: str, on_fault: str = "pause") -> Spec:
 
 
 class Instant(NamedTuple):
-    """What can be seen of the kiln at the end of a period."""
-
     time_s: int
     image: bytes
     felt_c: float
@@ -75,7 +72,6 @@ class Kiln:
         self.renew()
 
     def renew(self) -> None:
-        """Another kiln, cold, with an empty EEPROM."""
         controller, simulation = self._spec.controller, self._spec.controller.simulated
         ambient_c = self.random.uniform(10, 35)
         self._plant: Plant = plant_of(
@@ -85,8 +81,6 @@ class Kiln:
         self.host.renew()
         self._counts, self._writes = 0, -1
         self.dead, self._lies = False, []
-
-    # ---- what whoever stands there sees ----
 
     @property
     def felt_c(self) -> float:
@@ -100,10 +94,7 @@ class Kiln:
     def fault(self) -> int:
         return int(self.host.library.fault.code)
 
-    # ---- time ----
-
     def run(self, periods: int) -> None:
-        """Go on for so many control steps."""
         for _ in range(periods):
             self._read()
             counts = int(self.host.run(self.host._input).heater_counts[0])
@@ -149,8 +140,6 @@ class Kiln:
         self.host.power_up()
         self._counts = 0
 
-    # ---- what happens ----
-
     def lose_sensor(self) -> None:
         self._lies = [self.random.choice(SENSOR_CODES)] * 8
         self.run(8)
@@ -176,7 +165,6 @@ class Kiln:
         self.host.acknowledge()
 
     def fire(self) -> None:
-        """Be in a program for a while, at whatever place of it."""
         random = self.random
         for _ in range(20):
             if self.state == IDLE:

@@ -16,13 +16,10 @@ COAST_S = 60
 """In which the element gives off what it held when it went off: four of its time constants."""
 OFF_S = 120
 RISE_K = 0.5
-LATE_S = 2
-"""In which a record is written: one of 0.45 s may be under way, and a fault's goes first."""
-AGE_S = 16
-"""The mean's temperature, before a fault that took up to eight periods to be told."""
+LATE_S = 2  # in which a record is written: one of 0.45 s may be under way, and a fault's goes first
+AGE_S = 16  # the mean's temperature, before a fault that took up to eight periods to be told
 STEP_K = 0.01
-NEAR_K = 0.02
-"""What single precision and the sensor's steps may make of a temperature."""
+NEAR_K = 0.02  # what single precision and the sensor's steps may make of a temperature
 PLACE = (
     "number", "segment", "program_crc", "first_c", "from_c", "setpoint_c", "elapsed", "clock",
     "segment_clock",
@@ -30,8 +27,6 @@ PLACE = (
 
 
 class Oracle:
-    """Follows one kiln, instant by instant."""
-
     def __init__(self, controller: Controller) -> None:
         programs = controller.programs
         assert programs is not None
@@ -42,7 +37,6 @@ class Oracle:
         self.begin()
 
     def begin(self) -> None:
-        """Look at another kiln."""
         self._record: Progress | None = None
         self._sequence = self._age_s = self._off_s = 0
         self._lowest_c = 0.0
@@ -61,8 +55,6 @@ class Oracle:
         if now.powered:
             yield from self._latched(now.image)
         yield from self._heat(now.felt_c, before_c)
-
-    # ---- the place ----
 
     def _looked_at(self, image: bytes) -> Iterator[str]:
         found = self._memory.progress(image)
@@ -126,8 +118,6 @@ class Oracle:
         works = self._record is not None and self._record.state in {RUNNING, RETURNING}
         if works and self._latched_s > LATE_S + 1:
             yield f"a fault is latched, and {self._record} goes on"
-
-    # ---- heat ----
 
     def _setpoint_c(self, record: Progress, elapsed: float) -> float:
         """Where the setpoint of a record's segment is, after so many periods of it."""

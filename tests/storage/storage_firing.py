@@ -33,19 +33,16 @@ STORED = """\
 
 """
 LOOP = "chamber"
-Newest = Callable[[bytes], Progress | None]
-"""Finds the newest record in an EEPROM."""
+Newest = Callable[[bytes], Progress | None]  # finds the newest record in an EEPROM
 STEP_S = 0.1
 START_S = 0.09
 """In which the start is over, but for what the controller checks of itself; the first step comes
 later."""
 IDLE, RUNNING, PAUSED, RETURNING, RESTORING, INTERRUPTED = range(6)
 KEYS = ("up", "down", "left", "right", "select")
-PLAYED = 0.2
-"""Share of all that is done at the keys."""
+PLAYED = 0.2  # share of all that is done at the keys
 EDIT, GAINS = "edit", "gains"
-UNSAVED = ("program_crc", "temperature_c")
-"""What is not a member of `program`."""
+UNSAVED = ("program_crc", "temperature_c")  # what is not a member of `program`
 
 
 def machine(example: str = "kiln", *, otherwise: str = "stop") -> tuple[Controller, Elf]:
@@ -55,7 +52,6 @@ def machine(example: str = "kiln", *, otherwise: str = "stop") -> tuple[Controll
 
 
 def with_programs(example: str, stored: str, *changes: tuple[str, str]) -> str:
-    """Write a kiln of the examples with these programs, and other changes."""
     before, _, rest = changed(example, *changes).partition("  stored:\n")
     return before + stored + "safety:" + rest.partition("safety:")[2]
 
@@ -80,12 +76,9 @@ class Cut(NamedTuple):
     time_s: float
     image: bytes
     felt_c: float
-    seen: tuple[Seen, ...]
-    """Since the power came on."""
-    found: Progress | None
-    """What the EEPROM held when it came on."""
-    torn: bool
-    """A byte was being written."""
+    seen: tuple[Seen, ...]  # since the power came on
+    found: Progress | None  # what the EEPROM held when it came on
+    torn: bool  # a byte was being written
 
 
 def state_of(device: AvrDevice, controller: Controller) -> Progress:
@@ -132,8 +125,6 @@ class Firing:
         if not self._seen or self._seen[-1].record != record:
             self._seen.append(Seen(self.device.time_s, record))
 
-    # ---- time ----
-
     @property
     def felt_c(self) -> float:
         return self._plant.sensed_c()[LOOP] + 100.0 * (self._jump_rows > 0)
@@ -166,8 +157,6 @@ class Firing:
         image = eeprom.after_power_cut(self._random.randrange(256))
         self._note()
         return Cut(self.device.time_s, image, self.felt_c, tuple(self._seen), self._found, torn)
-
-    # ---- what happens ----
 
     def _act(self) -> None:
         random = self._random

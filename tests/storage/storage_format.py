@@ -17,7 +17,6 @@ TYPES = "BEJKNRST"
 
 @lru_cache(10_000)
 def crc16(data: bytes) -> int:
-    """Modbus's CRC."""
     return int.from_bytes(crc(data), "little")
 
 
@@ -28,8 +27,6 @@ class Segment(NamedTuple):
 
 
 class Stored(NamedTuple):
-    """A program as it is kept."""
-
     name: bytes
     segments: tuple[Segment, ...]
 
@@ -82,14 +79,11 @@ class Settings(NamedTuple):
     gains: tuple[float, ...]
     maximum_c: float | None = None
     type: int | None = None
-    limits: tuple[float, ...] = ()
-    """Least and most of the integral, most of the output, %."""
+    limits: tuple[float, ...] = ()  # least and most of the integral, most of the output, %
     numbers: tuple[float, ...] = ()
 
 
 class Memory:
-    """The EEPROM of a controller."""
-
     def __init__(self, controller: Controller) -> None:
         ((name, loop),) = controller.loops.items()
         areas, programs = layout(controller), controller.programs
@@ -115,8 +109,6 @@ class Memory:
             self.points, self.places = programs.points, programs.places
             self.program_bytes = 1 + NAME_BYTES + 1 + 7 * programs.points + 2 + 1
             self._given = [_given(each) for each in programs.stored]
-
-    # ---- settings ----
 
     def settings_slot(
         self, sequence: int, kept: Settings, digest: bytes | None = None, seen: int = 0
@@ -155,8 +147,6 @@ class Memory:
                 newest = found
         return newest and newest[1]
 
-    # ---- programs ----
-
     def program_at(self, number: int, slot: int) -> int:
         return self.programs_at + (2 * (number - 1) + slot) * self.program_bytes
 
@@ -174,7 +164,6 @@ class Memory:
         return raw[0], Stored.of(raw[1:-3])
 
     def given(self, number: int) -> Stored | None:
-        """What the spec has at a place."""
         return self._given[number - 1] if 0 < number <= len(self._given) else None
 
     def program(self, image: bytes, number: int) -> Stored | None:
@@ -186,8 +175,6 @@ class Memory:
         (first, one), (second, other) = valid[0], valid[-1]
         newest = other if 0 < (second - first) % 256 < 128 else one
         return newest if newest.segments else None
-
-    # ---- progress ----
 
     def progress_slot(self, sequence: int, record: Progress, digest: bytes | None = None) -> bytes:
         body = struct.pack("<I", sequence) + _PROGRESS.pack(*record)

@@ -1,8 +1,6 @@
 """A host build whose power can be taken away while it writes, and what all that it keeps must bear;
-the progress of a program among it: a ring of records.
-
-Each check says what is wrong, if anything is.
-"""
+the progress of a program among it: a ring of records. Each check says what is wrong, if anything
+is."""
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import product
@@ -21,15 +19,12 @@ TORN = (-1, BLANK, 0x00, 0x5A)
 class Kept:
     """Something that is kept in slots, each with a number that says which is newer."""
 
-    checks: tuple[str, ...]
-    """What it must stand, what is quick first."""
+    checks: tuple[str, ...]  # what it must stand, what is quick first
     old: Any
     new: Any
-    size: int
-    """Bytes of a slot that are written."""
+    size: int  # bytes of a slot that are written
     slots: int
-    turns: tuple[int, ...]
-    """Numbers, also those about which they wrap."""
+    turns: tuple[int, ...]  # numbers, also those about which they wrap
 
     def __init__(self, host: Host, *, short: bool = False) -> None:
         """Take a host build; `short`: with a part of the numbers, for many builds."""
@@ -43,14 +38,9 @@ class Kept:
         writers = ("settings", *["progress", "programs"] * self.parts.programmed)
         self._ticks = [getattr(self.library, f"{each}_tick") for each in writers]
 
-    # ---- what it is; each kind says it ----
-
-    save: Callable[[Any], None]
-    """Let it be written from now on."""
-    found: Callable[[], Any]
-    """What the firmware says it is."""
-    known: Callable[[bytes], Any]
-    """What the firmware has to say it is, with this EEPROM."""
+    save: Callable[[Any], None]  # let it be written from now on
+    found: Callable[[], Any]  # what the firmware says it is
+    known: Callable[[bytes], Any]  # what the firmware has to say it is, with this EEPROM
     slot_at: Callable[[int], int]
     slot_bytes: Callable[..., bytes]
     """The bytes for a turn and a value, perhaps with the digest of another spec."""
@@ -62,10 +52,7 @@ class Kept:
         del image, when, done
         yield from ()
 
-    # ---- life ----
-
     def boot(self, image: bytes | None = None) -> None:
-        """Power up, with another EEPROM if given."""
         if image is not None:
             self.host.eeprom[:] = image
         self.host.world.writes_left = self.host.world.torn = -1
@@ -105,8 +92,6 @@ class Kept:
         found = self.found()
         if repr(found) not in map(repr, wanted):  # by chance sound, with a NaN, which is not itself
             yield f"{when}: {found}, not {wanted}"
-
-    # ---- the checks ----
 
     def problem(self) -> str:
         """Try everything; say the first thing that is wrong, if anything is."""
@@ -294,10 +279,7 @@ class Progresses(Kept):
         if saves != before + 1 and (done or saves != before):
             yield f"{when}: {saves} saves are counted"
 
-    # ---- the checks ----
-
     def blank(self) -> Iterator[str]:
-        """Nothing is found, nothing is written, and nothing counted."""
         self.boot(self.memory.blank)
         yield from self.expect("blank", None)
         if self.library.progress_saves():

@@ -81,8 +81,6 @@ class Programs(Kept):
             if self.read(place) != self.memory.program(image, place):
                 yield f"{when}: place {place} has {self.read(place)}"
 
-    # ---- the checks ----
-
     def newest(self) -> Iterator[str]:
         yield from self._at((1, self.memory.places), super().newest)
 
@@ -193,7 +191,6 @@ class Programs(Kept):
             yield from self.expect("unsound", None)
 
     def sound(self) -> Iterator[str]:
-        """What may be stored, and what may not."""
         self.boot(self.memory.blank)
         for stored, wanted in _judged(self.memory.points):
             if bool(self.library.programs_are_sound(self.packed(stored))) != wanted:

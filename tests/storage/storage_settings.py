@@ -15,8 +15,7 @@ from heatwright.sim.reference.algorithms.pid import limits_of, may_limit
 from heatwright.spec import Pid, facts_of
 from heatwright.spec.sensing.max31856 import lowered
 
-REST_TICKS = 1000
-"""A setting is saved when it has rested 10 s."""
+REST_TICKS = 1000  # a setting is saved when it has rested 10 s
 CORRUPT = 16
 GAIN_MAXIMUM = 1e6
 GAINS = ("kp", "ki", "kd")
@@ -138,8 +137,6 @@ class SettingsKept(Kept):
 
     def boot_with(self, kept: Settings, seen: int = 0) -> None:
         self.boot(self.memory.image((self.slot_at(3), self.slot_bytes(7, kept, None, seen))))
-
-    # ---- the checks ----
 
     def blank(self) -> Iterator[str]:
         """What the spec says, and nothing is written."""

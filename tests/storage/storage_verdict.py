@@ -18,17 +18,13 @@ SLICE_S = 2 * TICK_S
 """In which at most the relay is told to close; the heater waits five ticks for it."""
 SEEN_EVERY_S = 0.1
 FIRST_STEP_S = 1.0
-DECIDED_BY_S = 4.0
-"""The converter's first reading takes 0.2 s, a step 1 s."""
+DECIDED_BY_S = 4.0  # the converter's first reading takes 0.2 s, a step 1 s
 WATCHED_S = 1.0
 FULL_PERMILLE = 1000
-LEAST_C = 5.0
-"""The machine's lowest temperature: well within what no rule takes for a fault."""
+LEAST_C = 5.0  # the machine's lowest temperature: well within what no rule takes for a fault
 
 
 class Book:
-    """Reads an EEPROM of the kiln."""
-
     def __init__(self, controller: Controller) -> None:
         self.memory = Memory(controller)
         programs = controller.programs
@@ -41,8 +37,6 @@ class Book:
     def record(self, image: bytes) -> Progress | None:
         found = self.memory.progress(image)
         return found and found[1]
-
-    # ---- what the image may hold ----
 
     def forgotten(self, cuts: list[firing.Cut], edits: dict[int, list[firing.Edit]]) -> str:
         """Say which place has what nobody has put there, or an older program than before."""
@@ -87,9 +81,7 @@ class Book:
 
 def _made_of(cut: firing.Cut, moment: firing.Seen) -> Iterator[Progress]:
     """What a moment may be noted as: as it was, or as an order to stop or to pause will leave it.
-
-    Such an order is noted at once, and obeyed by the next step; a cut may come before that.
-    """
+    Such an order is noted at once, and obeyed by the next step; a cut may come before that."""
     now = moment.record
     yield now
     later = next((each.record for each in cut.seen if each.time_s > moment.time_s), None)
@@ -113,8 +105,6 @@ def _changed_s(cut: firing.Cut, before_s: float) -> float | None:
 
 
 class Outcome(NamedTuple):
-    """What a start makes of an EEPROM."""
-
     state: int
     ended: int
     goes_on: Progress | None
@@ -139,13 +129,10 @@ class Again(AvrDevice):
 
 
 class Judge:
-    """Gives EEPROMs to a controller, and looks at what it does."""
-
     def __init__(self, controller: Controller, program: Elf) -> None:
         self.book = Book(controller)
         self._device = Again(controller, program)
-        self.wanted = Outcome(firing.IDLE, 0, None, None, 0)
-        """What had to become of the last cut."""
+        self.wanted = Outcome(firing.IDLE, 0, None, None, 0)  # what had to become of the last cut
 
     def problems(self, cut: firing.Cut, change_k: float) -> Iterator[str]:
         """Let the power come back with the machine hotter by so much, and say what is wrong."""

@@ -9,8 +9,7 @@ from heatwright.sim.reference.programs import state as orders
 
 KILNS = [(otherwise, seed) for otherwise in ("stop", "pause") for seed in range(4)]
 EACH = amount("interrupted_firings") // len(KILNS)
-RENEWED = 10
-"""Faults of one kiln, then another one is fired."""
+RENEWED = 10  # faults of one kiln, then another one is fired
 ENOUGH = 100
 COMMON = {
     "stop": {"interrupted", "to 0", "to 3", "ended 2", "ended 4"},
@@ -22,10 +21,8 @@ COMMON = {
 def struck(
     otherwise: str, seed: int, faults: int, on_fault: str = "pause"
 ) -> tuple[list[str], Oracle]:
-    """Let so many faults happen; return what is wrong, and who found it.
-
-    The oracle knows no orders: it is asked here whether more firings ended as stopped than were.
-    """
+    """Let so many faults happen; return what is wrong, and who found it. The oracle knows no
+    orders: it is asked here whether more firings ended as stopped than were."""
     spec = spec_for(otherwise, on_fault)
     kiln, oracle = Kiln(spec, f"{SEED} {seed}"), Oracle(spec.controller)
     wrong: list[str] = []

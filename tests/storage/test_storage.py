@@ -1,8 +1,6 @@
-"""The EEPROM: where everything stands in it, that nothing waits for it, what a power cut leaves.
-
-It is read and written when it is ready, and only then. Ten thousand power cuts are on the kilns'
-binaries, while they fire, are ordered about and save.
-"""
+"""The EEPROM: where everything stands in it, that nothing waits for it, what a power cut leaves. It
+is read and written when it is ready, and only then. Ten thousand power cuts are on the kilns'
+binaries, while they fire, are ordered about and save."""
 
 import re
 from collections import Counter
@@ -34,11 +32,9 @@ def test_the_firmware_has_the_same_layout(name):
     config = files_of(text_of(name))["src/config.h"]
     found = {key: int(n) for key, n in re.findall(r"#define (\w+_(?:EEPROM|SLOTS)) (\d+)u", config)}
     assert found == {
-        "SETTINGS_SLOTS": areas.settings.slots,
-        "PROGRAMS_EEPROM": areas.programs.start,
-        "PROGRESS_EEPROM": areas.progress.start,
-        "PROGRESS_SLOTS": areas.progress.slots,
-    }
+        "SETTINGS_SLOTS": areas.settings.slots, "PROGRAMS_EEPROM": areas.programs.start,
+        "PROGRESS_EEPROM": areas.progress.start, "PROGRESS_SLOTS": areas.progress.slots,
+    }  # fmt: skip
     assert areas.programs.slot_bytes == memory.program_bytes
     assert areas.progress.slot_bytes == PROGRESS_BYTES
     assert settings_bytes(controller) == memory.settings_bytes
@@ -166,8 +162,7 @@ int main(void)
 """
 RUN_S = 1.0
 LEAST_BYTES = 110
-MOST_S = 500e-6
-"""A byte takes 3.3 ms to write; a record is made, and its CRC, in much less."""
+MOST_S = 500e-6  # a byte takes 3.3 ms to write; a record is made, and its CRC, in much less
 
 
 def waiting(machine: str) -> Program:
@@ -175,7 +170,6 @@ def waiting(machine: str) -> Program:
 
 
 def waits_problem(machine: str, elf: Elf) -> str:
-    """Say that not everything is written, or that something waits for the EEPROM."""
     board = Board(elf, board_of(text_of(machine)))
     board.avr.run(RUN_S)
     if board.avr.eeprom.writes < LEAST_BYTES or board.avr.eeprom.violations:
@@ -190,8 +184,7 @@ def test_nor_where_all_want_to_write_at_once(machine):
 
 
 SEEDS = range(24)
-CUTS = amount("power_cuts") // len(SEEDS)
-"""In each of the firings."""
+CUTS = amount("power_cuts") // len(SEEDS)  # in each of the firings
 MOST_ROWS = 20_000
 RESOLUTION_S = 0.0002
 CHANGES_K = (0.0, 20.0, -20.0, 45.0, -45.0)
@@ -200,8 +193,7 @@ COMMON, RARE = (
     {"torn", "idle", "goes on"},
     {"cold", "unreadable", "failed", "interrupted", "paused"},
 )
-ENOUGH = 400
-"""Cuts in a firing, and it comes by all that is common and something of what is rare."""
+ENOUGH = 400  # cuts in a firing, and it comes by all that is common and something of what is rare
 
 
 def kind_of(outcome: Outcome) -> str:

@@ -38,10 +38,7 @@ def second_order(gain: float, lag_s: float, second_s: float, late_s: float = 0.0
     return Process(matrix, np.array([gain / lag_s, 0.0]), np.array([0.0, 1.0]), late_s)
 
 
-# ---- margins ----
-
-BETWEEN = 2e-3
-"""Relative distance of two of the frequencies that margins are interpolated between."""
+BETWEEN = 2e-3  # relative distance of two of the frequencies that margins are interpolated between
 
 
 def proportional(kp: float) -> Gains:
@@ -209,8 +206,7 @@ def test_a_short_derivative_behind_a_long_filter_is_left_out() -> None:
 def test_a_load_under_proportional_control_stays_and_under_integral_goes_away() -> None:
     ends_k = GAIN * LOAD_PERCENT / (1 + GAIN * 3.0)
     load = load_answer(first_order(GAIN, LAG_S), Gains(3.0, 0.0, 0.0, 0.0), PERIOD_S)
-    assert load.dip_k == pytest.approx(ends_k, rel=1e-3)
-    assert load.half_s is None
+    assert (load.dip_k, load.half_s) == (pytest.approx(ends_k, rel=1e-3), None)
     load = load_answer(first_order(GAIN, LAG_S, 2.0), Gains(3.0, 0.05, 0.0, 0.0), PERIOD_S)
     assert load.dip_k < ends_k
     assert load.half_s is not None
@@ -255,8 +251,7 @@ def test_rules_for_leads(lead: float, lag: float, dead: float, gain: float, rest
     # A lead looks for a larger lag first: one that is above all others has only this.
     others = [1000.0] if lead < lag else []
     found = reduced(lags_s=[lag, *others], leads_s=[lead], late_s=dead, order=2)
-    assert found.gain == pytest.approx(gain)
-    assert found.second_s == pytest.approx(rest)
+    assert (found.gain, found.second_s) == (pytest.approx(gain), pytest.approx(rest))
     assert found.dead_s == dead
 
 
@@ -278,8 +273,6 @@ def test_what_is_asked_for_sets_the_speed(closed_s: float) -> None:
         assert rule(model, 0.0, closed_s).kp == pytest.approx(25 / (closed_s + 1))
     assert lambda_rule(model, 0.0, closed_s).ki == pytest.approx(0.5 / (closed_s + 1))
 
-
-# ---- a kiln: how far full power goes, for which temperature, and with the loop on ----
 
 LOOP = "chamber"
 

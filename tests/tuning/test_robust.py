@@ -48,9 +48,6 @@ simulation:
 """It oscillates a little: there is something to improve."""
 
 
-# ---- the search ----
-
-
 @pytest.mark.parametrize("start", [Gains(1, 0.1, 2, 0.5), Gains(1, 0.1, 0, 0), Gains(1, 0, 0, 0)])
 def test_the_search_ends_within_its_last_step(start: Gains) -> None:
     """A valley that lies askew: the terms that are there find it, those that are not stay away."""
@@ -74,9 +71,6 @@ def test_the_search_ends_within_its_last_step(start: Gains) -> None:
 def test_who_begins_in_the_best_place_stays() -> None:
     start = Gains(1, 0.1, 2, 0.5)
     assert improved(start, 1.0, lambda asked: [1.0] * len(asked)) == start
-
-
-# ---- machines ----
 
 
 def test_machines_are_drawn_by_seed_and_number_within_their_spread() -> None:
@@ -130,9 +124,6 @@ def test_gains_that_trip_a_protection_cost_without_end() -> None:
     assert not any(each.tripped for each in calm)
     assert any(each.tripped for each in wild)
     assert worst_cost(calm) < worst_cost(wild) == math.inf
-
-
-# ---- the command ----
 
 
 def run(folder: Path, text: str, words: str) -> Result:

@@ -1,9 +1,7 @@
-"""A year of steady holding on this computer: what is healthy does not trip.
-
-The generated C of one loop, with the protections that a new user gets, holds a setpoint in a small
-world in C (`year.c`): the plant that the specification gives, in exact steps, weather, mains, the
-sensor's noise and its steps. That the same C decides as the reference does is held beside it.
-"""
+"""A year of steady holding on this computer: what is healthy does not trip. The generated C of one
+loop, with the protections that a new user gets, holds a setpoint in a small world in C (`year.c`):
+the plant that the specification gives, in exact steps, weather, mains, the sensor's noise and its
+steps. That the same C decides as the reference does is held beside it."""
 
 from functools import cache
 from pathlib import Path
@@ -39,14 +37,10 @@ from heatwright.spec import Analog, Controller, Event, Rtd, Spec, Thermistor
 HERE, HOST = Path(__file__).parent, Path(heatwright.sim.host.__file__).parent
 AMBIENT_C, DAY_K, SEASON_K = 20.0, 5.0, 8.0
 SUPPLY = 0.1
-COLDEST = 0.75
-"""The coldest time, as a share of the year from spring on."""
-FAR_K_PER_W = 0.5
-"""From the load to the room."""
-LOWEST_C = 40.0
-"""Warmer than the warmest day: there heat is needed to hold."""
-EXACTLY_C = 85.0
-"""What a DS18B20 says that has never measured."""
+COLDEST = 0.75  # the coldest time, as a share of the year from spring on
+FAR_K_PER_W = 0.5  # from the load to the room
+LOWEST_C = 40.0  # warmer than the warmest day: there heat is needed to hold
+EXACTLY_C = 85.0  # what a DS18B20 says that has never measured
 
 
 class Kind(NamedTuple):
@@ -54,8 +48,7 @@ class Kind(NamedTuple):
 
     text: str
     highest_c: float
-    low: bool = False
-    """It reads what `protection.minimum` is by default; else `check` asks for one."""
+    low: bool = False  # it reads what `protection.minimum` is by default; else `check` asks for one
 
 
 _SPI = "chip_select: D10, clock: D13, data_out: D12"
@@ -81,10 +74,8 @@ KINDS = {
 class Style(NamedTuple):
     """A machine, by what it can do, and how it is held."""
 
-    excess: float
-    """Full power, as a multiple of what holds the highest setpoint on a usual day."""
-    lag_s: float
-    """In which the machine comes near where it ends."""
+    excess: float  # full power, as a multiple of what holds the highest setpoint on a usual day
+    lag_s: float  # in which the machine comes near where it ends
     noisy: bool
     heater: str
     algorithm: str
@@ -159,12 +150,9 @@ def specified(kind: str, style: str, initial_c: float = LOWEST_C) -> str:
     return SPECIFIED.format(**words)
 
 
-# ---- the world around it ----
-
 COMPILE = "gcc -std=c11 -O2 -Wall -Wextra -Werror -fPIC -shared year.c -lm -o year.so"
 YEAR_S = 365 * 86400
-SETTLED = 0.5
-"""Share of each run, at the end: there it is held."""
+SETTLED = 0.5  # share of each run, at the end: there it is held
 MOST_EDGES = 2**18
 NONE = np.zeros(0, INPUT)
 FUNCTIONS = {"set": "host_set", "tick": "loop_held_tick", "state": "host_state"}
@@ -196,8 +184,6 @@ def _edges(controller: Controller) -> tuple[NDArray[np.float64], int, int]:
 
 
 class World:
-    """A host build in a world that its specification describes."""
-
     def __init__(self, spec: Spec) -> None:
         ffi, _ = _year()
         self.host = Host(build_of_spec(spec, sanitized=False))
@@ -241,10 +227,8 @@ class World:
         machine.cooling_at = places.get("cooling", 0)
 
     def hold(self, setpoint_c: float, steps: int, seed: str, inputs: NDArray[Any] = NONE) -> Any:
-        """Hold a setpoint from cold: the highest in the coldest days, else from any day on.
-
-        What goes into the first steps is written to `inputs`.
-        """
+        """Hold a setpoint from cold: the highest in the coldest days, else from any day on. What
+        goes into the first steps is written to `inputs`."""
         ffi, library = _year()
         random = Random(f"year {SEED} {seed}")  # noqa: S311 - no secret
         self.host.renew()

@@ -15,8 +15,7 @@ from heatwright.sim.reference.programs.orders import ORDERS, ProgrammedOperator
 from heatwright.sim.reference.programs.state import IDLE, ProgramState
 from heatwright.spec import Controller, ThreePosition, facts_of
 
-READY_WITHIN_K = 1.0
-"""Default for a loop whose specification does not say it."""
+READY_WITHIN_K = 1.0  # default for a loop whose specification does not say it
 
 
 _SWITCHING: dict[Command, Callable[[SwitchedOperator, float], object]] = {
@@ -54,7 +53,6 @@ class Commands:
     def restore(
         self, program: ProgramState, setpoint_c: Single, gains: Gains | None, critical_c: float
     ) -> None:
-        """Begin with what outlived a reset."""
         operator, run = self._operator, self._reference.program
         assert isinstance(operator, ProgrammedOperator)
         assert run is not None
@@ -150,7 +148,6 @@ class Commands:
         return self._closes or (self.switched and self._operator.is_off and not active)
 
     def after_step(self) -> None:
-        """What a tuning found is kept."""
         before: Gains | None = self._operator.gains
         self._operator.after_step()
         tuner = self._reference.steering.tuner

@@ -21,52 +21,38 @@ COMMAND_KINDS = (
 """What else a course of a commanded loop is made of; on others they hold."""
 SWITCH_KINDS = ("switch", "order_switched", "by_percent")
 """What a course of a switched loop is made of, besides."""
-LOST_KINDS = ("silence",)
-"""Where the master, or the host, may be lost, besides."""
-ADJUSTING_KINDS = ("critical",)
-"""Where the operator may move the critical temperature, besides."""
-NUMBER_KINDS = ("numbers", "numbers")
-"""Where keys set numbers of the algorithm, besides."""
-LIMITING_KINDS = ("limits",)
-"""Where a host may narrow the limits of integral and output, besides."""
+LOST_KINDS = ("silence",)  # where the master, or the host, may be lost, besides
+ADJUSTING_KINDS = ("critical",)  # where the operator may move the critical temperature, besides
+NUMBER_KINDS = ("numbers", "numbers")  # where keys set numbers of the algorithm, besides
+LIMITING_KINDS = ("limits",)  # where a host may narrow the limits of integral and output, besides
 CURRENT_KINDS = ("load", "load", "leak", "over", "no_scan")
 """Where the heater's current is measured, besides."""
 OTHER_CODES = ("over", "leak")
 """Those of them whose codes are those of the current sensor of `host_specs`."""
 
-RARE = 0.25
-"""Share of the changes of what is monitored that may be a fault."""
-OPEN = 0.2
-"""Share of the time for which an input that pauses is open."""
-LONG = 300
-"""Steps without a reading that eight bits cannot count."""
+RARE = 0.25  # share of the changes of what is monitored that may be a fault
+OPEN = 0.2  # share of the time for which an input that pauses is open
+LONG = 300  # steps without a reading that eight bits cannot count
 
 LONG_SILENCE = [
-    Stretch("setpoint", 1, 3),
-    Stretch("leave", 3, 1),
-    Stretch("lose", 1, 8),
+    Stretch("setpoint", 1, 3), Stretch("leave", 3, 1), Stretch("lose", 1, 8),
     Stretch("drift", 3, 40, acknowledge=True),
-]
+]  # fmt: skip
 """The readings come back after more steps than eight bits can count."""
 
 STANDING = [
     [
-        Stretch("setpoint", 1, 3),
-        Stretch("reach", 1, 1),
-        Stretch("drift", 3, way),
+        Stretch("setpoint", 1, 3), Stretch("reach", 1, 1), Stretch("drift", 3, way),
         Stretch("hold", 300, 0),
     ]
     for way in (60, -60)
-]
+]  # fmt: skip
 """A slope fades away, from above and from below."""
 
 LOWERED = [
-    Stretch("setpoint", 1, 3),
-    Stretch("swing", 10, 20, acknowledge=True),
-    Stretch("zigzag", 12, 20, acknowledge=True),
-    Stretch("setpoint", 1, 0),
-    Stretch("reach", 2, 1),
-]
+    Stretch("setpoint", 1, 3), Stretch("swing", 10, 20, acknowledge=True),
+    Stretch("zigzag", 12, 20, acknowledge=True), Stretch("setpoint", 1, 0), Stretch("reach", 2, 1),
+]  # fmt: skip
 """A charged integral, the setpoint lowered, the temperature falling fast: the duty is at its
 maximum although the error is negative."""
 
@@ -92,7 +78,6 @@ def random_course(random: Random, stretches: int, kinds: tuple[str, ...]) -> lis
 
 
 def random_firing(random: Random, stretches: int) -> list[Stretch]:
-    """Begin with a program."""
     return [_begun(random, "start"), *random_course(random, stretches, walks.FIRING_KINDS)]
 
 

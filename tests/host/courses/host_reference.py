@@ -22,11 +22,9 @@ from heatwright.spec import Controller, facts_of
 from heatwright.spec.outputs import is_held
 
 TICK_US = 10_000
-HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64
-"""Bits of a row's `monitored`: see sim/host/world.h."""
+HOST_READINGS, HOST_BAD, HOST_ONLY = 9, 16, 64  # bits of a row's `monitored`: see sim/host/world.h
 TRIPPED_BY, TRIPPED_C = 6, 21.5
-SLACK = 0.001
-"""For counts: the reference has shares of a time, which do not add up to the last bit."""
+SLACK = 0.001  # for counts: the reference has shares of a time, which do not add up to the last bit
 
 
 INPUT_OPEN = 31
@@ -38,8 +36,7 @@ class Restored(NamedTuple):
     program: ProgramState
     setpoint_c: Single
     gains: Gains | None
-    critical_c: float
-    """Only for loops where it is adjustable."""
+    critical_c: float  # only for loops where it is adjustable
     fault_code: int
     fault_c: Single
     fault_s: int
@@ -50,8 +47,7 @@ class Expected(NamedTuple):
     heater_counts: NDArray[np.float64]
     """Not numbers where the output decides by itself: nothing is expected then."""
     ticks: int
-    cooler_ticks: float
-    """Not a number where it decides by itself, either."""
+    cooler_ticks: float  # not a number where it decides by itself, either
 
 
 def alone(controller: Controller, name: str) -> Controller:
@@ -105,12 +101,10 @@ class Way:
             self._commands.restore(*restored[:4])
 
     def take(self, number: int, row: Any) -> dict[str, Any]:
-        """Do the step of a row, and return the state after it."""
         self.give(number, row)
         return dict(zip(self.members, self.step(number, row), strict=True))
 
     def fill_current(self, row: Any) -> None:
-        """See `fill_currents`."""
         if self._current is None:
             return
         share = int(row["current_raw"])
@@ -121,7 +115,6 @@ class Way:
     def expected(
         self, inputs: NDArray[Any], kind: np.dtype[Any], tripped: Container[int] = ()
     ) -> Expected:
-        """What `Host.run` should give; see `expected`."""
         return expected({"": self}, {"": inputs}, {"": kind}, tripped)[""]
 
     def advance(self, to_us: int) -> None:
@@ -155,7 +148,6 @@ class Way:
         self._closed = self._closed and self._commands.commanded
 
     def tell(self, ways: Mapping[str, "Way"]) -> None:
-        """Let all loops know of the fault, if there is one."""
         code, celsius = self._reference.fault_code, self._reference.fault_temperature_c
         for way in ways.values() if code else ():
             if not way._reference.fault_code:
@@ -174,10 +166,8 @@ class Way:
         self, number: int, row: Any, ways: Mapping[str, "Way"] | None = None
     ) -> tuple[bool, bool]:
         """Acknowledge and command, at once after the last step; a stop does not wait for one.
-
         `ways`: of all loops, where there are others, too. Return whether the command and the order
-        are taken.
-        """
+        are taken."""
         self.now_us = number * self.period_us
         ways = ways or {"": self}
         for way in ways.values() if row["acknowledge"] else ():
@@ -220,12 +210,10 @@ class Way:
         silence, mask = self._silence_ticks, int(row["open_inputs"])
         trips = any(each.trips and mask >> number & 1 for number, each in enumerate(self._inputs))
         return self._commands.orders._replace(
-            monitors=self._monitored(int(row["monitored"])),
-            current_raw=int(row["current_raw"]),
-            paused=int(mask != 0 or self._was_open),
-            watch_fault=INPUT_OPEN * trips,
+            monitors=self._monitored(int(row["monitored"])), current_raw=int(row["current_raw"]),
+            paused=int(mask != 0 or self._was_open), watch_fault=INPUT_OPEN * trips,
             master_lost=silence is not None and int(row["silent_ticks"]) >= silence,
-        )
+        )  # fmt: skip
 
     def _monitored(self, given: int) -> dict[str, tuple[int, int]]:
         """What each monitor reads; a failed reading leaves the code as it was."""
@@ -252,10 +240,8 @@ def ways_of(controller: Controller) -> dict[str, Way]:
 def _steps(
     ways: Mapping[str, Way], inputs: Mapping[str, NDArray[Any]], tripped: Container[int] = ()
 ) -> Iterator[tuple[str, Way, int]]:
-    """Go through the courses of all loops at once; whoever is told of a step does it.
-
-    Steps of one time come in the order of the loops, and then what their next rows say.
-    """
+    """Go through the courses of all loops at once; whoever is told of a step does it. Steps of one
+    time come in the order of the loops, and then what their next rows say."""
     times_us = {0}
     for name, way in ways.items():
         times_us |= {way.period_us * (number + 1) for number in range(len(inputs[name]))}
@@ -292,9 +278,7 @@ def expected(
     tripped: Container[int] = (),
 ) -> dict[str, Expected]:
     """What `Host.run_all` should give: the state after each step, the heater's counts before it.
-
-    `tripped`: the steps before which a fault is latched and acknowledged at once.
-    """
+    `tripped`: the steps before which a fault is latched and acknowledged at once."""
     rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in ways}
     counts: dict[str, list[float]] = {name: [] for name in ways}
     for name, way, number in _steps(ways, inputs, tripped):

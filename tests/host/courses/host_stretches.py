@@ -10,19 +10,15 @@ from numpy.typing import NDArray
 from heatwright.sim.host.firmware import INPUT, Command
 from heatwright.spec import Controller, Loop, ThreePosition, facts_of
 
-LONGEST = 2000
-"""Steps of a course."""
+LONGEST = 2000  # steps of a course
 
 
 NO_GAINS = (0.0, 0.0, 0.0)
 NO_COMMAND = (Command.NOTHING, 0.0, NO_GAINS)
-NOT_WARM = 0
-"""What is monitored, until `fill_monitors` warms it."""
-ALL_CLOSED = 0
-"""The machine's inputs, until `fill_inputs` opens one."""
+NOT_WARM = 0  # what is monitored, until `fill_monitors` warms it
+ALL_CLOSED = 0  # the machine's inputs, until `fill_inputs` opens one
 NO_ORDER = (0, 0)
-AS_DUE = 100
-"""Per cent of the current that is due: a healthy heater."""
+AS_DUE = 100  # per cent of the current that is due: a healthy heater
 
 
 class Stretch(NamedTuple):
@@ -31,8 +27,7 @@ class Stretch(NamedTuple):
     kind: str
     steps: int
     value: int
-    nudge: int = 0
-    """Codes beside the place where a rule begins to hold."""
+    nudge: int = 0  # codes beside the place where a rule begins to hold
     acknowledge: bool = False
 
 

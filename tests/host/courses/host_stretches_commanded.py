@@ -1,7 +1,5 @@
-"""Stretches of a course in which a host or a master commands, or is lost; and of a current.
-
-And those in which a program moves the setpoint, and people give it orders.
-"""
+"""Stretches of a course in which a host or a master commands, or is lost; and of a current. And
+those in which a program moves the setpoint, and people give it orders."""
 
 from random import Random
 from typing import Any
@@ -54,8 +52,7 @@ def order(command: Command) -> tuple[Any, ...]:
 
 CODES_PER_AMPERE = 4096 / 25
 """In the sum of four codes at 0.2 V/A and 5 V, as host_specs has it; 0 A is at -2 codes."""
-IDLE_CODES = 10
-"""The sum that is just three steps of the ADC."""
+IDLE_CODES = 10  # the sum that is just three steps of the ADC
 
 
 SWITCHED_ORDERS: tuple[tuple[Any, ...], ...] = (
@@ -65,8 +62,7 @@ SWITCHED_ORDERS: tuple[tuple[Any, ...], ...] = (
 )
 CRITICAL_C = (5.0, 4.9375, 85.0, 85.0625, float("nan"), 40.0, 33.0)
 """About the lowest setpoint and the machine's own limit, as host_specs has them."""
-SHARES = (300, 150, 75, 60, 50, 49, 30, 10, 0, 1000)
-"""Measured currents, in % of what is due."""
+SHARES = (300, 150, 75, 60, 50, 49, 30, 10, 0, 1000)  # measured currents, in % of what is due
 SCAN_LOST = 4
 
 
@@ -290,10 +286,8 @@ PROGRAM_KINDS = (
 FIRING_KINDS = (*PROGRAM_KINDS, *PROGRAM_KINDS, "miss", "drift", "off_and_on", "switch", "manual")
 """What a course is made of that is little else than programs."""
 
-COLD_C = 4.0
-"""Below the lowest setpoint; the other way it goes to above the highest."""
-PLACES = 9
-"""One more than there are; the eighth is empty."""
+COLD_C = 4.0  # below the lowest setpoint; the other way it goes to above the highest
+PLACES = 9  # one more than there are; the eighth is empty
 PROGRAM_ORDERS = (STOP, PAUSE, START, RESUME, SKIP, JUMP)
 
 
