@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping
 
 from heatwright.sim.reference.inputs import Gains
-from heatwright.sim.reference.interfaces.display import Display
-from heatwright.sim.reference.interfaces.host import Host
-from heatwright.sim.reference.interfaces.master import Master
+from heatwright.sim.reference.interfaces.gcode import Host
+from heatwright.sim.reference.interfaces.modbus_rtu import Master
+from heatwright.sim.reference.interfaces.nextion import Display
 from heatwright.sim.reference.interfaces.pages import CountdownKeys, MenuKeys, Pages
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.modelled_loop import Feels, ModelledLoop

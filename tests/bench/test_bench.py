@@ -12,7 +12,7 @@ from heatwright.sim.bench import PROGRESS_REPORTS, ReferenceDevice, bench
 from heatwright.sim.device import AvrDevice
 from heatwright.sim.judges.interlock import Interlock
 from heatwright.sim.native.pins import PIN_EVENT, pin_number
-from heatwright.sim.reference.interfaces.host import parsed
+from heatwright.sim.reference.interfaces.gcode import parsed
 from heatwright.sim.scenario import Action, actions, end_s
 from heatwright.sim.trace import TraceEvent
 from heatwright.spec import Pid, ProgramOrder, PwmOutput, TimeProportionalOutput, Write

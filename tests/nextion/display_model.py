@@ -10,7 +10,7 @@ from decimal import ROUND_HALF_UP, Decimal
 
 import numpy as np
 
-from heatwright.sim.reference.interfaces.display import Editor
+from heatwright.sim.reference.interfaces.nextion import Editor
 from heatwright.sim.reference.programs.copies import FAST, HOLD, OVER, RATE, UNTIL, Copy, Part
 from heatwright.spec import Controller, facts_of
 from heatwright.spec.nextion import display_pages

@@ -13,7 +13,7 @@ from hosted_kiln import PAGE, SPEC, TOUCHED
 from rig.firmware import EXAMPLE_NAMES, changed, example, files_of, spec_of, whole
 
 from heatwright.generator import compare, plan_firmware, render, write
-from heatwright.generator.plan.nextion.documents import KINDS
+from heatwright.generator.plan.interfaces.nextion.documents import KINDS
 from heatwright.sim.faults.catalogue import catalogue
 from heatwright.sim.interfaces.nextion.codes import LONGEST_NAME
 from heatwright.sim.interfaces.nextion.display import Display

@@ -9,7 +9,7 @@ import pytest
 from display_model import Grammar, Malice, frames, noise, segments_of
 from hosted_kiln import TOUCHED, Said, damaged, flooded, order, ordered, received, run, script, told
 
-from heatwright.sim.reference.interfaces.display import Editor
+from heatwright.sim.reference.interfaces.nextion import Editor
 
 GIVEN = "1/5400/3600,4/0/1800,2/8000/1500,5/0/0,3/5100/0,"
 """The first program: kind, tenths of a degree, seconds or tenths of a kelvin per hour."""

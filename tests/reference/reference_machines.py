@@ -6,8 +6,8 @@ from typing import Any
 
 from heatwright.sim.reference import Record, Reference
 from heatwright.sim.reference.inputs import AUTOMATIC, MANUAL, TUNING, Gains, Limits, Orders
-from heatwright.sim.reference.interfaces.display import Display
-from heatwright.sim.reference.interfaces.master import Master
+from heatwright.sim.reference.interfaces.modbus_rtu import Master
+from heatwright.sim.reference.interfaces.nextion import Display
 from heatwright.sim.reference.interfaces.switched import SwitchedOperator
 from heatwright.sim.reference.numbers import Single
 from heatwright.sim.reference.programs.copies import copy_of

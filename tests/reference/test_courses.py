@@ -26,7 +26,7 @@ import yaml
 from reference_machines import Commanded, Kiln, Nozzle, Player, commanded_of, kiln_of, nozzle_of
 
 from heatwright.sim.reference import inputs
-from heatwright.sim.reference.interfaces.display import Editor
+from heatwright.sim.reference.interfaces.nextion import Editor
 from heatwright.sim.reference.programs import copies
 from heatwright.sim.reference.programs import state as program_state
 from heatwright.sim.reference.programs.copies import FAST, HOLD, OVER, RATE, UNTIL, Part

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
 
+from heatwright.generator.plan.interfaces.modbus_rtu.silence import silence_s
 from heatwright.generator.plan.linuxcnc.names import blocks, controller_name, loop_names
-from heatwright.generator.plan.modbus.silence import silence_s
 from heatwright.generator.plan.registers import Register, RegisterMap, Table, register_map
 from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, ModbusRtu

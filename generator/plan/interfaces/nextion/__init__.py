@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatwright.generator.plan.core import lockout_ends, rule_macro
-from heatwright.generator.plan.nextion.documents import documents
-from heatwright.generator.plan.nextion.shown import Begin, Shows, What, components, whats
-from heatwright.generator.plan.nextion.words import words
+from heatwright.generator.plan.interfaces.nextion.documents import documents
+from heatwright.generator.plan.interfaces.nextion.shown import Begin, Shows, What, components, whats
+from heatwright.generator.plan.interfaces.nextion.words import words
 from heatwright.generator.plan.numbers import c_float, quantity, ticks, told_period
 from heatwright.generator.plan.parts import (
     Call,

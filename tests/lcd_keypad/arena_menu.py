@@ -17,4 +17,4 @@ def problem(world: Path) -> str:
     return next(filter(None, (problem_of(world, walk) for walk in walks(77))), "")
 
 
-ARENAS = [Menu("menu/walks", lambda: WORLD, problem, broken="|".join(BROKEN))]
+ARENAS = [Menu("lcd_keypad/menu", lambda: WORLD, problem, broken="|".join(BROKEN))]

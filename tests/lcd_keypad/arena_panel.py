@@ -24,12 +24,12 @@ def timed(name: str, spec: str, *tests: Callable[[], object]) -> Firmware:
         return ""
 
     broken = (*("countdown",) * ("countdown:" in spec), "panel")
-    return Firmware(f"firmware/{name}", Program(spec), broken, (judge,))
+    return Firmware(f"lcd_keypad/panel {name}", Program(spec), broken, (judge,))
 
 
 MEMBERS = ("minutes", "counting", "left", "check")
 ARENAS = [
-    Firmware("firmware/chamber", Program("chamber"), ("panel",), (problem,)),
+    Firmware("lcd_keypad/panel chamber", Program("chamber"), ("panel",), (problem,)),
     timed(
         "long",
         test_panel.LONG,

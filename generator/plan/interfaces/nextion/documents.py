@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from heatwright.generator.plan.nextion.copies import Making, Step, makings, values
+from heatwright.generator.plan.interfaces.nextion.copies import Making, Step, makings, values
 from heatwright.generator.plan.parts import File
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import markdown

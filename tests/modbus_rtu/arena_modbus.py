@@ -14,4 +14,4 @@ def problem(slave: Path) -> str:
     return quick or played(slave, fuzz(1, MANY))
 
 
-ARENAS = [InItsWorld("modbus/shape", slave_world, problem)]
+ARENAS = [InItsWorld("modbus_rtu/shape", slave_world, problem)]

@@ -4,13 +4,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heatwright.generator.plan import linuxcnc
-from heatwright.generator.plan.modbus.documents import documents
-from heatwright.generator.plan.modbus.silence import (
+from heatwright.generator.plan.interfaces.modbus_rtu.documents import documents
+from heatwright.generator.plan.interfaces.modbus_rtu.silence import (
     FASTEST_COUNTED_BAUD,
     SILENT_CHARACTERS,
     silence_s,
 )
-from heatwright.generator.plan.modbus.table import map_names
+from heatwright.generator.plan.interfaces.modbus_rtu.table import map_names
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import (
     Call,
